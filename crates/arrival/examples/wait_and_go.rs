@@ -1,4 +1,4 @@
-//! Where should the arm wait in a room, and from which configuration does it present a place?
+//! Where should the arm wait in a room, and in which configuration does it present a place?
 //!
 //! `cargo run --release -p hwall-arrival --example wait_and_go`
 
@@ -14,7 +14,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arm = SrsArm::iiwa7().with_tool(Pose::from_translation(DVec3::Z * 0.02)?);
     let limits = MotionLimits::of_arm(&arm, &MotionConfig::default())?;
     let board = BoardExtent::default();
-    // One wall in front of the arm, as a scene file would give it.
+    // One wall in front of the arm, as from a scene file.
     let corner = |y: f64, z: f64| DVec3::new(0.62, y, z);
     let wall = WallFacet {
         point_m: corner(0.0, 0.5),

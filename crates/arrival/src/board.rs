@@ -1,4 +1,4 @@
-//! The rectangle that must stay behind surfaces: the face of the board.
+//! The face of the board: the rectangle that must stay behind surfaces.
 
 use glam::DVec3;
 use hwall_geometry::Pose;
@@ -6,7 +6,7 @@ use hwall_numeric::ArgumentError;
 use hwall_numeric::check::positive;
 use serde::{Deserialize, Serialize};
 
-/// Size of the board's face. Its middle is the tool point, its sides lie along the tool's x and y axes.
+/// Size of the board's face. The tool point is its middle; its sides are along the tool's x and y axes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BoardExtent {
     /// Half of the extent along the tool's x axis, m; default 0.1.

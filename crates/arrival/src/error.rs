@@ -3,14 +3,14 @@
 use hwall_reachability::BinaryFileError;
 use std::path::{Path, PathBuf};
 
-/// What can be wrong with a request or a file.
+/// Errors in requests or files.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ArrivalError {
     /// A number is NaN, infinite or outside its range.
     #[error(transparent)]
     Argument(#[from] hwall_numeric::ArgumentError),
-    /// A list that must hold something is empty.
+    /// A required list is empty.
     #[error("no {what}")]
     Empty {
         /// The list.
@@ -19,13 +19,13 @@ pub enum ArrivalError {
     /// No wall is near enough to the arm, or the arm stands on the person's side of all of them.
     #[error("no wall in front of the arm is near enough")]
     NoWalls,
-    /// There are walls or targets, but the arm can hold the board at none of their places.
+    /// There are walls or targets, but the arm can present the board at none of them.
     #[error("no place is within reach, of {places} tried")]
     OutOfReach {
-        /// How many were tried.
+        /// Number of places tried.
         places: usize,
     },
-    /// A waiting posture that the arm cannot take.
+    /// The arm cannot take the waiting posture.
     #[error("waiting posture: joint {joint} at {value_rad} rad, outside [{min_rad}, {max_rad}]")]
     WaitingOutsideLimits {
         /// Joint, from 0.
@@ -37,12 +37,12 @@ pub enum ArrivalError {
         /// Upper limit, rad.
         max_rad: f64,
     },
-    /// More of something than fits; found before any memory is taken.
+    /// Too many of something; detected before any memory is allocated.
     #[error("{count} {what}, at most {limit} are allowed")]
     TooMany {
-        /// What was asked for.
+        /// The item.
         what: &'static str,
-        /// How many.
+        /// Its count.
         count: u128,
         /// The limit.
         limit: u128,
@@ -52,24 +52,24 @@ pub enum ArrivalError {
     File {
         /// The file.
         path: PathBuf,
-        /// What kind of failure it is.
+        /// Kind of failure.
         kind: std::io::ErrorKind,
-        /// What the operating system reports.
+        /// Message of the operating system.
         message: String,
     },
-    /// A file that is no atlas, one of a later version, or a damaged one.
+    /// The file is not an atlas, has a later version, or is damaged.
     #[error("atlas: {0}")]
     Atlas(#[from] BinaryFileError),
-    /// An atlas of an arm without a closed form.
+    /// An atlas of an arm without a closed form cannot be saved.
     #[error("an atlas of an arm without a closed form is not kept in a file: make it again")]
     NotStored,
-    /// Limits of motion that make no sense.
+    /// Invalid motion limits.
     #[error(transparent)]
     Motion(#[from] hwall_motion::MotionError),
-    /// A wall, a target or a grid of bases that makes no sense.
+    /// An invalid wall, target or grid of bases.
     #[error(transparent)]
     Reachability(#[from] hwall_reachability::ReachabilityError),
-    /// A pose that is not valid.
+    /// An invalid pose.
     #[error(transparent)]
     Geometry(#[from] hwall_geometry::GeometryError),
 }

@@ -1,15 +1,15 @@
-//! How far an arm comes at most.
+//! Upper bound of the reach of an arm.
 
 use hwall_kinematics::{ArmKinematics, JointPositions, MOST_JOINTS};
 
-/// The tool point is never further from the base than this, m.
+/// Upper bound of the distance of the tool point from the base, m.
 pub(crate) fn longest_m(arm: &dyn ArmKinematics) -> f64 {
     if let Some(arm) = arm.closed_form() {
         let g = arm.geometry();
         let tool_m = g.d_wf_m.abs() + arm.flange_from_tool().position_m().length();
         return g.d_bs_m.abs() + g.d_se_m + g.d_ew_m + tool_m;
     }
-    /// Points of a body that are nearer to each other are one, m.
+    /// Points of a body closer than this are merged, m.
     const MERGED_M: f64 = 1e-3;
     let rest = JointPositions::default();
     let body = arm.body_points(&rest);
@@ -23,7 +23,7 @@ pub(crate) fn longest_m(arm: &dyn ArmKinematics) -> f64 {
     links_m + slides_m + MERGED_M * MOST_JOINTS as f64
 }
 
-/// Which joints turn; the others slide, or are none.
+/// Which joints are revolute; the others are prismatic or unused.
 pub(crate) fn turning(arm: &dyn ArmKinematics) -> [bool; MOST_JOINTS] {
     let jacobian = arm.jacobian(&JointPositions::default());
     jacobian.angular.map(|axis| axis.length_squared() > 0.5)

@@ -1,4 +1,4 @@
-//! Is the way free? Straight motions of the joints, seen from the surfaces.
+//! Clearance of straight joint motions from surfaces.
 
 use crate::board::BoardExtent;
 use crate::error::ArrivalError;
@@ -7,18 +7,18 @@ use glam::DVec3;
 use hwall_kinematics::{ArmKinematics, JointPositions, MOST_JOINTS, SrsArm};
 use hwall_numeric::check::non_negative;
 
-/// Distances that the board and the arm keep.
+/// Clearances of the board and the arm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClearanceConfig {
-    /// On its way the face may be before a surface by this much, m, or by what it is before it at the end anyway
-    /// (a board near an outer corner of a room overhangs it); default 0.002.
+    /// Along the path the face may be in front of a surface by this much, m, in addition to its overhang at the end (near an outer corner of a room
+    /// the board overhangs); default 0.002.
     pub tolerance_m: f64,
-    /// How far the plane beyond the border of a surface must not be passed either, m; default 0.05.
+    /// Extension of each surface beyond its border, m; default 0.05.
     pub margin_m: f64,
-    /// Elbow and wrist stay behind surfaces by this much, m; default 0.07, about the radius of the iiwa's links.
+    /// Distance of elbow and wrist behind surfaces, m; default 0.07, about the radius of the iiwa's links.
     pub link_radius_m: f64,
-    /// Least distance of the board's corners and middle from the axes of the base column and of the upper arm, m;
-    /// default 0.12. Nothing else of the arm's own body is considered.
+    /// Least distance of the board's corners and middle from the axes of the base column and the upper arm, m; default 0.12. Self-collision is not
+    /// checked otherwise.
     pub own_body_m: f64,
 }
 
@@ -34,7 +34,7 @@ impl Default for ClearanceConfig {
 }
 
 impl ClearanceConfig {
-    /// Rejects distances below zero.
+    /// Rejects negative distances.
     ///
     /// # Errors
     /// The first that is negative, NaN or infinite.
@@ -47,19 +47,19 @@ impl ClearanceConfig {
     }
 }
 
-/// How much longer a way takes that has to be bent, for each metre that the straight motion of the joints comes too near, s/m.
+/// Extra time of a path that must be bent, per metre of clearance violation of the straight joint motion, s/m.
 ///
-/// Source: 1,900 ways of `hwall`'s board from its waiting posture to the touches of 100 simulated people in the built-in room. Those
-/// whose face would come 4 to 6 cm before a surface took 0.04 to 0.10 s longer in the median, those with 10 to 13 cm 0.19 to 0.25 s,
-/// those with 16 to 20 cm 0.33 to 0.38 s; below 2 cm 0.01 s.
+/// Source: 1,900 paths of `hwall`'s board from its waiting posture to the touches of 100 simulated people in the built-in room. Paths whose face
+/// would come 4 to 6 cm in front of a surface took 0.04 to 0.10 s longer in the median, those with 10 to 13 cm 0.19 to 0.25 s, those with 16 to 20
+/// cm 0.33 to 0.38 s; below 2 cm 0.01 s.
 pub const BLOCKED_S_PER_M: f64 = 2.2;
 
-/// Shares of a way at which it is looked at: few, for a search.
+/// Shares of a path at which it is checked in a search: few.
 pub(crate) const COARSE: &[f64] = &[0.88, 0.7, 0.97, 0.4];
-/// The same for a choice; towards the end more densely, where the face comes to the surface.
+/// The same for a choice; denser towards the end, where the face approaches the surface.
 pub(crate) const MEDIUM: &[f64] = &[0.87, 0.7, 0.58, 0.93, 0.97, 0.45, 0.8, 0.3, 0.15];
 
-/// What is needed to look at ways.
+/// Inputs for checking paths.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Passage<'a> {
     pub(crate) arm: &'a dyn ArmKinematics,
@@ -68,12 +68,12 @@ pub(crate) struct Passage<'a> {
     pub(crate) clearance: ClearanceConfig,
 }
 
-/// How a configuration stands to the surfaces.
+/// Clearances of a configuration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Standing {
-    /// How far the face lies before a surface, m; negative behind.
+    /// Distance of the face in front of a surface, m; negative behind.
     pub(crate) face_m: f64,
-    /// The same of elbow and wrist with their radius, m.
+    /// The same for elbow and wrist with their radius, m.
     pub(crate) links_m: f64,
     /// Distance of the face from the arm's own column and upper arm, m.
     pub(crate) own_body_m: f64,
@@ -101,8 +101,8 @@ impl<'a> Passage<'a> {
         }
     }
 
-    /// Of the links all bends count that are not in the base's column. Of the arm's own body the links before the forearm count, which is the
-    /// last long link before the tool.
+    /// For links, all bends outside the base column count. For self-collision, the links before the forearm count, which is the last long link
+    /// before the tool.
     fn standing_of_any(&self, q: &JointPositions) -> Standing {
         let body = self.arm.body_points(q);
         let points_m = body.points_m();
@@ -153,20 +153,19 @@ impl<'a> Passage<'a> {
         }
     }
 
-    /// By how much a standing is too near, m, if the face may be before surfaces by `allowed_m`.
+    /// Clearance violation, m, if the face may be in front of surfaces by `allowed_m`.
     fn excess_of_m(&self, standing: Standing, allowed_m: f64) -> f64 {
         (standing.face_m - allowed_m)
             .max(standing.links_m)
             .max(self.clearance.own_body_m - standing.own_body_m)
     }
 
-    /// How far the face may be before surfaces on a way that ends so, m.
+    /// How far the face may be in front of surfaces on a path with this end, m.
     fn allowed_m(&self, end: Standing) -> f64 {
         end.face_m.max(0.0) + self.clearance.tolerance_m
     }
 
-    /// By how much a straight motion of the joints comes too near, m, at these shares of it and at its end: zero where
-    /// it keeps all distances.
+    /// Largest clearance violation of a straight joint motion, m, at these shares of it and at its end; zero if it keeps all clearances.
     pub(crate) fn excess_m(
         &self,
         from: &JointPositions,
@@ -177,7 +176,7 @@ impl<'a> Passage<'a> {
             .unwrap_or(f64::INFINITY)
     }
 
-    /// The same; `None` as soon as it is more than `most_m`.
+    /// The same; `None` as soon as it exceeds `most_m`.
     pub(crate) fn excess_within_m(
         &self,
         from: &JointPositions,
@@ -199,7 +198,7 @@ impl<'a> Passage<'a> {
     }
 }
 
-/// The configuration at a share of the straight way.
+/// The configuration at a share of the straight joint path.
 pub(crate) fn between(from: &JointPositions, to: &JointPositions, share: f64) -> JointPositions {
     let mut q = *from;
     for joint in 0..MOST_JOINTS {

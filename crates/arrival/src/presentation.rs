@@ -1,4 +1,4 @@
-//! All ways to hold the board at a place: branches, arm angles and rolls.
+//! All configurations that present the board at a place: branches, arm angles and rolls.
 
 use glam::DVec3;
 use hwall_geometry::Pose;
@@ -11,37 +11,37 @@ use std::f64::consts::{PI, TAU};
 
 use crate::length::turning;
 
-/// One way to hold the board at a place.
+/// A configuration that presents the board at a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Presentation {
     pub(crate) q: JointPositions,
-    /// Branch and arm angle mean something only with a closed form.
+    /// Branch and arm angle are only meaningful with a closed form.
     pub(crate) branch: Branch,
     pub(crate) arm_angle_rad: f64,
     /// Index of the roll.
     pub(crate) roll: u8,
 }
 
-/// Ways to hold the board, whatever the arm.
+/// Configurations for presenting the board, for any arm.
 #[derive(Debug, Clone)]
 pub(crate) enum Holding<'a> {
-    /// All of them.
+    /// All of them, in closed form.
     Exact(Box<Presenter>),
-    /// Those that a search finds.
+    /// Those found by a numerical search.
     Searched {
         arm: &'a dyn ArmKinematics,
         rolls_rad: Vec<f64>,
-        /// Starts of a search besides `near`.
+        /// Initial configurations besides `near`.
         from: Vec<JointPositions>,
         turning: [bool; MOST_JOINTS],
     },
 }
 
 impl<'a> Holding<'a> {
-    /// Starts of a search besides `near`.
+    /// Number of initial configurations besides `near`.
     const SEARCHES: u32 = 5;
 
-    /// Arm angles of a closed form are `spacing_rad` apart, or less.
+    /// With a closed form, arm angles are at most `spacing_rad` apart.
     pub(crate) fn new(arm: &'a dyn ArmKinematics, rolls_rad: &[f64], spacing_rad: f64) -> Self {
         if let Some(arm) = arm.closed_form() {
             return Self::Exact(Box::new(Presenter::new(arm, rolls_rad, spacing_rad)));
@@ -55,7 +55,7 @@ impl<'a> Holding<'a> {
         }
     }
 
-    /// Of an arm with a closed form.
+    /// The presenter, if the arm has a closed form.
     pub(crate) fn exact(&self) -> Option<&Presenter> {
         match self {
             Self::Exact(presenter) => Some(presenter),
@@ -117,22 +117,22 @@ impl<'a> Holding<'a> {
     }
 }
 
-/// The arm as a presenter of boards.
+/// Enumerates configurations of an arm with a closed form.
 #[derive(Debug, Clone)]
 pub(crate) struct Presenter {
     arm: SrsArm,
-    /// Without the limit of joint 7, where a roll changes joint 7 only.
+    /// Without the limit of joint 7, if a roll only changes joint 7.
     free_turn: Option<SrsArm>,
     rolls_rad: Vec<f64>,
     arm_angles_rad: Vec<f64>,
 }
 
 impl Presenter {
-    /// Arm angles `spacing_rad` apart are tried, or less.
+    /// Arm angles are at most `spacing_rad` apart.
     pub(crate) fn new(arm: &SrsArm, rolls_rad: &[f64], spacing_rad: f64) -> Self {
         let tool = arm.flange_from_tool();
         let (offset, axis) = (tool.position_m(), tool.rotation().z_axis);
-        // The rounding of a tool that was meant to be centred.
+        // Tolerance for rounding of a centred tool.
         let centred = offset.truncate().length() < 1e-14 && axis.truncate().length() < 1e-14;
         let free_turn = if centred && axis.z > 0.0 {
             let mut limits = *arm.limits();
@@ -155,8 +155,8 @@ impl Presenter {
         Pose::new(plane.board_rotation(self.rolls_rad[roll]), point_m).ok()
     }
 
-    /// Appends the configurations that hold the board at a point of a plane. Joints without limit, or with more than a
-    /// turn, are turned towards `near`. None is appended where the arm cannot hold it.
+    /// Appends the configurations that present the board at a point of a plane. Joints without limits, or with more than a turn, are turned towards
+    /// `near`. Appends none if the place is out of reach.
     pub(crate) fn present(
         &self,
         plane: &WallPlane,
@@ -164,7 +164,7 @@ impl Presenter {
         near: &JointPositions,
         out: &mut Vec<Presentation>,
     ) {
-        /// Fewer than this: the place is near the end of what can be reached, and the arcs are asked.
+        /// With fewer solutions the place is near the limit of reach, and exact arcs are used.
         const FEW: usize = 6;
         let before = out.len();
         if let Some(arm) = &self.free_turn {
@@ -202,7 +202,7 @@ impl Presenter {
         }
     }
 
-    /// The arm angles of a grid may miss narrow arcs: these are exact.
+    /// Uses exact arm angle intervals, because the grid may miss narrow ones.
     fn present_on_arcs(
         &self,
         plane: &WallPlane,
@@ -231,7 +231,7 @@ impl Presenter {
         }
     }
 
-    /// The configuration of a branch and roll at one arm angle, if it is within the limits.
+    /// The configuration with the branch and roll of `like` at one arm angle, if within the limits.
     pub(crate) fn at(
         &self,
         plane: &WallPlane,
@@ -268,7 +268,7 @@ impl Presenter {
         }
     }
 
-    /// Turns each joint by full turns to the place within its limit nearest to `near`; `None` if there is none.
+    /// Turns each joint by full turns to the angle within its limit nearest to `near`; `None` if there is none.
     fn turn_towards(&self, q: &mut JointPositions, near: &JointPositions) -> Option<()> {
         for joint in (0..MOST_JOINTS).step_by(2) {
             let limit = &self.arm.limits()[joint];

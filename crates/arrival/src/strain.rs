@@ -1,16 +1,15 @@
-//! How near a configuration is to limits and singular poses, as a price in seconds.
+//! The strain of a configuration, near limits and singular poses, as a price in seconds.
 
 use hwall_kinematics::{ArmKinematics, JointPositions};
 use hwall_numeric::ArgumentError;
 use hwall_numeric::check::{non_negative, positive};
 
-/// What nearness to limits and to singular poses is worth.
+/// Prices of being near limits and singular poses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StrainConfig {
-    /// Nearer than this to a limit, or joints 2, 4 and 6 of an S-R-S arm nearer than this to zero, is strained, rad; default 0.2.
+    /// A configuration is strained within this distance of a limit, or with joints 2, 4 or 6 of an S-R-S arm within it of zero, rad; default 0.2.
     pub room_rad: f64,
-    /// Price of a joint at its limit, or at zero, in seconds of arrival; it rises from none at `room_rad` with the
-    /// square. Default 0.1.
+    /// Price of a joint at its limit, or at zero, s of arrival time; it rises quadratically from zero at `room_rad`. Default 0.1.
     pub price_s: f64,
 }
 
@@ -27,7 +26,7 @@ impl StrainConfig {
     /// Rejects settings out of range.
     ///
     /// # Errors
-    /// A room that is not positive, a negative price, NaN.
+    /// `room_rad` is not positive, `price_s` is negative, or NaN.
     pub fn validate(&self) -> Result<(), ArgumentError> {
         positive("room_rad", self.room_rad)?;
         non_negative("price_s", self.price_s)?;
@@ -42,7 +41,7 @@ impl StrainConfig {
         };
         let limits = arm.limits().iter().zip(q.0).take(arm.joint_count());
         let at_limits: f64 = limits.map(|(l, q)| part(l.distance_rad(q))).sum();
-        // Of other arms it is not known which angles are singular.
+        // For other arms the singular angles are unknown.
         let singular: f64 = match arm.closed_form() {
             Some(_) => [1, 3, 5].map(|joint| part(q[joint].abs())).iter().sum(),
             None => 0.0,

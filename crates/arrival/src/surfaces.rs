@@ -1,8 +1,7 @@
 //! The surfaces that the board and the arm must stay behind.
 //!
-//! Every surface is a rectangle of a vertical plane. Its front is the side away from the base: there a person may be.
-//! A place before one surface may lie behind another that stands nearer to the person (the front of a shelf on a
-//! wall): that place is inside something, and no person is there.
+//! Every surface is a rectangle of a vertical plane. Its front is the side away from the base, where a person may be. A place in front of one
+//! surface may be behind another one nearer to the person (the front of a shelf on a wall): that place is inside something, so no person is there.
 
 use crate::error::ArrivalError;
 use crate::length::longest_m;
@@ -11,13 +10,13 @@ use hwall_kinematics::ArmKinematics;
 use hwall_numeric::check::{finite, non_negative};
 use hwall_reachability::{WallFacet, WallMaps, WallPlane};
 
-/// A nearer surface hides what lies at most this far behind it, m: the depth of a shelf or a cupboard.
+/// A nearer surface hides places up to this far behind it, m: the depth of a shelf or a cupboard.
 const HIDES_M: f64 = 0.35;
 
-/// Least cosine between a surface and one that stands on it.
+/// Least cosine between the normals of a surface and of one in front of it.
 const PARALLEL: f64 = 0.95;
 
-/// How far places on the surface itself may be off it by rounding, m.
+/// Rounding tolerance for places on the surface, m.
 const ROUNDING_M: f64 = 1e-6;
 
 /// Surfaces near an arm, from its base frame.
@@ -29,7 +28,7 @@ pub struct Surfaces {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Rectangle {
-    /// Away from the base.
+    /// Points away from the base.
     normal: DVec3,
     along: DVec3,
     distance_m: f64,
@@ -38,10 +37,9 @@ struct Rectangle {
 }
 
 impl Surfaces {
-    /// From facets whose normals point to the side that is touched; `margin_m`: how far the plane beyond the border of
-    /// a facet counts too.
+    /// From facets whose normals point to the touched side; `margin_m` extends each facet beyond its border.
     ///
-    /// A facet whose normal points towards the base is left out: the arm stands on the side that is touched.
+    /// Facets whose normal points towards the base are ignored: the arm is on their touched side.
     ///
     /// # Errors
     /// NaN or infinity, a facet that is not vertical, a negative margin.
@@ -82,7 +80,7 @@ impl Surfaces {
         })
     }
 
-    /// The facets that maps were made of.
+    /// From the facets of maps.
     ///
     /// # Errors
     /// As [`from_facets`](Self::from_facets).
@@ -93,10 +91,10 @@ impl Surfaces {
         })
     }
 
-    /// Only those that come near enough to the base for the arm or its board to meet them.
+    /// Only the surfaces that the arm or its board can reach.
     #[must_use]
     pub fn within_reach_of(mut self, arm: &dyn ArmKinematics) -> Self {
-        // The diagonal of a board is far below half a metre.
+        // The diagonal of a board is well below half a metre.
         let longest_m = longest_m(arm) + 0.5;
         self.rectangles.retain(|r| {
             let s_m = 0.0_f64.clamp(r.s_m[0], r.s_m[1].max(r.s_m[0]));
@@ -105,24 +103,24 @@ impl Surfaces {
         self
     }
 
-    /// How many there are.
+    /// Number of surfaces.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.rectangles.len()
     }
 
-    /// Are there none?
+    /// Are there no surfaces?
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.rectangles.is_empty()
     }
 
-    /// How far a place lies before the surfaces, on the person's side, m. Negative: behind them, by at least that much;
-    /// minus infinity where there is no surface in front or behind.
+    /// Distance of a place in front of the surfaces, on the person's side, m. Negative: behind them, by at least that much; minus infinity without
+    /// a surface in front or behind.
     #[must_use]
     pub fn intrusion_m(&self, point_m: DVec3) -> f64 {
-        // Behind some surface: the one it is nearest to. Before all that it is beside: the one it is nearest to, and
-        // those that hold it themselves before those that do only with their margin.
+        // If behind some surface: the nearest one. Otherwise the nearest of those it is in front of; surfaces that contain the projection have
+        // priority over those that contain it only with their margin.
         let mut behind = f64::NEG_INFINITY;
         let mut before = f64::INFINITY;
         let mut beside = f64::INFINITY;
@@ -161,7 +159,7 @@ impl Surfaces {
 }
 
 impl Surfaces {
-    /// Is the place, behind a surface, also within what stands on that surface?
+    /// Is the place, behind a surface, also inside an object in front of that surface?
     fn is_inside_of_nearer(&self, surface: &Rectangle, off_m: f64, point_m: DVec3) -> bool {
         self.rectangles.iter().any(|other| {
             let off = other.off_m(point_m);

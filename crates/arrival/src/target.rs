@@ -5,20 +5,19 @@ use glam::DVec3;
 use hwall_numeric::check::{all_finite, finite, non_negative, positive};
 use hwall_reachability::{Interval, Target, WallFacet, WallMaps, WallPlane, WallPoint};
 
-/// A place that a person may touch, and how likely it is beside the others.
+/// A place that a person may touch, and its relative probability.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WeightedTarget {
     /// The place and the wall's normal towards the person.
     pub target: Target,
     /// Not negative; only the ratios count.
     pub weight: f64,
-    /// Roll of the board about the normal that the place needs, rad, such as its texture; half a turn further does as well.
-    /// `None`: any roll of the settings.
+    /// Required roll of the board about the normal, rad, e.g. for a texture; half a turn further is equivalent. `None`: any roll of the settings.
     pub roll_rad: Option<f64>,
 }
 
 impl From<Target> for WeightedTarget {
-    /// As likely as every other.
+    /// With the same weight as every other.
     fn from(target: Target) -> Self {
         Self {
             target,
@@ -28,29 +27,28 @@ impl From<Target> for WeightedTarget {
     }
 }
 
-/// How touches are spread over walls of different size.
+/// Distribution of touches over walls of different size.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum WallShare {
-    /// Every wall is touched as often as every other: people touch things.
+    /// The same for every wall: people touch things.
     #[default]
     Equal,
-    /// In proportion to the area within reach.
+    /// In proportion to the reachable area.
     Area,
 }
 
-/// Where people touch walls.
+/// Range of the touches on walls.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TouchRange {
-    /// Heights above the base, m; default 0.15 to 1.3: from the hip to a little above the eyes of a person whose eyes
-    /// are 1 m above the base.
+    /// Heights above the base, m; default 0.15 to 1.3: from the hip to a little above the eyes of a person whose eyes are 1 m above the base.
     pub heights: Interval,
-    /// Distance between places, m; default 0.1.
+    /// Spacing of places, m; default 0.1.
     pub spacing_m: f64,
-    /// How far inside the borders of a wall, m; default 0.08, a hand's breadth.
+    /// Distance from the borders of a wall, m; default 0.08, a hand's breadth.
     pub inset_m: f64,
-    /// How touches are spread over the walls; default equally.
+    /// Distribution of touches over the walls; default equal.
     pub share: WallShare,
-    /// Centre and radius, m, of a ball that holds all places, such as the reach of a standing person; default none.
+    /// Centre and radius, m, of a ball that contains all places, e.g. the reach of a standing person; default none.
     pub ball: Option<(DVec3, f64)>,
 }
 
@@ -66,11 +64,11 @@ impl Default for TouchRange {
     }
 }
 
-/// More places on one wall than this are refused before memory is taken.
+/// More places on one wall are rejected before memory is allocated.
 const MOST_A_WALL: usize = 100_000;
 
-/// Places within reach on the walls that maps were made of, on the side that each facet names as its outer one, over the
-/// heights at which people touch. A wall counts only if the base stands behind it.
+/// Reachable places on the walls of maps, on the outer side of each facet, within the touched heights. A wall counts only if the base stands behind
+/// it.
 ///
 /// # Errors
 /// A setting out of range, no walls, nothing within reach.
@@ -85,8 +83,8 @@ pub fn targets_of_maps(
     chosen(maps.facets(), range, is_reachable)
 }
 
-/// Places on facets, on the outer side of each, over the heights at which people touch: for a base that has no place yet.
-/// Heights and ball are those of the facets' frame.
+/// Places on facets, on the outer side of each, within the touched heights: for a base without a position yet. Heights and ball are in the frame of
+/// the facets.
 ///
 /// # Errors
 /// A setting out of range, a facet that is not vertical, no facets with a place in the range.
@@ -135,7 +133,7 @@ impl TouchRange {
     /// Rejects settings out of range.
     ///
     /// # Errors
-    /// The first setting outside its range; NaN is outside every range.
+    /// The first setting outside its range; NaN is always outside.
     pub fn validate(&self) -> Result<(), ArrivalError> {
         finite("lowest height", self.heights.lo_m)?;
         finite("highest height", self.heights.hi_m)?;
@@ -148,7 +146,7 @@ impl TouchRange {
         Ok(())
     }
 
-    /// The places of a facet: a grid, evenly within its borders.
+    /// The places of a facet: an even grid within its borders.
     fn places_of(&self, plane: &WallPlane, facet: &WallFacet) -> Result<Vec<DVec3>, ArrivalError> {
         let mut along = Interval::new(f64::INFINITY, f64::NEG_INFINITY);
         for corner in &facet.outline_m {

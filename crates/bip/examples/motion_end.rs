@@ -1,4 +1,4 @@
-//! Where will a motion end, and how sure is that? Learned from demonstrations, asked while it happens.
+//! Where will a motion end, and how certain is that? Learned from demonstrations, predicted during the motion.
 //!
 //! `cargo run -p hwall-bip --example motion_end`
 
@@ -7,7 +7,7 @@ use hwall_bip::{
     Tuned, TuningConfig, tune,
 };
 
-/// A reach along an arc: way and height of a hand at 50 Hz, m. `person` varies how it is done.
+/// A reach along an arc: distance and height of a hand at 50 Hz, m. `person` varies the style.
 fn reach(depth_m: f64, duration_s: f64, person: f64) -> Result<Demonstration, BipError> {
     let samples = (50.0 * duration_s) as usize;
     let mut values = Vec::new();
@@ -34,7 +34,7 @@ fn main() -> Result<(), BipError> {
         .collect::<Result<Vec<_>, _>>()?;
     let groups = vec![Group::observed("hand", 2, Basis::Legendre { count: 6 })];
     let training = TrainingConfig::new(groups);
-    // The noise is chosen on demonstrations that were left out, so that intervals hold what they claim.
+    // The noise is chosen on held-out demonstrations, so that intervals have their stated coverage.
     let Tuned { model, trials } = tune(&known, &training, &TuningConfig::new(&training))?;
     println!(
         "{} demonstrations, {} settings tried",

@@ -3,7 +3,7 @@
 use hwall_numeric::ArgumentError;
 use hwall_numeric::dense::{NotConverged, NotPositiveDefinite};
 
-/// What can be wrong with a demonstration, a configuration, an observation or a file.
+/// Errors in demonstrations, configurations, observations or files.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BipError {
@@ -20,7 +20,7 @@ pub enum BipError {
         /// NaN or an infinity.
         value: f64,
     },
-    /// Time stands still or runs backwards between two samples.
+    /// Time does not increase between two samples.
     #[error("row {row}: time {time} does not follow {previous}")]
     TimeNotIncreasing {
         /// The later sample, from 0.
@@ -30,7 +30,7 @@ pub enum BipError {
         /// Time stamp of the sample before.
         previous: f64,
     },
-    /// A demonstration has fewer than two samples, hence no duration.
+    /// A demonstration has fewer than two samples, so it has no duration.
     #[error("{samples} samples, a demonstration needs at least 2")]
     TooShort {
         /// Samples given.
@@ -46,7 +46,7 @@ pub enum BipError {
         /// Length given.
         got: usize,
     },
-    /// A demonstration has another number of degrees of freedom than the groups of the model.
+    /// The number of degrees of freedom of a demonstration differs from that of the groups.
     #[error(
         "demonstration {demonstration} has {got} degrees of freedom, the groups have {expected}"
     )]
@@ -58,7 +58,7 @@ pub enum BipError {
         /// Degrees of freedom of the demonstration.
         got: usize,
     },
-    /// A component of a bank has another number of degrees of freedom than the first one.
+    /// The number of degrees of freedom of a component of a bank differs from that of the first.
     #[error("component {component} has {got} degrees of freedom, the first one has {expected}")]
     ComponentMismatch {
         /// Component, from 0.
@@ -68,7 +68,7 @@ pub enum BipError {
         /// Degrees of freedom of this one.
         got: usize,
     },
-    /// Fewer demonstrations than a request needs.
+    /// Too few demonstrations.
     #[error("{got} demonstrations, {needed} are needed")]
     TooFewDemonstrations {
         /// Demonstrations needed.
@@ -76,21 +76,21 @@ pub enum BipError {
         /// Demonstrations given.
         got: usize,
     },
-    /// The degrees of freedom of an onset do not move, or move no faster than their noise.
+    /// The degrees of freedom of an onset do not move, or not faster than their noise.
     #[error("nothing moves: peak speed {peak_speed}, noise reaches {noise_speed}")]
     NothingMoves {
         /// Largest smoothed speed, in the unit of the degrees of freedom per unit of time.
         peak_speed: f64,
-        /// Speed that noise alone hardly ever has.
+        /// Upper bound of the speed from noise alone.
         noise_speed: f64,
     },
-    /// A demonstration that the trainer does not hold, or no longer holds.
+    /// The trainer does not hold this demonstration, or no longer.
     #[error("no demonstration with number {id}")]
     UnknownDemonstration {
         /// Its number: how many were added before it.
         id: u64,
     },
-    /// A degree of freedom that the model does not have.
+    /// The model does not have this degree of freedom.
     #[error("degree of freedom {dof} does not exist, there are {dofs}")]
     UnknownDof {
         /// Index given, from 0.
@@ -114,7 +114,7 @@ pub enum BipError {
         /// The pivot.
         value: f64,
     },
-    /// A basis function or its weight is too large for a double at this phase.
+    /// A basis function or its weight overflows at this phase.
     #[error("overflow at phase {phase}")]
     Overflow {
         /// The phase.
@@ -127,7 +127,7 @@ pub enum BipError {
     /// The functions stored for a basis are not orthonormal functions of that basis.
     #[error("the stored functions of a basis deviate from orthonormal ones by {deviation}")]
     FileBasis {
-        /// Largest entry of the difference of their products from the identity.
+        /// Largest deviation of their Gram matrix from the identity.
         deviation: f64,
     },
     /// A singular value decomposition did not converge.
@@ -160,7 +160,7 @@ impl From<NotConverged> for BipError {
     }
 }
 
-/// Rejects another length than the expected one.
+/// Rejects an unexpected length.
 pub(crate) fn length(what: &'static str, expected: usize, got: usize) -> Result<(), BipError> {
     if expected == got {
         Ok(())

@@ -1,9 +1,8 @@
-//! What files of learned models have in common: JSON with a header and a digest, and the errors of
-//! reading it. For [`Model`](crate::Model) and for models of other crates that contain one.
+//! Common format of learned model files: JSON with a header and a digest, and the errors of reading it. For [`Model`](crate::Model) and for models
+//! of other crates that contain one.
 //!
-//! A file is one JSON object with the fields `format` (what it is), `version` (from 1 up) and
-//! `digest`, and with whatever the model consists of. The version is checked before the rest is
-//! read, because the rest of a newer version may look different.
+//! A file is one JSON object with the fields `format` (its type), `version` (from 1 up) and `digest`, and the data of the model. The version is
+//! checked before the rest is read, because a newer version may differ.
 //!
 //! ```
 //! use hwall_bip::model_file::{self, Digest, Format, ModelFileError};
@@ -33,24 +32,24 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::io::{self, Read, Write};
 
-/// What can be wrong with a model file.
+/// Errors in a model file.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ModelFileError {
     /// Reading or writing failed.
     #[error("model file: {message}")]
     Io {
-        /// Kind of the failure.
+        /// Kind of failure.
         kind: io::ErrorKind,
-        /// What the reader or writer says.
+        /// Message of the reader or writer.
         message: String,
     },
-    /// The file is something else.
+    /// The file has another format.
     #[error("the file says it is {found:?}, not {expected:?}")]
     Format {
-        /// What the header of such a file says.
+        /// Expected format name.
         expected: &'static str,
-        /// What this one says.
+        /// Format name of this file.
         found: String,
     },
     /// The version of the file is unknown.
@@ -61,7 +60,7 @@ pub enum ModelFileError {
         /// Version of the file.
         found: u64,
     },
-    /// The file ends before the model does.
+    /// The file is truncated.
     #[error("the file ends too early, at line {line}, column {column}")]
     Truncated {
         /// Line, from 1.
@@ -77,17 +76,17 @@ pub enum ModelFileError {
         /// Column, from 1.
         column: usize,
     },
-    /// A field of the file is missing, unknown or of another type.
+    /// A field of the file is missing, unknown or of wrong type.
     #[error("not a model at line {line}, column {column}: {problem}")]
     Contents {
         /// Line, from 1.
         line: usize,
         /// Column, from 1.
         column: usize,
-        /// The field and what is wrong with it, in the words of the JSON reader.
+        /// The field and the problem, as reported by the JSON parser.
         problem: String,
     },
-    /// The contents of the file are not what was written.
+    /// The contents of the file were changed.
     #[error("the file was changed: its digest is {computed}, it says {stored}")]
     Digest {
         /// Digest in the file.
@@ -97,12 +96,12 @@ pub enum ModelFileError {
     },
 }
 
-/// Header of a kind of model files.
+/// Header of a type of model file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Format {
-    /// Contents of the field `format`.
+    /// Value of the field `format`.
     pub name: &'static str,
-    /// Version that is written, and the newest one that is read.
+    /// Version written, and the newest version read.
     pub version: u64,
 }
 
@@ -193,9 +192,9 @@ pub fn check_digest(stored: &str, computed: String) -> Result<(), ModelFileError
     })
 }
 
-/// The 64-bit Fowler-Noll-Vo hash, variant 1a: against accidents, not against forgery.
+/// The 64-bit Fowler-Noll-Vo hash, variant 1a: protects against accidents, not forgery.
 ///
-/// It takes the bits of numbers, not their text, so that a file may print them in any way.
+/// It hashes the bits of numbers, not their text, so number formatting does not matter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Digest(u64);
 
@@ -206,13 +205,13 @@ impl Default for Digest {
 }
 
 impl Digest {
-    /// Of nothing.
+    /// Hash of the empty sequence.
     #[must_use]
     pub const fn new() -> Self {
         Self(0xcbf2_9ce4_8422_2325)
     }
 
-    /// Takes bytes.
+    /// Adds bytes.
     pub fn bytes(&mut self, bytes: &[u8]) -> &mut Self {
         for b in bytes {
             self.0 = (self.0 ^ u64::from(*b)).wrapping_mul(0x0000_0100_0000_01b3);
@@ -220,12 +219,12 @@ impl Digest {
         self
     }
 
-    /// Takes a count, as eight bytes, the lowest first.
+    /// Adds a count, as eight bytes, little-endian.
     pub fn count(&mut self, n: usize) -> &mut Self {
         self.bytes(&(n as u64).to_le_bytes())
     }
 
-    /// Takes how many numbers there are, then the bits of each, the lowest byte first.
+    /// Adds the count of the numbers, then the bits of each, little-endian.
     pub fn numbers(&mut self, numbers: &[f64]) -> &mut Self {
         self.count(numbers.len());
         for x in numbers {
@@ -234,7 +233,7 @@ impl Digest {
         self
     }
 
-    /// Takes whether there are numbers (1 or 0), then the numbers.
+    /// Adds whether there are numbers (1 or 0), then the numbers.
     pub fn optional(&mut self, numbers: Option<&[f64]>) -> &mut Self {
         self.count(usize::from(numbers.is_some()));
         self.numbers(numbers.unwrap_or_default())

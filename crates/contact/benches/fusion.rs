@@ -1,6 +1,6 @@
-//! Time of a fused prediction beside its error, by the number of rays: `cargo bench -p hwall-contact`.
+//! Time and error of a fused prediction by the number of rays: `cargo bench -p hwall-contact`.
 //!
-//! The estimator states an error of 8, 5 and 2 cm that it really has, and costs nothing.
+//! The estimator states an error of 8, 5 and 2 cm, which it really has, and takes no time.
 
 #[path = "../tests/it/common/mod.rs"]
 mod common;

@@ -1,7 +1,6 @@
-//! Time of a sample beside the error: `cargo bench -p hwall-contact --bench speed_error`.
+//! Time per sample and error: `cargo bench -p hwall-contact --bench speed_error`.
 //!
-//! Estimators of where a reach ends, and the learned one fused with a wall and a gaze. People to
-//! learn from and people to be judged by are different ones.
+//! Estimators of the end of a reach, and the learned one fused with a wall and gaze. Training and test people are different.
 
 mod reaches;
 
@@ -18,17 +17,17 @@ use reaches::reaches;
 use std::time::Instant;
 
 const SEED: u64 = 7;
-/// People and reaches to learn from, as in the dissertation, and to be judged by.
+/// Number of people and reaches for training, as in the dissertation, and for testing.
 const TRAIN: (usize, usize) = (6, 47);
 const TEST: (usize, usize) = (8, 160);
-/// Shares of the samples of a reach after which it is judged.
+/// Shares of the samples of a reach at which it is evaluated.
 const SHARES: [f64; 3] = [0.5, 0.7, 0.9];
 
-/// A wall that the reaches end on, and a smaller one before it.
+/// The wall where the reaches end, and a smaller one in front of it.
 const SCENE: &str = "o wall\nv 0 -1 -1\nv 0 1 -1\nv 0 1 1\nv 0 -1 1\nf 1 2 3 4\n\
                      o shelf\nv 0.2 -0.9 -0.4\nv 0.2 -0.5 -0.4\nv 0.2 -0.5 0\nv 0.2 -0.9 0\nf 5 6 7 8\n";
 
-/// Follows all reaches; `step` says where one ends, m.
+/// Follows all reaches; `step` returns the predicted end, m.
 fn follow(
     table: &mut SpeedErrorTable,
     (method, setting, note): (&str, &str, String),

@@ -1,4 +1,4 @@
-//! Which of two surfaces will a hand touch, where and when? Learned from reaches, asked while the hand moves.
+//! Which of two surfaces will a hand touch, where and when? Learned from reaches, predicted while the hand moves.
 //!
 //! `cargo run --release -p hwall-contact --example foresee_touch`
 
@@ -12,7 +12,7 @@ use hwall_contact::*;
 const ROOM: &str = "o panel\nv 0.6 -0.8 0\nv 0.6 0 0\nv 0.6 0 2\nv 0.6 -0.8 2\nf 1 4 3 2\n\
                     o door\nv 0.6 0 0\nv 0.6 0.8 0\nv 0.6 0.8 2\nv 0.6 0 2\nf 5 8 7 6\n";
 
-/// An index finger on its way, with a slight bow; in earnest, `labelled_reaches` makes these from recordings.
+/// A reach of an index finger, slightly curved; in practice, `labelled_reaches` makes these from recordings.
 fn reach(person: usize, end_m: DVec3, duration_s: f64) -> LabelledReach {
     let rest_m = DVec3::new(0.05, 0.02 * person as f64, 1.0);
     let frame = |k: usize| {

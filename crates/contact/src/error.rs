@@ -3,19 +3,19 @@
 use hwall_hand::HandError;
 use hwall_numeric::ArgumentError;
 
-/// What can be wrong with training reaches, a model file or a configuration.
+/// Errors in training reaches, model files or configurations.
 ///
-/// A hand that is about to touch nothing is not an error: see [`Predictor`](crate::Predictor).
+/// A hand that approaches nothing is not an error: see [`Predictor`](crate::Predictor).
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ContactError {
     /// An argument is not finite or outside its range.
     #[error(transparent)]
     Argument(#[from] ArgumentError),
-    /// A labelled reach cannot be learnt from, or a setting of a filter is out of range.
+    /// A labelled reach cannot be learned from, or a setting of a filter is out of range.
     #[error(transparent)]
     Hand(#[from] HandError),
-    /// There are too few reaches to learn from.
+    /// Too few training reaches.
     #[error("{got} reaches, at least {needed} are needed")]
     TooFewReaches {
         /// How many there are.

@@ -3,16 +3,16 @@
 use glam::{DMat3, DVec3};
 use hwall_hand::HandFrame;
 
-/// Where and when the hand is going to touch, judged by its own motion alone.
+/// Where and when the hand is going to touch, predicted from its own motion alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactEstimate {
-    /// Time of the sample the estimate is of, s.
+    /// Time of the sample that the estimate belongs to, s.
     pub t_s: f64,
     /// Where the touching point of the hand will be at contact, m, in the frame of the samples.
     pub point_m: DVec3,
-    /// Covariance of the error of `point_m`, symmetric, m²; `None` from an estimator that has none.
+    /// Covariance of the error of `point_m`, symmetric, m²; `None` if the estimator has none.
     pub covariance_m2: Option<DMat3>,
-    /// Unit normal of the surface there, towards the hand; `None` where none was learnt.
+    /// Unit normal of the surface there, towards the hand; `None` if none was learned.
     pub normal: Option<DVec3>,
     /// Time from `t_s` to the contact and the standard deviation of its error, s.
     pub time_to_contact_s: Option<TimeToContact>,
@@ -23,7 +23,7 @@ pub struct ContactEstimate {
 pub struct TimeToContact {
     /// Expected time left, s; not negative.
     pub mean_s: f64,
-    /// Standard deviation of its error, s; `None` from an estimator that has none.
+    /// Standard deviation of its error, s; `None` if the estimator has none.
     pub sd_s: Option<f64>,
 }
 
@@ -40,8 +40,8 @@ impl ContactEstimate {
         }
     }
 
-    /// Squared Mahalanobis distance of a point from the estimate; `None` without a covariance. The 90 % region
-    /// is the ellipsoid in space where it is at most 6.251, the 50 % region where it is at most 2.366.
+    /// Squared Mahalanobis distance of a point from the estimate; `None` without a covariance. The 90 % region is the ellipsoid where it is at most
+    /// 6.251, the 50 % region where it is at most 2.366.
     #[must_use]
     pub fn distance_squared(&self, point_m: DVec3) -> Option<f64> {
         let miss_m = point_m - self.point_m;
@@ -49,7 +49,7 @@ impl ContactEstimate {
         Some(miss_m.dot(inverse * miss_m))
     }
 
-    /// No number in it is NaN or infinite.
+    /// All its numbers are finite.
     pub(crate) fn is_finite(&self) -> bool {
         let left = |t: TimeToContact| t.mean_s.is_finite() && t.sd_s.is_none_or(f64::is_finite);
         self.point_m.is_finite()
@@ -58,40 +58,37 @@ impl ContactEstimate {
     }
 }
 
-/// Follows one reach after the other and estimates, sample by sample, where and when it ends.
+/// Follows one reach after another and estimates, sample by sample, where and when it ends.
 ///
-/// All samples are in one frame, by convention the robot's base frame, in order of time. Points of
-/// the hand may be missing in any of them.
+/// All samples are in one frame, by convention the robot's base frame, in order of time. Any point of the hand may be missing in any sample.
 pub trait ContactEstimator {
     /// A new reach begins: forgets the samples of the one before.
     fn begin(&mut self);
 
-    /// A reach may be beginning: as [`begin`](Self::begin), but [`touched`](Self::touched) still tells of the reach before,
-    /// until [`confirm`](Self::confirm) says that it has begun; if it has not, the next `begin` or `begin_tentatively` says
-    /// so. Returns whether the estimator can do that: one that cannot does nothing, as the default, and is given the samples
-    /// again when the reach has begun.
+    /// A reach may have begun: as [`begin`](Self::begin), but [`touched`](Self::touched) still refers to the previous reach until
+    /// [`confirm`](Self::confirm). The next `begin` or `begin_tentatively` without `confirm` means that the reach did not begin. Returns whether
+    /// the estimator supports this; one that does not does nothing (the default) and receives the samples again when the reach has begun.
     fn begin_tentatively(&mut self) -> bool {
         false
     }
 
-    /// The reach that may have begun has begun.
+    /// Confirms the tentative reach.
     fn confirm(&mut self) {}
 
-    /// Takes the next sample of the reach; `None` while there is no estimate, as before the first
-    /// sample in which a point of the hand is seen. All numbers of an estimate are finite.
+    /// Takes the next sample of the reach; `None` while there is no estimate, e.g. before the first sample that shows a point of the hand. All
+    /// numbers of an estimate are finite.
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate>;
 
-    /// The reach that was followed last ended with a touch of the touching point there, m, then, s: an estimator
-    /// that adapts to a person and a room learns from it before the next [`begin`](Self::begin). Others do
-    /// nothing, as the default does.
+    /// The last reach ended when its touching point touched at this point, m, and time, s. An estimator that adapts to a person and a room learns
+    /// from it before the next [`begin`](Self::begin). The default does nothing.
     fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
         let _ = (contact_m, contact_s);
     }
 
-    /// Somebody else comes, or the room is another one: forgets what [`touched`](Self::touched) taught.
+    /// The person or the room changes: forgets what [`touched`](Self::touched) taught.
     fn forget(&mut self) {}
 
-    /// How many reaches it was learnt from; `None` for one that nothing was learnt for, or that does not say.
+    /// Number of training reaches; `None` if the estimator was not trained, or does not report it.
     fn training_reaches(&self) -> Option<usize> {
         None
     }

@@ -22,8 +22,8 @@ pub(crate) fn trace(m: &DMat3) -> f64 {
     m.x_axis.x + m.y_axis.y + m.z_axis.z
 }
 
-/// Two axes of the plane with this unit normal. The first is level, so that both turn with a room that is turned about the vertical. A
-/// level plane has no such pair, and gets any.
+/// Two axes of the plane with this unit normal. The first is horizontal, so that the axes turn with the room about the vertical. For a horizontal
+/// plane the choice is arbitrary.
 pub(crate) fn axes_across(normal: DVec3) -> [DVec3; 2] {
     let u = DVec3::Z
         .cross(normal)
@@ -47,7 +47,7 @@ impl Plane {
         vv: 0.0,
     };
 
-    /// What a matrix of space is in these axes.
+    /// A matrix of space, restricted to these axes.
     pub(crate) fn of(m: &DMat3, [u, v]: [DVec3; 2]) -> Self {
         let mv = *m * v;
         Self {
@@ -57,7 +57,7 @@ impl Plane {
         }
     }
 
-    /// With this variance added in each direction.
+    /// Adds an isotropic variance.
     pub(crate) fn plus(self, variance: f64) -> Self {
         Self {
             uu: self.uu + variance,

@@ -1,12 +1,11 @@
-//! What a set of reaches has in common, and how it is split to hold reaches out.
+//! Common properties of a set of reaches, and its division into held-out groups.
 
 use crate::error::ContactError;
 use glam::DVec3;
 use hwall_hand::{HandError, HandFrame, HandPoint, LabelledReach, NamedPoint};
 use std::borrow::Borrow;
 
-/// The reaches, however they are held: training takes owned reaches and references to them alike, so that a
-/// fold needs no copies of its frames.
+/// References to the reaches: training accepts owned reaches and references, so that a fold needs no copies of its frames.
 pub(crate) fn references<R: Borrow<LabelledReach>>(reaches: &[R]) -> Vec<&LabelledReach> {
     reaches.iter().map(Borrow::borrow).collect()
 }
@@ -14,7 +13,7 @@ pub(crate) fn references<R: Borrow<LabelledReach>>(reaches: &[R]) -> Vec<&Labell
 /// The touching point of all reaches.
 ///
 /// # Errors
-/// No reach, one that is not valid, or several touching points.
+/// No reach, an invalid one, or several touching points.
 pub(crate) fn touching_point(reaches: &[&LabelledReach]) -> Result<HandPoint, ContactError> {
     reaches.iter().try_for_each(|r| r.validate())?;
     let first = reaches
@@ -41,7 +40,7 @@ pub(crate) fn mean_offsets_m(
         .map(|offset_m| offset_m.filter(|o| o.is_finite()))
 }
 
-/// Mean of a value that some samples of the reaches have.
+/// Mean of a value over the samples that have it.
 pub(crate) fn mean(
     reaches: &[&LabelledReach],
     value: impl Fn(&HandFrame) -> Option<DVec3>,
@@ -51,12 +50,11 @@ pub(crate) fn mean(
     (n > 0.0).then(|| sum / n)
 }
 
-/// With fewer people than this, reaches are held out and not people.
+/// With fewer people, reaches are held out instead of people.
 const FEWEST_PEOPLE: usize = 3;
 
-/// Which reaches are held out together, as the number of a group for each reach. With three people or more
-/// it holds all reaches of a person, in at most `by_person` groups; else every n-th reach, in `by_reach`
-/// groups. Reaches without a person count as those of one person.
+/// The held-out group of each reach, as an index. With three people or more a group holds all reaches of its people, in at most `by_person` groups;
+/// else every n-th reach, in `by_reach` groups. Reaches without a person count as those of one person.
 pub(crate) fn held_out_groups(
     reaches: &[&LabelledReach],
     by_person: usize,

@@ -1,9 +1,8 @@
-//! Ridge regression with parts of the samples held out.
+//! Ridge regression with held-out parts of the samples.
 
 use hwall_numeric::dense::{Cholesky, Matrix, NotPositiveDefinite};
 
-/// Share of the ridge that the constant gets: next to none, so that it stays free, but enough for equations
-/// of which all samples were taken away.
+/// Share of the ridge on the constant: almost none, so that it stays free, but enough to solve equations without any samples left.
 const CONSTANT_SHARE: f64 = 1e-9;
 
 /// `XᵀX` and `XᵀY` of some samples; the last feature is the constant.
@@ -17,7 +16,7 @@ pub(crate) struct NormalEquations {
 }
 
 impl NormalEquations {
-    /// Of one sample per row; `x` and `y` have as many rows.
+    /// From one sample per row; `x` and `y` have as many rows.
     pub(crate) fn new(x: &Matrix, y: &Matrix) -> Self {
         let square = |k: usize| (0..y.rows()).map(|i| y[(i, k)].powi(2)).sum();
         Self {
@@ -28,12 +27,12 @@ impl NormalEquations {
         }
     }
 
-    /// How many samples there are.
+    /// Number of samples.
     pub(crate) const fn samples(&self) -> f64 {
         self.samples
     }
 
-    /// Mean of the squares of all features except the constant, summed over the samples.
+    /// Mean over the features, without the constant, of their summed squares over the samples.
     pub(crate) fn mean_square(&self) -> f64 {
         let features = self.gram.rows() - 1;
         let sum: f64 = (0..features).map(|i| self.gram[(i, i)]).sum();
@@ -49,7 +48,7 @@ impl NormalEquations {
         self.samples += sign * other.samples;
     }
 
-    /// The equations of some of the features; the constant must be the last of them.
+    /// The equations for a subset of the features; the constant must be the last of them.
     fn restricted(&self, columns: &[usize]) -> Self {
         let n = columns.len();
         Self {
@@ -62,8 +61,8 @@ impl NormalEquations {
         }
     }
 
-    /// Squared errors of coefficients on these samples, for each of the first `outputs`:
-    /// `tr(YᵀY - 2 WᵀXᵀY + WᵀXᵀX W)`, so no sample is looked at again.
+    /// Squared errors of coefficients on these samples, for each of the first `outputs`: `tr(YᵀY - 2 WᵀXᵀY + WᵀXᵀX W)`, without another pass over
+    /// the samples.
     fn squared_errors(&self, coefficients: &Matrix, outputs: usize) -> Vec<f64> {
         let mut fitted = vec![0.0; outputs];
         let mut sums = vec![0.0; outputs];
@@ -94,26 +93,24 @@ impl NormalEquations {
     }
 }
 
-/// Normal equations of samples in parts, each of which can be held out: what the others say of a part is
-/// found by taking the part away from the sum, so all parts cost little more than one fit. Source:
-/// [Allen 1974].
+/// Normal equations of samples in parts, each of which can be held out by subtracting it from the sum, so all parts cost little more than one fit.
+/// Source: [Allen 1974].
 #[derive(Debug, Clone)]
 pub(crate) struct PartedEquations {
     parts: Vec<NormalEquations>,
     all: NormalEquations,
 }
 
-/// Coefficients with and without each part.
 #[derive(Debug, Clone)]
 pub(crate) struct Fits {
     /// From all samples; one row per feature and one column per output.
     pub(crate) all: Matrix,
-    /// From all samples but those of each part.
+    /// From all samples without each part.
     pub(crate) without: Vec<Matrix>,
 }
 
 impl PartedEquations {
-    /// `None` of no parts.
+    /// `None` without parts.
     pub(crate) fn new(parts: Vec<NormalEquations>) -> Option<Self> {
         let mut all = parts.first()?.clone();
         for part in &parts[1..] {
@@ -122,7 +119,7 @@ impl PartedEquations {
         Some(Self { parts, all })
     }
 
-    /// The same with the parts joined to at most `count`.
+    /// The same with the parts merged into at most `count`.
     pub(crate) fn joined(&self, count: usize) -> Self {
         let mut parts: Vec<NormalEquations> = Vec::new();
         for (i, part) in self.parts.iter().enumerate() {
@@ -137,7 +134,7 @@ impl PartedEquations {
         }
     }
 
-    /// The equations of some of the features; the constant must be the last of them.
+    /// The equations for a subset of the features; the constant must be the last of them.
     pub(crate) fn restricted(&self, columns: &[usize]) -> Self {
         Self {
             parts: self.parts.iter().map(|p| p.restricted(columns)).collect(),
@@ -145,8 +142,7 @@ impl PartedEquations {
         }
     }
 
-    /// Squared errors of the first `outputs` on each part that is held out, with the best of some ridges, which are
-    /// shares of the mean square of a feature.
+    /// Squared errors of the first `outputs` on each held-out part, with the best of some ridges, which are shares of the mean square of a feature.
     ///
     /// # Errors
     /// As [`fits`](Self::fits).
@@ -171,7 +167,7 @@ impl PartedEquations {
         Ok(best.unwrap_or_default())
     }
 
-    /// Squared errors on all parts, each by the fit without it, for each of the first `outputs`.
+    /// Squared errors on all parts, each with the fit without it, for each of the first `outputs`.
     pub(crate) fn squared_errors(&self, fits: &Fits, outputs: usize) -> Vec<f64> {
         let mut sums = vec![0.0; outputs];
         for (part, without) in self.parts.iter().zip(&fits.without) {
@@ -187,17 +183,16 @@ impl PartedEquations {
         &self.all
     }
 
-    /// Does one part hold all samples? Nothing is then known of it from the others.
+    /// Does one part hold all samples? Then it cannot be predicted from the others.
     pub(crate) fn is_one_part(&self) -> bool {
         let holds_all = |part: &NormalEquations| part.samples == self.all.samples;
         self.parts.iter().any(holds_all)
     }
 
-    /// The fits with a ridge that may depend on the samples fitted. Parts without samples, and the only part
-    /// there is, get the coefficients of all.
+    /// The fits with a ridge that may depend on the samples. Parts without samples, or a single part, get the coefficients of all.
     ///
     /// # Errors
-    /// Equations that stay singular, as features that are not finite make them.
+    /// The equations are singular, e.g. because of non-finite features.
     pub(crate) fn fits(
         &self,
         ridge: impl Fn(&NormalEquations) -> f64,
@@ -259,7 +254,7 @@ mod tests {
                 assert!((a - b).abs() < 1e-12, "{a} {b}");
             }
         }
-        // The planted coefficients, but for the waves and the ridge.
+        // The true coefficients, up to the waves and the ridge.
         assert!((fits.all[(0, 0)] - 2.0).abs() < 0.02 && (fits.all[(2, 1)] + 3.0).abs() < 0.02);
     }
 

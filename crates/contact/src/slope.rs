@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// Slope of the straight line through places, m, at times, s; zero for a single one.
+/// Slope of the straight line through positions, m, at times, s; zero for a single one.
 pub(crate) fn slope(samples: impl Iterator<Item = (f64, DVec3)> + Clone) -> DVec3 {
     let (mut count, mut t_sum, mut p_sum) = (0.0, 0.0, DVec3::ZERO);
     let first_s = samples.clone().next().map_or(0.0, |s| s.0);

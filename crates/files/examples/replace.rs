@@ -1,4 +1,4 @@
-//! Replaces a file, then fails halfway through the next one: the whole one stays.
+//! Replaces a file, then fails halfway through the next version: the complete one stays.
 
 use std::io::{self, Write};
 

@@ -1,18 +1,18 @@
-//! A place beside a file's name, where its successor is written.
+//! A temporary file beside the target, renamed when complete.
 
 use std::fs::{self, File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Tells the places of one process apart.
+/// Makes temporary names unique within a process.
 static COUNT: AtomicU64 = AtomicU64::new(0);
-/// Names tried before giving up; a name can only be taken by what a killed process of the same number left.
+/// Names tried before giving up; only leftovers of a killed process with the same id can occupy a name.
 const TRIES: usize = 100;
 
-/// A file on its way to its name: [`path`](Self::path) is written, [`finish`](Self::finish) gives it the name.
+/// A file under construction: write to [`path`](Self::path), then [`finish`](Self::finish) gives it the target's name.
 ///
-/// Dropped without that, it is removed, and what had the name before is as it was.
+/// Dropped without `finish`, it is removed, and the old file stays unchanged.
 #[derive(Debug)]
 pub struct Beside {
     target: PathBuf,
@@ -21,7 +21,7 @@ pub struct Beside {
 }
 
 impl Beside {
-    /// Makes an empty file beside `target`.
+    /// Creates an empty file beside `target`.
     ///
     /// # Errors
     /// A folder that is missing or cannot be written to; a target that is a folder or write-protected.
@@ -38,14 +38,14 @@ impl Beside {
                 });
             }
             Ok(old) => {
-                // A rename would pass over the protection.
+                // A rename would bypass the write protection.
                 OpenOptions::new().write(true).open(named)?;
                 (fs::canonicalize(named)?, Some(old.permissions()))
             }
             Err(_) => (behind_links(named)?, None),
         };
         let (part, file) = part(&target)?;
-        // From here on dropping removes the file.
+        // From here on, dropping removes the file.
         let beside = Self {
             target,
             part: Some(part),
@@ -56,19 +56,19 @@ impl Beside {
         Ok(beside)
     }
 
-    /// Where to write.
+    /// Path to write to.
     #[must_use]
     pub fn path(&self) -> &Path {
         self.part.as_deref().unwrap_or(&self.target)
     }
 
-    /// Gives what was written its name.
+    /// Gives the written file the target's name.
     ///
     /// # Errors
-    /// A file that cannot be brought to the disk or renamed; the old one is then as it was.
+    /// A file that cannot be synced to disk or renamed; the old file then stays unchanged.
     pub fn finish(mut self) -> io::Result<()> {
         if let Some(part) = &self.part {
-            // Else a power cut could leave the new name with nothing in it.
+            // Otherwise a power cut could leave an empty file under the target's name.
             OpenOptions::new().write(true).open(part)?.sync_all()?;
             fs::rename(part, &self.target)?;
             self.part = None;
@@ -80,16 +80,16 @@ impl Beside {
 impl Drop for Beside {
     fn drop(&mut self) {
         if let Some(part) = &self.part {
-            // Nobody is left to be told of a file that cannot be removed.
+            // An error cannot be reported here.
             let _ = fs::remove_file(part);
         }
     }
 }
 
-/// Where a name leads under which nothing is there yet.
+/// The path behind links, for a target that does not exist yet.
 fn behind_links(path: &Path) -> io::Result<PathBuf> {
     let mut path = path.to_owned();
-    // As many as Linux follows.
+    // Limit of links, as in Linux.
     for _ in 0..40 {
         match fs::read_link(&path) {
             // A relative link is relative to the folder of the link.
@@ -100,12 +100,12 @@ fn behind_links(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::other("too many links"))
 }
 
-/// A new, empty file in the folder of `target`: only within a folder is a rename one step.
+/// A new, empty file in the folder of `target`: rename is atomic only within a folder.
 fn part(target: &Path) -> io::Result<(PathBuf, File)> {
     let name = target
         .file_name()
         .ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "no name of a file"))?;
-    // File systems allow 255 bytes a name.
+    // File systems allow 255 bytes per name.
     let name: String = name.to_string_lossy().chars().take(40).collect();
     let mut tries = 0;
     loop {

@@ -1,14 +1,14 @@
-//! A buffered writer whose file appears when it is finished.
+//! A buffered writer whose file appears only when finished.
 
 use crate::beside::Beside;
 use std::fs::OpenOptions;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-/// A file that is being written; nothing has its name until [`finish`](Self::finish).
+/// A file under construction; it gets its name at [`finish`](Self::finish).
 #[derive(Debug)]
 pub struct NewFile {
-    // Declared before the place, so that it is closed before the place is removed.
+    // Declared before `beside`, so that it is closed before `beside` removes the file.
     file: BufWriter<std::fs::File>,
     beside: Beside,
 }
@@ -27,10 +27,10 @@ impl NewFile {
         })
     }
 
-    /// Writes what is buffered and gives the file its name.
+    /// Flushes and gives the file its name.
     ///
     /// # Errors
-    /// A full disk, a file that cannot be renamed; what had the name before is then as it was.
+    /// A full disk, a file that cannot be renamed; the old file then stays unchanged.
     pub fn finish(self) -> io::Result<()> {
         let Self { mut file, beside } = self;
         file.flush()?;

@@ -1,9 +1,9 @@
-//! Two names, one file?
+//! Check whether two paths are the same file.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Do both paths lead to the same file? Also when neither exists yet; links are followed, also hard ones on Unix.
+/// Do both paths lead to the same file? Works even if neither exists yet; follows links, on Unix also hard links.
 ///
 /// Pipes and devices are never the same: a terminal may be read and written.
 #[must_use]
@@ -26,7 +26,7 @@ pub fn same_file(a: impl AsRef<Path>, b: impl AsRef<Path>) -> bool {
     }
 }
 
-/// Without links, also where only the folder exists.
+/// The path without links; works if only the folder exists.
 fn resolved(path: &Path) -> Option<PathBuf> {
     if let Ok(path) = fs::canonicalize(path) {
         return Some(path);

@@ -1,9 +1,9 @@
-//! Tables of text as programs and spreadsheets of any country write them.
+//! Tables of text, as written by programs and spreadsheets of any locale.
 
 use std::borrow::Cow;
 use std::io::{self, BufRead};
 
-/// Cells of a line at most: a hundred times those of a recording of both hands and the body.
+/// Largest number of cells per line: a hundred times that of a recording of both hands and the body.
 const MOST_CELLS: usize = 10_000;
 
 /// Why a table cannot be read.
@@ -13,12 +13,12 @@ pub enum TableError {
     /// The source fails.
     #[error("{message}")]
     Io {
-        /// Which kind of failure it is.
+        /// Kind of failure.
         kind: io::ErrorKind,
         /// The message of the operating system.
         message: String,
     },
-    /// There is no line with anything on it.
+    /// All lines are blank.
     #[error("empty: no header line")]
     Empty,
     /// A row with more or fewer cells than there are columns.
@@ -31,7 +31,7 @@ pub enum TableError {
         /// Columns.
         expected: usize,
     },
-    /// More cells than any table here has: each takes memory.
+    /// More cells than any table here has; limits memory.
     #[error("line {line}: {got} cells, at most {most} are read")]
     TooManyCells {
         /// The line, from 1.
@@ -41,7 +41,7 @@ pub enum TableError {
         /// The most.
         most: usize,
     },
-    /// A line with a zero byte: UTF-16, or no text at all.
+    /// A line with a zero byte: UTF-16, or not text at all.
     #[error("line {line}: not text; save the table as UTF-8")]
     NotText {
         /// The line, from 1.
@@ -62,13 +62,13 @@ pub struct Row {
     text: String,
     /// Where each cell ends in the text.
     ends: Vec<usize>,
-    /// Cells beyond the most that are kept.
+    /// Number of cells beyond the limit, which are not kept.
     beyond: usize,
     decimal_commas: bool,
 }
 
 impl Row {
-    /// The line on which the row begins, from 1, as editors count.
+    /// The line on which the row begins, from 1, as in editors.
     #[must_use]
     pub const fn line(&self) -> u64 {
         self.line
@@ -86,10 +86,10 @@ impl Row {
         (0..self.ends.len()).map(|i| self.cell(i))
     }
 
-    /// The number of a cell; `None` where it is missing: an empty cell, `NaN`, `NA` or `N/A`.
+    /// The number of a cell; `None` for a missing one: an empty cell, `NaN`, `NA` or `N/A`.
     ///
     /// # Errors
-    /// A cell that is no finite number; its text.
+    /// A cell that is not a finite number; returns its text.
     pub fn number(&self, place: usize) -> Result<Option<f64>, &str> {
         let text = self.cell(place);
         number(text, self.decimal_commas).map_err(|()| text)
@@ -117,7 +117,7 @@ impl Row {
         }
     }
 
-    /// Takes a line, within quotes or not; does a quoted cell go on behind it?
+    /// Adds a line, starting within quotes or not; returns whether a quoted cell continues on the next line.
     fn take(&mut self, line: &str, separator: char, mut quoted: bool) -> bool {
         if !quoted && !line.contains('"') {
             for cell in line.split(separator) {
@@ -146,15 +146,15 @@ impl Row {
 
 /// A table, read row by row.
 ///
-/// The text is UTF-8, with or without a byte order mark, else Latin-1. Cells are separated by commas, semicolons, tabs or
-/// bars, whichever the first line shows; where it is not by commas, `3,5` is a number as well as `3.5`. Lines end with LF,
-/// CRLF or CR. Cells may be quoted. Blank lines and empty cells behind the last column are left out.
+/// The text is UTF-8, with or without a byte order mark, else Latin-1. The separator is a comma, semicolon, tab or
+/// bar, chosen from the first line; if it is not a comma, `3,5` is a number as well as `3.5`. Lines end with LF,
+/// CRLF or CR. Cells may be quoted. Blank lines and empty cells after the last column are ignored.
 #[derive(Debug)]
 pub struct Table<R> {
     lines: Lines<R>,
     separator: char,
     header: Vec<String>,
-    /// The first line where it is a row already.
+    /// The first line, if it is already a row.
     first: Option<Row>,
 }
 
@@ -162,7 +162,7 @@ impl<R: BufRead> Table<R> {
     /// A table with a header line.
     ///
     /// # Errors
-    /// A source that cannot be read, is empty or is no text; too many columns.
+    /// A source that cannot be read, is empty or is not text; too many columns.
     pub fn new(source: R) -> Result<Self, TableError> {
         let (mut table, first) = Self::begin(source)?;
         table.header = names_of(&first);
@@ -172,7 +172,7 @@ impl<R: BufRead> Table<R> {
         }
     }
 
-    /// A table whose header line may be missing: the columns are then `names`. A first line without a number in it is a
+    /// A table whose header line may be missing: the columns are then `names`. A first line without numbers is a
     /// header line.
     ///
     /// # Errors
@@ -221,7 +221,7 @@ impl<R: BufRead> Table<R> {
     /// Reads the next row, or returns `false` at the end.
     ///
     /// # Errors
-    /// A row with too few or too many cells, a source that cannot be read or is no text.
+    /// A row with too few or too many cells, a source that cannot be read or is not text.
     pub fn next_row(&mut self, row: &mut Row) -> Result<bool, TableError> {
         if let Some(first) = self.first.take() {
             *row = first;
@@ -247,7 +247,7 @@ impl<R: BufRead> Table<R> {
         }
     }
 
-    /// Reads the other lines of a row of which a quoted cell is open.
+    /// Reads the remaining lines of a row with an open quoted cell.
     fn complete(&mut self, row: &mut Row, mut open: bool) -> Result<(), TableError> {
         let line = row.line;
         while open {
@@ -275,7 +275,7 @@ fn names_of(header: &Row) -> Vec<String> {
     names
 }
 
-/// The number of a cell; `None` where it is missing.
+/// The number of a cell; `None` if it is missing.
 fn number(text: &str, decimal_commas: bool) -> Result<Option<f64>, ()> {
     let missing = ["", "nan", "-nan", "na", "n/a"];
     if missing.iter().any(|word| text.eq_ignore_ascii_case(word)) {
@@ -289,10 +289,10 @@ fn number(text: &str, decimal_commas: bool) -> Result<Option<f64>, ()> {
     value.map(Some).ok_or(())
 }
 
-/// The sign that separates the cells of a first line: the most frequent outside of quotes, among equals the comma.
+/// The separator of a first line: the most frequent one outside quotes; ties give the comma.
 fn separator_of(line: &str) -> char {
     const SIGNS: [char; 4] = ['|', '\t', ';', ','];
-    // Without a header line, `0,5;1,5` has as many commas as its numbers.
+    // Without a header line, decimal commas as in `0,5;1,5` would outnumber the separators.
     let are_numbers = |&sign: &char| {
         let mut cells = line.split(sign);
         line.contains(sign) && cells.all(|cell| number(cell.trim(), true).is_ok())
@@ -316,7 +316,7 @@ struct Lines<R> {
 }
 
 impl<R: BufRead> Lines<R> {
-    /// The next line that is not blank, and its number.
+    /// The next non-blank line, and its number.
     fn next_used(&mut self) -> Result<Option<(u64, Cow<'_, str>)>, TableError> {
         while self.read()? {
             if !self.raw.iter().all(|&byte| byte == b' ') {
@@ -333,7 +333,7 @@ impl<R: BufRead> Lines<R> {
         }
     }
 
-    /// Reads a line without its end; `false` behind the last.
+    /// Reads a line without its line end; `false` after the last.
     fn read(&mut self) -> Result<bool, TableError> {
         self.raw.clear();
         self.line += 1;

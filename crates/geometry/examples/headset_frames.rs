@@ -1,4 +1,4 @@
-//! Where is a hand in the frame of the robot, if a headset tracks it? And what is no frame at all?
+//! Where is a headset-tracked hand in the robot frame? And which matrices are not valid frames?
 //!
 //! `cargo run -p hwall-geometry --example headset_frames`
 
@@ -7,7 +7,7 @@ use hwall_geometry::{GeometryError, Pose};
 use std::f64::consts::PI;
 
 fn main() -> Result<(), GeometryError> {
-    // The headset's origin stands 1.2 m in front of the robot and looks at it. Its axes have y up.
+    // The headset's origin is 1.2 m in front of the robot and faces it. Its y axis is up.
     let base_from_headset = Pose::from_yaw(PI, DVec3::new(1.2, 0.0, 0.0))? * Pose::Z_UP_FROM_Y_UP;
     let palm_in_headset_m = DVec3::new(0.1, 1.2, -0.5);
     let palm_m = base_from_headset.transform_point(palm_in_headset_m);
@@ -20,7 +20,7 @@ fn main() -> Result<(), GeometryError> {
     let in_board_m = board_from_headset.transform_point(palm_in_headset_m);
     println!("palm before the board: {:.3} m", in_board_m.z);
 
-    // A calibration that was printed with six digits is off by rounding: it becomes the nearest rotation.
+    // A calibration printed with six digits has rounding errors: it becomes the nearest rotation.
     let printed = DMat3::from_cols(
         DVec3::new(0.5, 0.866025, 0.0),
         DVec3::new(-0.866025, 0.5, 0.0),
@@ -30,7 +30,7 @@ fn main() -> Result<(), GeometryError> {
     let column = repaired.rotation().x_axis.length();
     println!("a repaired axis has length 1 {:+.1e}", column - 1.0);
 
-    // Anything further off is an error that says what is wrong, and so is a mirror.
+    // Larger deviations and reflections are errors with the reason.
     for (what, matrix) in [
         ("a scaled matrix", printed * 100.0),
         ("a mirror", DMat3::from_diagonal(DVec3::new(1.0, -1.0, 1.0))),

@@ -1,19 +1,18 @@
-//! The one checked rigid transform.
+//! A checked rigid transform.
 
 use crate::error::GeometryError;
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 use hwall_numeric::check::{all_finite, finite};
 
-/// Largest deviation from orthonormality that [`Pose::new`] repairs; anything above is an error.
+/// Largest deviation from orthonormality that [`Pose::new`] repairs; larger ones are errors.
 ///
-/// Quaternions that came through `f32` are off by about 1e-7, calibrations printed with six digits by
-/// about 1e-6.
+/// Quaternions converted through `f32` are off by about 1e-7, calibrations printed with six digits by about 1e-6.
 pub const ROTATION_TOLERANCE: f64 = 1e-5;
 
 /// Position and orientation of one frame in another, named `a_from_b`.
 ///
-/// Always finite and orthonormal (to a few 1e-16): the constructors reject what is not, so a
-/// function that takes a `Pose` need not check again.
+/// Always finite and orthonormal (to a few 1e-16): the constructors reject anything else, so
+/// functions that take a `Pose` need not check again.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(try_from = "RawPose"))]
@@ -22,12 +21,12 @@ pub struct Pose {
     position_m: DVec3,
 }
 
-/// How far two poses are apart.
+/// Distance between two poses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PoseDistance {
     /// Distance of the origins, m.
     pub position_m: f64,
-    /// Angle of the turn from one to the other, rad, in `[0, π]`.
+    /// Angle of the relative rotation, rad, in `[0, π]`.
     pub angle_rad: f64,
 }
 
@@ -48,8 +47,8 @@ impl Pose {
     /// From a rotation matrix (columns are the axes of the inner frame) and an origin in metres.
     ///
     /// # Errors
-    /// NaN or infinity, or a matrix further than [`ROTATION_TOLERANCE`] from a rotation; a matrix
-    /// that is nearer is moved to the nearest rotation.
+    /// NaN or infinity, or a matrix further than [`ROTATION_TOLERANCE`] from a rotation; a closer
+    /// one is replaced by the nearest rotation.
     pub fn new(rotation: DMat3, position_m: DVec3) -> Result<Self, GeometryError> {
         all_finite("rotation", &rotation.to_cols_array())?;
         all_finite("position", &position_m.to_array())?;
@@ -58,7 +57,7 @@ impl Pose {
             .to_cols_array()
             .into_iter()
             .fold(0.0, |m: f64, x| m.max(x.abs()));
-        // Written so that a Gram matrix that overflowed to infinity or NaN fails too.
+        // Also rejects a Gram matrix that overflowed to infinity or NaN.
         let near = deviation <= ROTATION_TOLERANCE && gram.is_finite();
         if !near {
             return Err(GeometryError::NotARotation { deviation });
@@ -107,11 +106,10 @@ impl Pose {
     /// 0, 0, 0, 1.
     ///
     /// # Errors
-    /// As for [`Pose::new`], or [`GeometryError::LastRow`] for a matrix that is not of this form: transposed, for
-    /// instance.
+    /// As for [`Pose::new`], or [`GeometryError::LastRow`] for a matrix not of this form, for example a transposed one.
     pub fn from_matrix(a_from_b: &DMat4) -> Result<Self, GeometryError> {
         let row = a_from_b.row(3).to_array();
-        // NaN differs from anything.
+        // NaN compares unequal.
         if row != [0.0, 0.0, 0.0, 1.0] {
             return Err(GeometryError::LastRow { row });
         }
@@ -135,7 +133,7 @@ impl Pose {
         Self::new(rotation, position_m)
     }
 
-    /// A turn about z (counter-clockwise seen from above), rad, then a translation, metres.
+    /// A rotation about z (counter-clockwise seen from above), rad, then a translation, metres.
     ///
     /// # Errors
     /// NaN or infinity.
@@ -143,10 +141,10 @@ impl Pose {
         Self::new(DMat3::from_rotation_z(finite("yaw", yaw_rad)?), position_m)
     }
 
-    /// A turn about the line through a point along an axis (any length but zero), metres and rad.
+    /// A rotation about the line through a point along an axis (any length but zero), metres and rad.
     ///
     /// # Errors
-    /// NaN, infinity, or an axis without a direction (shorter than 1e-12).
+    /// NaN, infinity, or an axis shorter than 1e-12.
     pub fn from_rotation_about(
         point_m: DVec3,
         axis: DVec3,
@@ -157,8 +155,8 @@ impl Pose {
         Self::new(rotation, point_m - rotation * point_m)
     }
 
-    /// From parts that are finite and orthonormal by construction; the only way around the checks of
-    /// [`Pose::new`], for inner loops whose rotations are products of rotations.
+    /// From parts that are finite and orthonormal by construction, without the checks of
+    /// [`Pose::new`]: for inner loops whose rotations are products of rotations.
     #[inline]
     #[must_use]
     pub const fn from_parts_unchecked(rotation: DMat3, position_m: DVec3) -> Self {
@@ -198,7 +196,7 @@ impl Pose {
         DQuat::from_mat3(&self.rotation)
     }
 
-    /// The homogeneous matrix, as [`Pose::from_matrix`] takes it.
+    /// The homogeneous matrix, the inverse of [`Pose::from_matrix`].
     #[must_use]
     pub fn to_matrix(self) -> DMat4 {
         DMat4::from(self.to_affine())
@@ -252,7 +250,7 @@ impl Pose {
         }
     }
 
-    /// How far another pose of the same outer frame is.
+    /// Distance to another pose in the same outer frame.
     ///
     /// The angle comes from the rotation vector, so it is exact to 1e-16 also near zero.
     #[inline]
@@ -277,7 +275,7 @@ impl std::ops::Mul for Pose {
     }
 }
 
-/// Unchecked twin for serde, so that what a file holds is checked too.
+/// Unchecked form for serde, so that poses from files are checked too.
 #[cfg(feature = "serde")]
 #[derive(serde::Deserialize)]
 struct RawPose {
@@ -295,7 +293,7 @@ impl TryFrom<RawPose> for Pose {
 
 /// The rotation vector (axis times angle, rad) of a rotation matrix; angle in `[0, π]`.
 ///
-/// Through the quaternion, so neither the identity nor a half turn loses digits.
+/// Computed from the quaternion, so it is accurate near the identity and near a half turn.
 #[inline]
 #[must_use]
 pub fn rotation_vector(rotation: DMat3) -> DVec3 {
@@ -312,7 +310,7 @@ pub fn rotation_vector(rotation: DMat3) -> DVec3 {
     v * (scale * q.w.signum())
 }
 
-/// Newton steps of the polar decomposition: each squares the deviation.
+/// Newton iteration of the polar decomposition: each step squares the deviation.
 fn orthonormalized(rotation: DMat3, deviation: f64) -> DMat3 {
     if deviation <= 4.0 * f64::EPSILON {
         return rotation;
@@ -324,13 +322,13 @@ fn orthonormalized(rotation: DMat3, deviation: f64) -> DMat3 {
     r
 }
 
-/// The unit vector along a finite vector that has a direction.
+/// The unit vector along a finite, nonzero vector.
 ///
 /// # Errors
 /// NaN, infinity, or a vector whose components are all below 1e-12.
 pub fn direction(what: &'static str, vector: DVec3) -> Result<DVec3, GeometryError> {
     all_finite(what, &vector.to_array())?;
-    // Scaled first, so that neither tiny nor huge components are lost when squared.
+    // Scale first, so that squares of tiny and huge components keep their digits.
     let largest = vector.abs().max_element();
     if largest < 1e-12 {
         return Err(GeometryError::NoDirection {

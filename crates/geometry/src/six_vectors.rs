@@ -1,8 +1,8 @@
-//! Velocities and forces of a frame.
+//! Twist and wrench of a frame.
 
 use glam::DVec3;
 
-/// Linear and angular velocity of a frame, both in the axes that the producing function names.
+/// Linear and angular velocity of a frame, both in the axes stated by the producing function.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Twist {
@@ -12,7 +12,7 @@ pub struct Twist {
     pub angular_rad_per_s: DVec3,
 }
 
-/// Force and moment at a frame's origin, both in the axes that the producing function names.
+/// Force and moment at a frame's origin, both in the axes stated by the producing function.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Wrench {
@@ -61,7 +61,7 @@ impl Wrench {
         }
     }
 
-    /// Part of the force along a unit normal, N; positive along the normal.
+    /// Component of the force along a unit normal, N; positive along the normal.
     #[inline]
     #[must_use]
     pub fn normal_force_n(&self, normal: DVec3) -> f64 {

@@ -1,6 +1,6 @@
 //! Which movements of a recording are reaches, where do they end, and what was left out?
 //!
-//! `cargo run -p hwall-hand --example cut_reaches` (or `-- recording.csv` for one of your own)
+//! `cargo run -p hwall-hand --example cut_reaches` (or `-- recording.csv` for your own)
 
 use hwall_hand::glam::DVec3;
 use hwall_hand::{
@@ -9,7 +9,7 @@ use hwall_hand::{
 };
 use std::fs::File;
 
-/// Three reaches of the index finger and back, 70 samples a second; the tracker is blind for a while.
+/// Three reaches of the index finger and back, at 70 Hz; with a tracking gap.
 fn recorded() -> Result<Vec<Recording>, HandError> {
     let mut csv = "t,index_x,index_y,index_z\n".to_owned();
     for i in 0..700 {
@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Some(path) => read_recordings(File::open(path)?)?,
         None => recorded()?,
     };
-    // What a live session would have made of it, frame by frame.
+    // The result of a live session, frame by frame.
     let mut filter = HandFilter::new(HandFilterConfig::simulated())?;
     let (mut last, mut frames) = (None, 0);
     for sample in recordings.iter().flat_map(|r| &r.samples) {
@@ -53,7 +53,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     println!("{frames} frames with an index finger");
 
-    // What can be learnt from it.
+    // Reaches usable for training.
     let found = labelled_reaches(&recordings, &LabelConfig::default())?;
     for reach in &found.reaches {
         println!(

@@ -1,27 +1,26 @@
-//! Points that are tracked beside those of the hand.
+//! Tracked points of the arm and of a controller.
 
 use crate::hand_point::HandPoint;
 
-/// A tracked point of the arm that holds the hand, or of what the hand holds. It never stands for the contact; estimators
-/// may learn from it.
+/// A tracked point of the arm, or of an object in the hand. It never defines the contact; estimators may use it as input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum BodyPoint {
     /// The wrist.
     Wrist,
-    /// A place on the forearm, as markers and trackers give it.
+    /// A point on the forearm, as given by markers and trackers.
     Forearm,
     /// The elbow.
     Elbow,
     /// The shoulder.
     Shoulder,
-    /// Where a controller is held.
+    /// Grip of a controller.
     Grip,
-    /// Where a controller points from.
+    /// Origin of a controller's pointing ray.
     Aim,
 }
 
 impl BodyPoint {
-    /// All six, up the arm, then the controller.
+    /// All six: up the arm, then the controller.
     pub const ALL: [Self; 6] = [
         Self::Wrist,
         Self::Forearm,
@@ -44,9 +43,9 @@ impl BodyPoint {
         }
     }
 
-    /// Its names elsewhere, by which recordings are read as well. OpenXR: joints of hand and body tracking
-    /// (`XR_EXT_hand_tracking`, `XR_ULTRALEAP_hand_tracking_forearm`, `XR_FB_body_tracking`), poses of a controller.
-    /// WebXR: joints of hand and body, spaces of an input source. Of a body, the right arm.
+    /// Its other names, also recognised in recordings. OpenXR: joints of hand and body tracking (`XR_EXT_hand_tracking`,
+    /// `XR_ULTRALEAP_hand_tracking_forearm`, `XR_FB_body_tracking`), poses of a controller. WebXR: joints of hand and body, spaces of an input
+    /// source. Body joints are those of the right arm.
     #[must_use]
     pub const fn other_names(self) -> &'static [&'static str] {
         match self {
@@ -60,20 +59,20 @@ impl BodyPoint {
     }
 }
 
-/// A point that a tracker names: of the hand, or beside it.
+/// A named tracked point: of the hand, or not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum NamedPoint {
     /// Of the hand.
     Hand(HandPoint),
-    /// Beside the hand.
+    /// Of the arm or a controller.
     Body(BodyPoint),
 }
 
 impl NamedPoint {
-    /// How many there are.
+    /// Number of points.
     pub const COUNT: usize = HandPoint::ALL.len() + BodyPoint::ALL.len();
 
-    /// All, those of the hand first.
+    /// All points, those of the hand first.
     pub const ALL: [Self; Self::COUNT] = {
         let hand = HandPoint::ALL.len();
         let mut all = [Self::Hand(HandPoint::Palm); Self::COUNT];
@@ -89,7 +88,7 @@ impl NamedPoint {
         all
     };
 
-    /// Its place in [`NamedPoint::ALL`].
+    /// Its index in [`NamedPoint::ALL`].
     #[must_use]
     pub const fn index(self) -> usize {
         match self {
@@ -107,7 +106,7 @@ impl NamedPoint {
         }
     }
 
-    /// The point of this name, by its own or by one of OpenXR or WebXR; `None` where no point has it.
+    /// The point with this name, its own or one from OpenXR or WebXR; `None` if there is none.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         let is_named = |p: &Self| p.name() == name || p.other_names().contains(&name);

@@ -4,7 +4,7 @@ use hwall_files::TableError;
 use hwall_geometry::GeometryError;
 use hwall_numeric::ArgumentError;
 
-/// What can be wrong with a recording, a labelled reach, point pairs or a configuration.
+/// Errors in recordings, labelled reaches, point pairs or configurations.
 ///
 /// A lost hand is not an error: see [`Tracking`](crate::Tracking).
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -16,7 +16,7 @@ pub enum HandError {
     /// The fitted transform is not finite: the points are too far away.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
-    /// A text is no table.
+    /// The text is not a table.
     #[error(transparent)]
     Table(#[from] TableError),
     /// A file cannot be read or written.
@@ -24,15 +24,15 @@ pub enum HandError {
     Io {
         /// The file, or `(stream)`.
         path: String,
-        /// Which kind of failure it is.
+        /// Kind of failure.
         kind: std::io::ErrorKind,
-        /// The message of the operating system or of the CSV library.
+        /// Message of the operating system or of the CSV library.
         message: String,
     },
-    /// The CSV has a header and nothing below it, or a recording has no sample.
+    /// The CSV has a header without rows, or a recording has no sample.
     #[error("no samples below the header line")]
     NoSamples,
-    /// A required column is missing: `t`, or one coordinate of a point of which another is given.
+    /// A required column is missing: `t`, or a coordinate of a point with other coordinates.
     #[error("no column {column:?}")]
     MissingColumn {
         /// Name of the missing column.
@@ -75,7 +75,7 @@ pub enum HandError {
         /// Name of the empty column.
         column: String,
     },
-    /// A gaze direction is too short to have a direction.
+    /// A gaze vector is too short to have a direction.
     #[error("line {line}: gaze of length {length}")]
     ZeroGaze {
         /// Line of the file; the header is line 1.
@@ -83,7 +83,7 @@ pub enum HandError {
         /// Its length.
         length: f64,
     },
-    /// Time stands still or runs backwards within one trial.
+    /// Time does not increase within one trial.
     #[error("line {line}: time {t_s} s does not follow {previous_s} s")]
     TimeNotIncreasing {
         /// Line of the file, the header being line 1; for recordings in memory, the sample from 1.
@@ -93,18 +93,18 @@ pub enum HandError {
         /// Time of the sample before, s.
         previous_s: f64,
     },
-    /// A file holds several trials where one was expected.
+    /// A file holds several trials where one is expected.
     #[error("{count} trials in a file of which one was expected")]
     SeveralTrials {
         /// Trials found.
         count: usize,
     },
-    /// A reach cannot be used for learning or for judging a prediction.
+    /// A reach is unusable for training or evaluation.
     #[error("reach {reach}: {what}")]
     Reach {
         /// Person and trial.
         reach: String,
-        /// What is wrong with it.
+        /// What is wrong.
         what: &'static str,
     },
     /// There are fewer point pairs than a rigid transform needs.
@@ -115,10 +115,10 @@ pub enum HandError {
         /// Pairs given.
         got: usize,
     },
-    /// The points lie on one line or in one place, so the rotation about it is not determined.
+    /// The points lie on one line or coincide, so the rotation about the line is undetermined.
     #[error("the points lie on one line: {ratio} of their extent fixes the rotation about it")]
     Collinear {
-        /// What fixes the rotation, as a share of the extent of the points.
+        /// Extent that determines the rotation, as a share of the extent of the points.
         ratio: f64,
     },
 }

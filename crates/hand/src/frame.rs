@@ -5,20 +5,18 @@ use crate::hand_point::HandPoint;
 use glam::DVec3;
 use hwall_geometry::Pose;
 
-/// Largest coordinate that counts as a measurement, m; anything beyond is treated as missing.
-///
-/// A tracker sees a room; the bound keeps every later product finite.
+/// Largest coordinate that counts as a measurement, m; anything beyond is treated as missing, so that later products stay finite.
 pub const MAX_COORDINATE_M: f64 = 1e6;
 
-/// The wrist among the joints of a hand in OpenXR.
+/// Index of the wrist among the joints of an OpenXR hand.
 const OPENXR_WRIST: usize = 1;
 
-/// A point of the hand and where it is.
+/// A point of the hand and its position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackedPoint {
     /// Which point.
     pub point: HandPoint,
-    /// Where it is, m.
+    /// Position, m.
     pub position_m: DVec3,
 }
 
@@ -44,9 +42,8 @@ impl GazeRay {
 
 /// One sample of the tracker: the hand, the head and the gaze at one time, in one frame.
 ///
-/// A point that the tracker did not see is `None`. A coordinate that is NaN, infinite or
-/// beyond [`MAX_COORDINATE_M`] counts as not seen: [`HandFrame::point`] and everything built
-/// on it skip it, so a NaN from a driver ends here.
+/// A point that the tracker did not see is `None`. A coordinate that is NaN, infinite or beyond [`MAX_COORDINATE_M`] counts as not seen:
+/// [`HandFrame::point`] and everything built on it skip it, so a NaN from a driver stops here.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct HandFrame {
     /// Time, s, on the tracker's clock.
@@ -57,18 +54,18 @@ pub struct HandFrame {
     pub tips_m: [Option<DVec3>; 5],
     /// Arm and controller, in the order of [`BodyPoint::ALL`], m.
     pub body_m: [Option<DVec3>; 6],
-    /// Palm of the other hand, m. It touches nothing, and nothing is learnt from it: it is kept clear of.
+    /// Palm of the other hand, m. It is only an obstacle: it does not touch, and nothing is learned from it.
     pub other_hand_m: Option<DVec3>,
     /// Head (midway between the eyes), m.
     pub head_m: Option<DVec3>,
     /// Unit direction of gaze.
     pub gaze: Option<DVec3>,
-    /// Does it show another person than the frame before it?
+    /// Does it show a different person than the previous frame?
     pub is_of_another: bool,
 }
 
 impl HandFrame {
-    /// Nothing tracked at this time, s.
+    /// A frame at this time, s, without tracked points.
     #[must_use]
     pub fn empty(t_s: f64) -> Self {
         Self {
@@ -77,8 +74,7 @@ impl HandFrame {
         }
     }
 
-    /// From the 26 joints of a hand in OpenXR, m, in the order of `XrHandJointEXT`; a joint whose
-    /// position is not valid is `None`.
+    /// From the 26 joints of an OpenXR hand, m, in the order of `XrHandJointEXT`; a joint without a valid position is `None`.
     #[must_use]
     pub fn from_openxr(t_s: f64, joints_m: &[Option<DVec3>; 26]) -> Self {
         let mut frame = Self::empty(t_s);
@@ -89,7 +85,7 @@ impl HandFrame {
         frame
     }
 
-    /// A point of the hand, m; `None` where it is missing or not usable.
+    /// A point of the hand, m; `None` if missing or unusable.
     #[must_use]
     pub fn point(&self, which: HandPoint) -> Option<DVec3> {
         usable(match which {
@@ -106,18 +102,18 @@ impl HandFrame {
         }
     }
 
-    /// A point beside the hand, m; `None` where it is missing or not usable.
+    /// A point of the arm or a controller, m; `None` if missing or unusable.
     #[must_use]
     pub fn body(&self, which: BodyPoint) -> Option<DVec3> {
         usable(self.body_m[which as usize])
     }
 
-    /// Sets or clears a point beside the hand, m.
+    /// Sets or clears a point of the arm or a controller, m.
     pub fn set_body(&mut self, which: BodyPoint, value_m: Option<DVec3>) {
         self.body_m[which as usize] = value_m;
     }
 
-    /// A point by its name, m; `None` where it is missing or not usable.
+    /// A point by its name, m; `None` if missing or unusable.
     #[must_use]
     pub fn named(&self, which: NamedPoint) -> Option<DVec3> {
         match which {
@@ -140,7 +136,7 @@ impl HandFrame {
         HandPoint::ALL.map(|p| self.point(p))
     }
 
-    /// The same sample in another frame; its time stays.
+    /// The same sample in another frame; its time is unchanged.
     #[must_use]
     pub fn transformed(&self, a_from_b: &Pose) -> Self {
         let point = |p: DVec3| a_from_b.transform_point(p);
@@ -155,7 +151,7 @@ impl HandFrame {
         }
     }
 
-    /// What a tracker of only these points delivers, with or without an eye tracker; head and other hand stay.
+    /// The frame of a tracker with only these points, with or without an eye tracker; head and other hand are kept.
     #[must_use]
     pub fn limited_to<P: Into<NamedPoint> + Copy>(&self, points: &[P], gaze: bool) -> Self {
         let mut limited = Self {
@@ -171,8 +167,7 @@ impl HandFrame {
         limited
     }
 
-    /// The point that stands for the contact, and where it is, m: the first of
-    /// [`HandPoint::BY_CONTACT`] that is tracked.
+    /// The contact point and its position, m: the first tracked one of [`HandPoint::BY_CONTACT`].
     #[must_use]
     pub fn contact_point(&self) -> Option<TrackedPoint> {
         HandPoint::BY_CONTACT.into_iter().find_map(|point| {
@@ -181,7 +176,7 @@ impl HandFrame {
         })
     }
 
-    /// The line of sight, when both head and gaze are tracked.
+    /// The line of sight, if both head and gaze are tracked.
     #[must_use]
     pub fn gaze_ray(&self) -> Option<GazeRay> {
         let origin_m = usable(self.head_m)?;

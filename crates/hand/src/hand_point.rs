@@ -1,4 +1,4 @@
-//! Points of the hand that are tracked.
+//! Tracked points of the hand.
 
 /// A tracked point of the hand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -28,11 +28,10 @@ impl HandPoint {
         Self::Little,
     ];
 
-    /// The order in which points stand for the contact: the first one that is tracked.
+    /// Priority of points as contact point: the first tracked one is used.
     ///
-    /// The index tip first: it leads a pointing or pushing hand, and it is the point that the
-    /// recordings of reaches track. Then the palm, which trackers lose last and with which a flat
-    /// hand touches; then the other tips, by how far they usually stand out.
+    /// The index tip first: it leads a pointing or pushing hand, and recordings of reaches track it. Then the palm, which trackers lose last and
+    /// with which a flat hand touches; then the other tips, by how far they usually stand out.
     pub const BY_CONTACT: [Self; 6] = [
         Self::Index,
         Self::Palm,
@@ -42,7 +41,7 @@ impl HandPoint {
         Self::Little,
     ];
 
-    /// Number among the joints of OpenXR, names in OpenXR and WebXR, and name in column headers.
+    /// Index among the OpenXR joints, names in OpenXR and WebXR, and name in column headers.
     const fn about(self) -> (usize, [&'static str; 2], &'static str) {
         match self {
             Self::Palm => (0, ["XR_HAND_JOINT_PALM_EXT", "palm"], "palm"),
@@ -70,13 +69,13 @@ impl HandPoint {
         }
     }
 
-    /// Its number among the 26 joints of a hand in OpenXR (`XR_EXT_hand_tracking`).
+    /// Its index among the 26 joints of an OpenXR hand (`XR_EXT_hand_tracking`).
     #[must_use]
     pub const fn openxr_joint(self) -> usize {
         self.about().0
     }
 
-    /// Its names in OpenXR and in WebXR, by which recordings are read as well. WebXR has no palm.
+    /// Its names in OpenXR and WebXR, also recognised in recordings. WebXR has no palm.
     #[must_use]
     pub const fn other_names(self) -> [&'static str; 2] {
         self.about().1

@@ -1,12 +1,12 @@
-//! The noise of a tracker, measured while it runs.
+//! Online measurement of tracker noise.
 
-/// Sizes kept; odd, so that the median is one of them. Two thirds of a second at 90 Hz.
+/// Number of differences kept; odd, so that the median is one of them. Two thirds of a second at 90 Hz.
 const KEPT: usize = 61;
 
-/// The median of the newest differences between samples.
+/// Running median of the size of differences between samples.
 ///
-/// What moves fast for a short time, an eye in flight or a hand that sets off, hardly changes it; so it tells the noise from sample
-/// to sample. Errors that last longer than a sample are not in it. Nothing is allocated.
+/// Short fast motion, such as a saccade or a hand that starts, hardly changes it, so it measures the noise between samples. Errors that last longer
+/// than a sample are not included. Allocation-free.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MedianSize {
     sizes: [f64; KEPT],
@@ -15,7 +15,7 @@ pub(crate) struct MedianSize {
 }
 
 impl MedianSize {
-    /// Starts as if this had been the size of all differences.
+    /// Starts as if all differences had this size.
     pub(crate) const fn new(assumed: f64) -> Self {
         Self {
             sizes: [assumed; KEPT],
@@ -28,7 +28,7 @@ impl MedianSize {
         self.median
     }
 
-    /// Takes the size of the next difference; one that is not finite is passed over.
+    /// Takes the size of the next difference; ignores non-finite ones.
     pub(crate) fn add(&mut self, size: f64) {
         if !size.is_finite() {
             return;

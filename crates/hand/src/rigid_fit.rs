@@ -1,4 +1,4 @@
-//! Where the tracker stands, from points measured in both frames.
+//! The pose of a tracker, from points measured in both frames.
 
 use crate::error::HandError;
 use glam::{DMat3, DQuat, DVec3};
@@ -15,7 +15,7 @@ pub struct PointPair {
     pub in_b_m: DVec3,
 }
 
-/// The rigid transform between two frames that fits point pairs best, and how well it fits them.
+/// The rigid transform between two frames that best fits point pairs, with its residuals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RigidFit {
     /// The transform, least squares over all pairs.
@@ -26,20 +26,19 @@ pub struct RigidFit {
 
 /// Fewest pairs that determine a rigid transform.
 const FEWEST: usize = 3;
-/// Points on one line leave the rotation about it undetermined. They count as such below this ratio of
-/// what fixes the rotation to the extent of the points.
+/// Points on one line leave the rotation about it undetermined. Below this ratio of the extent that determines the rotation to the extent of the
+/// points, they count as on one line.
 const COLLINEAR: f64 = 1e-9;
 
 impl RigidFit {
-    /// From points known in both frames, such as the board's corners touched with a tracked
-    /// finger. Three pairs that are not on one line are enough; more average noise out.
+    /// From points known in both frames, e.g. the board's corners touched with a tracked finger. Three pairs that are not on one line suffice; more
+    /// average noise out.
     ///
-    /// Error: exact to rounding for exact pairs; with independent noise of standard deviation `s`
-    /// a coordinate, the mean of `n` points is off by `s √(3 / n)`.
-    /// Source: [Horn 1987], unit quaternions.
+    /// Error: exact up to rounding for exact pairs; with independent noise of standard deviation `s` per coordinate, the mean of `n` points is off
+    /// by `s √(3 / n)`. Source: [Horn 1987], unit quaternions.
     ///
     /// # Errors
-    /// NaN or infinity, fewer than three pairs, points on one line or all in one place.
+    /// NaN or infinity, fewer than three pairs, points on one line or all at one place.
     pub fn from_pairs(pairs: &[PointPair]) -> Result<Self, HandError> {
         if pairs.len() < FEWEST {
             return Err(HandError::TooFewPairs {
@@ -52,7 +51,7 @@ impl RigidFit {
             all_finite("point in frame b", &pair.in_b_m.to_array())?;
         }
         let n = pairs.len() as f64;
-        // Divided first: sums of large coordinates would overflow.
+        // Divide first: sums of large coordinates would overflow.
         let mean_a = pairs.iter().map(|p| p.in_a_m / n).sum::<DVec3>();
         let mean_b = pairs.iter().map(|p| p.in_b_m / n).sum::<DVec3>();
         let size = pairs.iter().fold(0.0, |m: f64, p| {
@@ -62,7 +61,7 @@ impl RigidFit {
         if !(size > 0.0 && size.is_finite()) {
             return Err(HandError::Collinear { ratio: 0.0 });
         }
-        // Sum of b aᵀ, of points about their means in units of the cloud.
+        // Sum of b aᵀ over centred points, in units of the cloud size.
         let mut s = DMat3::ZERO;
         for pair in pairs {
             let (a, b) = ((pair.in_a_m - mean_a) / size, (pair.in_b_m - mean_b) / size);
@@ -100,7 +99,7 @@ impl RigidFit {
         (squares / self.residuals_m.len() as f64).sqrt()
     }
 
-    /// The pair with the largest residual, from 0: the first to look at when the fit is bad.
+    /// Index of the pair with the largest residual: check it first if the fit is bad.
     #[must_use]
     pub fn worst(&self) -> usize {
         let residuals = self.residuals_m.iter().enumerate();

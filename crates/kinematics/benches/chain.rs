@@ -1,8 +1,8 @@
-//! General chains: time of forward kinematics and Jacobian, time beside error of the numeric inverse.
+//! General chains: time of forward kinematics and Jacobian, time and error of the numeric inverse.
 //!
 //! `cargo bench -p hwall-kinematics --bench chain`
 //!
-//! Targets are poses of uniform configurations within the limits, starts are drawn alike and
+//! Targets are poses of uniform configurations within the limits; starts are drawn the same way,
 //! independently of the target.
 
 use glam::{DQuat, DVec3};
@@ -95,7 +95,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         })
         .collect::<Result<Vec<_>, _>>()?;
     run("beyond the stretched arm", &far, 1e-9);
-    // Near the rim and pointing back at the shoulder: inside the sphere, yet the wrist lies out of reach.
+    // Near the rim and pointing back at the shoulder: inside the sphere, but the wrist is out of reach.
     let turned = (0..UNREACHABLE)
         .map(|_| {
             let u = sampler.unit_vector();

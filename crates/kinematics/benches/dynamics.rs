@@ -1,4 +1,4 @@
-//! Dynamics of the iiwa 7: time of each quantity beside its error.
+//! Dynamics of the iiwa 7: time and error of each quantity.
 //!
 //! `cargo bench -p hwall-kinematics --features dynamics --bench dynamics`
 //!

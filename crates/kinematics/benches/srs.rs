@@ -1,4 +1,4 @@
-//! Speed of the closed form beside its error: `cargo bench -p hwall-kinematics --bench srs`.
+//! Speed and error of the closed form: `cargo bench -p hwall-kinematics --bench srs`.
 
 use hwall_kinematics::{JointPositions, NearestConfig, Pose, SrsArm};
 use hwall_testkit::{
@@ -86,7 +86,7 @@ fn time<T>(f: impl FnMut(usize) -> T) -> Timing {
     time_batches(1_000, 100, f)
 }
 
-/// Poses the arm is long enough for, but whose limits forbid them.
+/// Poses within the arm's length that its limits forbid.
 fn unreachable_poses(arm: &SrsArm, sampler: &mut Sampler) -> Vec<Pose> {
     let mut poses = Vec::new();
     while poses.len() < 2_000 {

@@ -1,4 +1,4 @@
-//! An arm without a closed form: joints from a table, one interface, a pose by search.
+//! An arm without a closed form: joints from a table, the common interface, inverse kinematics by search.
 //!
 //! `cargo run -p hwall-kinematics --example any_chain`
 //!
@@ -10,7 +10,7 @@ use hwall_kinematics::{
     NearestConfig, Pose, SrsArm,
 };
 
-/// Six revolute joints, each with its place in the link before it (m), its axis, and half its range (degrees).
+/// Six revolute joints, each with its position in the previous link (m), its axis, and half its range (degrees).
 const JOINTS: [([f64; 3], [f64; 3], f64); 6] = [
     ([0.0, 0.0, 0.30], [0.0, 0.0, 1.0], 170.0),
     ([0.0, 0.0, 0.05], [0.0, 1.0, 0.0], 120.0),
@@ -43,7 +43,7 @@ fn main() -> Result<(), KinematicsError> {
         let start = JointPositions::from_deg([10.0, 40.0, 0.0, -60.0, 30.0, -20.0, 0.0]);
         let here = arm.forward(&start);
         let there = here.at(here.position_m() + DVec3::new(-0.05, 0.10, -0.05));
-        let mut scratch = arm.scratch(); // so that a control step allocates nothing
+        let mut scratch = arm.scratch(); // so that a control step does not allocate
         match arm.nearest(&there, &start, &NearestConfig::default(), &mut scratch) {
             Ok(next) => {
                 let error = arm.forward(&next.q).distance(&there);

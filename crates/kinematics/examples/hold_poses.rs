@@ -25,7 +25,7 @@ fn main() -> Result<(), KinematicsError> {
                 continue;
             }
         };
-        // The elbow can turn about the line from shoulder to wrist, on each of up to eight branches.
+        // The elbow can rotate about the line from shoulder to wrist, on each of up to eight branches.
         println!("{what}: within reach");
         for branch in free.branches() {
             let width_rad: f64 = free.arcs(branch).map(|arc| arc.width_rad()).sum();

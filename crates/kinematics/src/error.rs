@@ -6,12 +6,11 @@ use std::io::ErrorKind;
 
 /// What can be wrong with a model, a pose or a request.
 ///
-/// An answer that is expected at run time, such as "this pose is out of reach", is not an
-/// error: see [`Verdict`](crate::Verdict).
+/// A result expected at run time, such as an unreachable pose, is not an error: see [`Verdict`](crate::Verdict).
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum KinematicsError {
-    /// An argument is NaN or infinite, or a setting outside its range.
+    /// An argument is NaN or infinite, or a setting is outside its range.
     #[error(transparent)]
     Argument(#[from] ArgumentError),
     /// Numbers that are not a pose.
@@ -79,7 +78,7 @@ pub enum KinematicsError {
         /// Orientation error of the best attempt, rad.
         residual_rad: f64,
     },
-    /// A solution was asked for where there is none.
+    /// No solution exists.
     #[error("unreachable: {0}")]
     Unreachable(#[from] Unreachable),
     /// A chain has no movable joint.
@@ -125,7 +124,7 @@ pub enum KinematicsError {
         /// What the parser said.
         message: String,
     },
-    /// A URDF names a link it does not hold.
+    /// A URDF names a link it does not define.
     #[error("URDF has no link {link:?}")]
     UrdfUnknownLink {
         /// The missing link.
@@ -143,7 +142,7 @@ pub enum KinematicsError {
         /// A link on the loop.
         link: String,
     },
-    /// There is no way from base to tip.
+    /// There is no path from base to tip.
     #[error("URDF link {tip:?} does not hang on {base:?}")]
     UrdfDisconnected {
         /// First link.
@@ -154,13 +153,13 @@ pub enum KinematicsError {
     /// The robot has no links.
     #[error("the URDF describes a robot without links")]
     UrdfNoLinks,
-    /// Several arms are alike, so the tip must be named.
+    /// Several arms qualify, so the tip must be named.
     #[error("URDF has {} possible ends{}: name the base and tip link", links.len(), listed(links))]
     UrdfAmbiguous {
         /// Roots or leaves found.
         links: Vec<String>,
     },
-    /// The text is a macro from which URDF is made.
+    /// The text is a xacro macro, not expanded URDF.
     #[error("this is xacro, not URDF: run `xacro FILE` and read what it prints")]
     UrdfXacro,
     /// A chain is not an S-R-S arm in the posture that [`SrsGeometry`](crate::SrsGeometry) describes.
@@ -174,10 +173,10 @@ pub enum KinematicsError {
         what: &'static str,
         /// By how much: sine of the angle for directions, metres for distances.
         deviation: f64,
-        /// What would do.
+        /// Largest allowed deviation.
         most: f64,
     },
-    /// A joint kind that a serial chain cannot hold.
+    /// A joint kind that a serial chain does not support.
     #[error("URDF joint {joint:?} of kind {kind} is not supported")]
     UrdfJointKind {
         /// Joint name.
@@ -185,7 +184,7 @@ pub enum KinematicsError {
         /// Kind given.
         kind: String,
     },
-    /// A link has no or impossible inertia, and dynamics was asked for.
+    /// Dynamics needs the inertia of a link that has none or an impossible one.
     #[error("link {link:?}: mass {mass_kg} kg or its inertia is not physical")]
     Inertia {
         /// Link name.

@@ -39,9 +39,9 @@ impl Jacobian {
         }))
     }
 
-    /// Largest over smallest singular value, rotations counted by a length in m; infinite at a singular pose, up to rounding, and NaN
-    /// where nothing moves or an entry is NaN. A wrench that is estimated without damping from joint torques, moments counted by the same
-    /// length, has up to this many times their relative error.
+    /// Condition number: largest over smallest singular value, rotations weighted by a length in m. Infinite at a singular pose, up to
+    /// rounding; NaN if nothing moves or an entry is NaN. It bounds the amplification of the relative error of joint torques in a wrench
+    /// estimated without damping and with the same moment length.
     #[must_use]
     pub fn condition(&self, moment_length_m: f64) -> f64 {
         let rows = self.to_scaled_rows(moment_length_m);

@@ -1,16 +1,16 @@
-//! Joint arrays of a seven-joint arm, one type a quantity, and joint limits.
+//! Joint arrays of a seven-joint arm, one type per quantity, and joint limits.
 
 use crate::error::KinematicsError;
 use hwall_numeric::ArgumentError;
 use hwall_numeric::check::{all_finite, that};
 use std::f64::consts::{PI, TAU};
 
-/// Largest finite limit of a joint, rad or m. Some descriptions write 1e16 for no limit; squares of this stay finite.
+/// Largest finite limit of a joint, rad or m. Some descriptions write 1e16 for no limit; its square stays finite.
 pub(crate) const MOST_LIMIT: f64 = 1e100;
-/// Largest number of an arm, in its unit: lengths, masses, velocities. Squares and products stay finite.
+/// Largest value of an arm parameter in its unit (length, mass, velocity). Squares and products stay finite.
 pub(crate) const MOST: f64 = 1e9;
 
-/// Most joints of an arm: the length of every joint array.
+/// Maximum number of joints of an arm: the length of every joint array.
 pub const MOST_JOINTS: usize = 7;
 
 macro_rules! joint_array {
@@ -83,10 +83,10 @@ impl JointPositions {
         Self(degrees.map(f64::to_radians))
     }
 
-    /// One of many configurations that are spread evenly within the limits; of an endless joint within one turn about its middle, of a
-    /// joint that is not there 0.
+    /// Sample `number` of a set of configurations spread evenly within the limits: within one turn about the middle for an unlimited
+    /// joint, 0 for a joint that does not exist.
     ///
-    /// Source: the Halton sequence, with one prime base a joint.
+    /// Source: Halton sequence, one prime base per joint.
     #[must_use]
     pub fn spread(limits: &[JointLimit; MOST_JOINTS], number: u32) -> Self {
         const PRIMES: [u32; MOST_JOINTS] = [2, 3, 5, 7, 11, 13, 17];
@@ -98,7 +98,7 @@ impl JointPositions {
         }))
     }
 
-    /// Largest difference of a joint to another configuration, rad.
+    /// Largest joint difference to another configuration, rad.
     #[must_use]
     pub fn max_abs_difference(&self, other: &Self) -> f64 {
         let pairs = self.0.iter().zip(other.0);
@@ -118,7 +118,7 @@ pub struct JointLimit {
 }
 
 impl JointLimit {
-    /// From a least to a largest angle, rad.
+    /// From the smallest to the largest angle, rad.
     #[must_use]
     pub const fn new(min_rad: f64, max_rad: f64) -> Self {
         Self { min_rad, max_rad }
@@ -146,8 +146,8 @@ impl JointLimit {
         (angle_rad - self.min_rad).min(self.max_rad - angle_rad)
     }
 
-    /// Where a search without a better idea starts, rad: the middle, and of a range wider than 1000 rad (no limit
-    /// at all, one end, or ends that mean "none") the place in it nearest to zero.
+    /// Default start of a search, rad: the middle; for a range wider than 1000 rad (no limit, one limit, or
+    /// values that mean "none") the value in it nearest to zero.
     #[must_use]
     pub fn middle_rad(&self) -> f64 {
         if self.max_rad - self.min_rad <= 1e3 {
@@ -163,12 +163,12 @@ impl JointLimit {
         Self::new(self.min_rad + by_rad, self.max_rad - by_rad)
     }
 
-    /// The angle plus full turns that lies within the limit, nearest to the reference; outside, the
-    /// one nearest to the limit.
+    /// The angle plus full turns within the limit that is nearest to the reference; if none is
+    /// within, the one nearest to the limit.
     #[must_use]
     pub fn nearest_turn(&self, angle: f64, reference: f64) -> f64 {
         if self.max_rad - self.min_rad < TAU {
-            // At most one candidate fits; prefer the one that is least outside.
+            // At most one candidate fits; prefer the least outside.
             return nearest_turn(angle, self.middle_rad());
         }
         let mut best = nearest_turn(angle, reference);
@@ -194,7 +194,7 @@ impl JointLimit {
             ("lower joint limit", self.min_rad),
             ("upper joint limit", self.max_rad),
         ] {
-            // NaN was refused above.
+            // NaN was rejected above.
             let usable = value.is_infinite() || value.abs() <= MOST_LIMIT;
             that(usable, what, value, "within 1e100 of zero, or infinite")?;
         }
@@ -209,7 +209,7 @@ impl JointLimit {
     }
 }
 
-/// The digits of a number behind the point, in reverse: in [0, 1).
+/// Radical inverse: the digits of a number mirrored at the radix point, in [0, 1).
 fn radical_inverse(mut number: u32, base: u32) -> f64 {
     let (mut value, mut digit) = (0.0, 1.0);
     while number > 0 {
@@ -230,7 +230,7 @@ pub(crate) fn nearest_turn(angle: f64, to: f64) -> f64 {
     }
 }
 
-/// In files an end without a limit is absent: JSON has no infinity.
+/// In files an unlimited end is absent: JSON has no infinity.
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, serde::Deserialize)]
 struct RawLimit {
@@ -251,7 +251,7 @@ impl From<RawLimit> for JointLimit {
 #[cfg(feature = "serde")]
 impl From<JointLimit> for RawLimit {
     fn from(limit: JointLimit) -> Self {
-        // NaN is kept: the model that reads it must see and name it.
+        // NaN is kept, so that the model that reads it can report it.
         let end = |value: f64| (!value.is_infinite()).then_some(value);
         Self {
             min_rad: end(limit.min_rad),

@@ -30,7 +30,7 @@ pub use chain::{
 #[cfg(feature = "dynamics")]
 pub use chain::{ChainDynamics, DynamicsScratch, GRAVITY_M_PER_S2};
 
-// Joints, forces, reasons.
+// Joints, forces, errors.
 pub use error::KinematicsError;
 pub use jacobian::Jacobian;
 pub use joints::{JointLimit, JointPositions, JointTorques, JointVelocities, MOST_JOINTS};

@@ -1,8 +1,8 @@
-//! The little dense algebra that a 6 × 7 Jacobian needs.
+//! Dense linear algebra for a 6 × 7 Jacobian.
 
-/// A unit vector that a 6 × 7 matrix maps to zero, by elimination with full pivoting.
+/// A unit null vector of a 6 × 7 matrix, by elimination with full pivoting.
 ///
-/// Where the matrix loses rank there are several; one of them is returned.
+/// If the matrix is rank deficient there are several; returns one of them.
 pub(crate) fn null_vector(mut m: [[f64; 7]; 6]) -> [f64; 7] {
     if m.iter().flatten().any(|x| !x.is_finite()) {
         return [f64::NAN; 7];
@@ -51,7 +51,7 @@ pub(crate) fn null_vector(mut m: [[f64; 7]; 6]) -> [f64; 7] {
     out
 }
 
-/// Square roots of eigenvalues that rounding may have left just below zero; NaN stays NaN.
+/// Square roots of eigenvalues; values that rounding made negative give 0, NaN stays NaN.
 pub(crate) fn roots(eigenvalues: [f64; 6]) -> [f64; 6] {
     eigenvalues.map(|x| if x < 0.0 { 0.0 } else { x.sqrt() })
 }

@@ -1,10 +1,9 @@
 //! Sines, cosines and directions of all joints at once.
 //!
-//! Forward kinematics of a seven-joint arm spends most of its time in seven calls of the
-//! platform's `sin_cos`, its inverse in seven of `atan2`. The same work on eight lanes, without
-//! branches, becomes vector code.
+//! Forward kinematics of a seven-joint arm spends most of its time in seven calls of the platform's `sin_cos`,
+//! its inverse in seven of `atan2`. Computing them on eight lanes without branches lets the compiler vectorise.
 
-/// Angles up to this (rad) are reduced here: the products of the reduction are then exact.
+/// Angles up to this (rad) are reduced here: up to it the products of the reduction are exact.
 const LARGEST_RAD: f64 = 1e5;
 
 /// π/2 in two parts: the first has 33 bits, so that its product with a 20-bit count is exact
@@ -12,7 +11,7 @@ const LARGEST_RAD: f64 = 1e5;
 const HALF_PI_HIGH: f64 = 1.570_796_326_734_125_6;
 const HALF_PI_LOW: f64 = 6.077_100_506_506_192e-11;
 
-/// Adding and taking off 1.5 · 2⁵² rounds to the nearest integer.
+/// Adding and subtracting 1.5 · 2⁵² rounds to the nearest integer.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 
 // Minimax coefficients on [-π/4, π/4] for sin x = x + x³ S(x²) and cos x = 1 - x²/2 + x⁴ C(x²),
@@ -34,8 +33,8 @@ const C: [f64; 6] = [
     -1.135_964_755_778_819_5e-11,
 ];
 
-/// Sines and cosines. Error: below 2.5e-16 absolute for angles up to 1e5 rad; beyond, and for
-/// NaN or infinity, what the platform gives.
+/// Sines and cosines. Error: below 2.5e-16 absolute for angles up to 1e5 rad; beyond, and for NaN
+/// or infinity, the platform's `sin_cos`.
 #[inline]
 pub(crate) fn sin_cos(angles: &[f64; 7]) -> [(f64, f64); 7] {
     if !angles.iter().all(|x| x.abs() <= LARGEST_RAD) {
@@ -57,7 +56,7 @@ pub(crate) fn sin_cos(angles: &[f64; 7]) -> [(f64, f64); 7] {
         let half = 0.5 * z;
         let w = 1.0 - half;
         let c = w + ((1.0 - w - half) + tail);
-        // An odd quarter swaps the two, as a mask so that no lane branches.
+        // An odd quarter swaps sine and cosine; a mask avoids branches.
         let swap = 0u64.wrapping_sub(quarter & 1);
         let (s, c) = (s.to_bits(), c.to_bits());
         let difference = (s ^ c) & swap;
@@ -91,7 +90,7 @@ const A: [f64; 11] = [
 pub(crate) fn atan2<const N: usize>(y: &[f64; N], x: &[f64; N]) -> [f64; N] {
     use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
     const SIGN: u64 = 1 << 63;
-    // As masks, so that no lane branches.
+    // Masks avoid branches.
     let select = |yes: bool, a: f64, b: f64| {
         let mask = u64::from(yes).wrapping_neg();
         f64::from_bits((a.to_bits() & mask) | (b.to_bits() & !mask))
@@ -101,13 +100,13 @@ pub(crate) fn atan2<const N: usize>(y: &[f64; N], x: &[f64; N]) -> [f64; N] {
         let (across, along) = (y[i].abs(), x[i].abs());
         let steep = across > along;
         let (less, more) = (select(steep, along, across), select(steep, across, along));
-        // Beyond 22.5 degrees the angle is taken from 45 degrees.
+        // Beyond 22.5 degrees the angle is measured from 45 degrees.
         let from_diagonal = less > 0.414_213_562_373_095 * more;
         let top = select(from_diagonal, less - more, less);
         let bottom = select(from_diagonal, less + more, more);
         let t = top / bottom;
         let z = t * t;
-        // Even and odd terms apart: each product waits for the one before it.
+        // Even and odd terms separately, to shorten the chain of dependent products.
         let w = z * z;
         let even = A[0] + w * (A[2] + w * (A[4] + w * (A[6] + w * (A[8] + w * A[10]))));
         let odd = A[1] + w * (A[3] + w * (A[5] + w * (A[7] + w * A[9])));
@@ -131,7 +130,7 @@ mod tests {
         let mut worst = 0.0_f64;
         for i in 0..500_000 {
             angle = (angle * 1.618_033_988_749_895 + 0.1).rem_euclid(8.0);
-            // Every other one beside an eighth of a turn, the lengths over many powers of ten.
+            // Every other angle near an eighth of a turn, lengths over many powers of ten.
             let turn = if i % 2 == 0 {
                 (angle * 4.0).round() * 0.5 * FRAC_PI_2 + angle * 1e-13
             } else {

@@ -4,7 +4,7 @@
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Unreachable {
-    /// The wrist centre (the tool point of a chain) lies beyond the stretched arm.
+    /// The wrist centre (tool point for a chain) lies beyond the stretched arm.
     #[error("too far by {gap_m:.4} m")]
     TooFar {
         /// Missing length, m.
@@ -19,7 +19,7 @@ pub enum Unreachable {
     /// The arm is long enough, but joint 4 would have to pass its limit.
     #[error("elbow limit, {gap_m:.4} m missing")]
     ElbowLimit {
-        /// By how much the shoulder-wrist distance misses what the elbow allows, m.
+        /// Difference between the shoulder-wrist distance and the nearest one the elbow allows, m.
         gap_m: f64,
     },
     /// At no arm angle do joints 1 to 3 stay within their limits.
@@ -28,13 +28,13 @@ pub enum Unreachable {
     /// At no arm angle do joints 5 to 7 stay within their limits.
     #[error("wrist limit at every arm angle")]
     WristLimit,
-    /// The shoulder's limits and the wrist's can each be met, but never at the same arm angle.
+    /// The shoulder's limits and the wrist's can each be satisfied, but never at the same arm angle.
     #[error("shoulder and wrist limits need different arm angles")]
     ArmAngleConflict,
     /// Only branches that the request excludes hold the pose.
     #[error("reachable on another branch only")]
     OtherBranch,
-    /// A numeric search ended without a configuration: no proof that there is none.
+    /// A numeric search found no configuration; this does not prove that there is none.
     #[error("no configuration found, {residual_m:.1e} m and {residual_rad:.1e} rad left")]
     NotFound {
         /// Position error of the best attempt, m.

@@ -10,25 +10,24 @@ use hwall_numeric::dense::{
     cholesky_in_place, solve_lower, solve_lower_transposed, symmetric_eigen,
 };
 
-/// An external wrench seen through the joint torques.
+/// An external wrench estimated from joint torques.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WrenchEstimate {
     /// Wrench on the tool, about the tool origin, base axes.
     pub wrench: Wrench,
-    /// Norm of the torque that this wrench does not explain, N m: sensor noise, a touch elsewhere on
-    /// the arm, or what the damping has held back.
+    /// Norm of the joint torque that this wrench does not explain, N m: sensor noise, contact
+    /// elsewhere on the arm, or the effect of damping.
     pub residual_n_m: f64,
 }
 
-/// How a wrench is estimated from joint torques.
+/// Settings for estimating a wrench from joint torques.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WrenchConfig {
-    /// Singular values of the Jacobian below this are held back instead of amplified, m; default
-    /// 0.005. More makes the estimate near a singular pose quieter and smaller; with 0 it is the plain
-    /// least squares one, and directions that the arm cannot feel at all (singular values below
-    /// 1e-9) are left at zero.
+    /// Singular values of the Jacobian below this are damped instead of amplified, m; default 0.005. A
+    /// larger value makes the estimate near a singular pose less noisy and smaller. 0 gives plain
+    /// least squares, with zero in directions that the arm cannot sense (singular values below 1e-9).
     pub damping_m: f64,
-    /// Length that moments are counted in, m; default 0.1, half of a board of 0.2 m.
+    /// Length by which moments are divided, m; default 0.1, half of a board of 0.2 m.
     pub moment_length_m: f64,
 }
 
@@ -42,11 +41,10 @@ impl Default for WrenchConfig {
 }
 
 impl WrenchEstimate {
-    /// The wrench on the tool that explains external joint torques, by damped least squares:
-    /// `min |Jᵀ f - τ|² + λ² |f|²` with the damping λ, moments counted in units of the moment length. The damping makes a
-    /// wrench smaller where the arm hardly feels it, beside singular poses. The minimum itself is found to 1e-9 for arms of a few
-    /// metres (tests in this file). What noise of the torques does to it without damping is told by [`Jacobian::condition`]; with
-    /// it, noise grows by no more than 1/2λ.
+    /// Estimates the wrench on the tool from external joint torques by damped least squares: `min |Jᵀ f - τ|² + λ² |f|²` with
+    /// damping λ, moments in units of the moment length. Damping shrinks the wrench in directions that the arm hardly senses,
+    /// near singular poses. The minimum is accurate to 1e-9 for arms of a few metres (tests in this file). Without damping
+    /// [`Jacobian::condition`] bounds the amplification of torque noise; with damping it is at most 1/2λ.
     ///
     /// # Errors
     /// NaN or infinity, a negative damping, or a moment length that is not positive.
@@ -68,8 +66,8 @@ impl WrenchEstimate {
         let rhs: [f64; 6] = rows.map(|row| row.iter().zip(torques.0).map(|(a, b)| a * b).sum());
         let damping = damping_m * damping_m;
         let trace: f64 = (0..6).map(|i| gram[i][i]).sum();
-        // No eigenvalue is below the damping, so that an elimination loses no more than the digits of the trace over it; and it is asked
-        // for in every control step.
+        // No eigenvalue is below the damping, so elimination loses at most the digits of trace over damping. It is faster, and this runs
+        // in every control step.
         let mut scaled = match damping > LEAST_SHARE * trace {
             true => eliminated(&gram, damping, &rhs),
             false => None,
@@ -92,9 +90,9 @@ impl WrenchEstimate {
     }
 }
 
-/// Below this share of the trace a damping no longer keeps the digits of an elimination.
+/// Below this fraction of the trace, damping no longer keeps elimination accurate.
 const LEAST_SHARE: f64 = 1e-8;
-/// Eigenvalues below this belong to directions that the arm cannot feel, m².
+/// Eigenvalues below this belong to directions that the arm cannot sense, m².
 const FELT: f64 = 1e-18;
 
 /// `(G + d I)⁻¹ b` of a Gram matrix by Cholesky factors; `None` if it is not positive definite.
@@ -110,7 +108,7 @@ fn eliminated(gram: &[[f64; 6]; 6], damping: f64, rhs: &[f64; 6]) -> Option<[f64
     Some(x)
 }
 
-/// The same, directions that cannot be felt left at zero.
+/// The same by eigenvectors, zero in directions that the arm cannot sense.
 fn by_eigenvectors(gram: &[[f64; 6]; 6], damping: f64, rhs: &[f64; 6]) -> [f64; 6] {
     let eigen = symmetric_eigen(gram);
     let mut x = [0.0; 6];
@@ -193,7 +191,7 @@ mod tests {
             for damping_m in [0.0, 1e-200, 1e-12, 1e154, f64::MAX] {
                 assert!(with(&torques, damping_m).iter().all(|x| x.is_finite()));
             }
-            // Too large to square: not finite, and never a small force.
+            // Too large to square: the result must not be a small finite force.
             let huge = with(&JointTorques([1e308; 7]), 0.005);
             assert!(
                 huge.iter().any(|x| x.is_nan() || x.abs() > 1e300),

@@ -1,13 +1,13 @@
-//! Where the documents of studies and measurements go: into `out/`, and over the tracked ones only when asked to.
+//! Destination of the documents of studies and measurements: `out/`, or on request the tracked documents.
 
 use anyhow::{Context, ensure};
 use std::path::{Path, PathBuf};
 
 /// The folder of the tracked documents, from the root of the project.
 const TRACKED: &str = "docs";
-/// A file that tells the root of this project from any other folder.
+/// A file that identifies the root of this project.
 const OF_THE_PROJECT: &str = "docs/ARCHITECTURE.md";
-/// The tracked README, which quotes a figure that a program writes.
+/// The tracked README, which quotes a generated figure.
 const README: &str = "README.md";
 
 /// The flags that say where a document goes.
@@ -22,7 +22,7 @@ pub struct Destination {
 }
 
 impl Destination {
-    /// The folder that was asked for, not made yet; `default` where none was.
+    /// The requested folder, not created yet; by default `default`.
     pub fn folder<'a>(&'a self, default: &'a str) -> &'a Path {
         match &self.out {
             _ if self.docs => Path::new(TRACKED),
@@ -31,10 +31,10 @@ impl Destination {
         }
     }
 
-    /// The folder that was asked for; `default` where none was.
+    /// The requested folder; by default `default`.
     ///
     /// # Errors
-    /// A folder that cannot be made; `--docs` outside of the project's root.
+    /// A folder that cannot be created; `--docs` outside the project's root.
     pub fn open(&self, default: impl AsRef<Path>) -> anyhow::Result<Documents> {
         match &self.out {
             _ if self.docs => Documents::tracked(),
@@ -44,7 +44,7 @@ impl Destination {
     }
 }
 
-/// A folder that documents are written into, with their figures below it.
+/// A folder for documents, with their figures below it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Documents {
     folder: PathBuf,
@@ -52,10 +52,10 @@ pub struct Documents {
 }
 
 impl Documents {
-    /// Any folder, made where it is missing.
+    /// Any folder, created if missing.
     ///
     /// # Errors
-    /// A folder that cannot be made.
+    /// A folder that cannot be created.
     pub fn in_folder(folder: impl AsRef<Path>) -> anyhow::Result<Self> {
         let folder = folder.as_ref().to_owned();
         make(&folder)?;
@@ -90,10 +90,10 @@ impl Documents {
         self.readme.as_deref()
     }
 
-    /// The folder `figures/` or one below it, made where it is missing.
+    /// The folder `figures/` or one below it, created if missing.
     ///
     /// # Errors
-    /// A folder that cannot be made.
+    /// A folder that cannot be created.
     pub fn figures(&self, chapter: &str) -> anyhow::Result<PathBuf> {
         let folder = self.folder.join("figures").join(chapter);
         make(&folder)?;
@@ -111,7 +111,7 @@ impl Documents {
     }
 }
 
-/// The sentence of a document about the command that wrote it: the one that is running.
+/// The sentence in a document about the command that wrote it: the running program.
 pub fn written_by() -> String {
     let program = std::env::current_exe().unwrap_or_default();
     let name = program.file_stem().unwrap_or_default().to_string_lossy();
@@ -131,7 +131,7 @@ fn sentence_about(program: &str, words: &[String]) -> String {
     format!("Written by `{command}`; not edited by hand.")
 }
 
-/// A word of a command line, without the way to a file or folder that only this machine has.
+/// A word of a command line, without machine-specific paths.
 fn without_place(word: &str) -> String {
     let (flag, value) = match word.split_once('=') {
         Some((flag, value)) if flag.starts_with("--") => (format!("{flag}="), value),
@@ -144,7 +144,7 @@ fn without_place(word: &str) -> String {
     }
 }
 
-/// A word for a shell.
+/// A word quoted for a shell.
 pub fn quoted(text: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "/._-,:=+".contains(c);
     if !text.is_empty() && text.chars().all(plain) {
@@ -157,7 +157,7 @@ fn make(folder: &Path) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())
 }
 
-/// Replaces what stands between the markers `<!-- NAME:begin -->` and `<!-- NAME:end -->` of a file.
+/// Replaces the text between the markers `<!-- NAME:begin -->` and `<!-- NAME:end -->` of a file.
 ///
 /// # Errors
 /// A file that cannot be read or written, or one without the markers.
@@ -165,7 +165,7 @@ pub fn renew_block(file: &Path, name: &str, text: &str) -> anyhow::Result<()> {
     renew_words(file, name, &format!("\n{text}"))
 }
 
-/// As [`renew_block`], within a line: nothing is put between the markers but `text`.
+/// As [`renew_block`], within a line: only `text` is put between the markers.
 ///
 /// # Errors
 /// A file that cannot be read or written, or one without the markers.
@@ -218,7 +218,7 @@ mod tests {
         assert!(error.contains("root of the project"), "{error}");
     }
 
-    /// Some documents named their program without the flags that they had been written with.
+    /// Regression: some documents named their program without its flags.
     #[test]
     fn a_document_names_the_command_that_wrote_it() {
         let words = ["--docs", "--touches", "1200", "--hand", "my hand.csv"].map(String::from);
@@ -229,7 +229,7 @@ mod tests {
         let said = sentence_about("in_time", &[]);
         assert!(said.contains("--example in_time`;"), "{said}");
         assert!(written_by().starts_with("Written by `cargo run"));
-        // The ways of this machine are no one else's.
+        // Machine-specific paths are removed.
         let here = std::env::temp_dir().join("my scene.obj");
         let words = [
             here.display().to_string(),

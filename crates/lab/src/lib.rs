@@ -1,7 +1,7 @@
 //! The laboratory: studies, baselines for studies, validation, speed, and the documents they write.
 //!
-//! Nothing here is published; the libraries under `crates/` do the work. The command lines of these
-//! chapters stand in `examples/`.
+//! Not published; the libraries under `crates/` do the work. The command lines of these
+//! modules are in `examples/`.
 
 /// Runs the code of the workspace's README and of its table of crates as tests.
 #[cfg(doctest)]

@@ -1,6 +1,6 @@
-//! Between which ends numbers lie.
+//! Ranges of numbers.
 
-/// The least and the largest value; from infinity to minus infinity where there are none.
+/// The smallest and largest value; infinity and minus infinity without values.
 pub(crate) fn ends(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     let nothing = (f64::INFINITY, f64::NEG_INFINITY);
     let values = values.into_iter();

@@ -1,4 +1,4 @@
-//! How stiff is a spring, by noisy measurements, and could they tell at all?
+//! How stiff is a spring according to noisy measurements, and do they determine it at all?
 //!
 //! `cargo run -p hwall-numeric --example small_system`
 
@@ -6,7 +6,7 @@ use hwall_numeric::check;
 use hwall_numeric::dense::{Cholesky, Matrix, Svd};
 use std::error::Error;
 
-/// Depth into the spring, m, and force, N.
+/// Compression of the spring, m, and force, N.
 const MEASURED: [[f64; 2]; 6] = [
     [0.001, 0.61],
     [0.002, 1.13],
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let x = Cholesky::new(&a.gram())?.solve(&a.transpose_times(&force_n));
     println!("preload {:.3} N, stiffness {:.0} N/m", x[(0, 0)], x[(1, 0)]);
 
-    // A second gauge that reads twice the first one adds a column but nothing new: the rank says so.
+    // A second gauge that reads twice the first one adds a column but no information: the rank shows it.
     let redundant = Matrix::from_fn(6, 3, |i, j| if j < 2 { a[(i, j)] } else { 2.0 * a[(i, 1)] });
     let svd = Svd::thin(&redundant)?;
     println!(

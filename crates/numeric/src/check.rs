@@ -1,11 +1,11 @@
-//! Checks of arguments: each names what was given, its value and what was wanted.
+//! Argument checks: each error names the argument, its value and the requirement.
 //!
 //! NaN passes none of them.
 
 use std::fmt;
 use std::ops::RangeBounds;
 
-/// An argument that makes no sense.
+/// An invalid argument.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum ArgumentError {
@@ -13,7 +13,7 @@ pub enum ArgumentError {
     NonFinite {
         /// Name of the argument.
         what: &'static str,
-        /// Its place in an argument of several numbers, from 0.
+        /// Its index in an argument of several numbers, from 0.
         index: Option<usize>,
         /// NaN or the infinity.
         value: f64,
@@ -24,7 +24,7 @@ pub enum ArgumentError {
         what: &'static str,
         /// Value given.
         value: f64,
-        /// The range it must lie in, in words.
+        /// The required range, in words.
         wanted: &'static str,
     },
 }
@@ -53,7 +53,7 @@ impl fmt::Display for ArgumentError {
 
 impl std::error::Error for ArgumentError {}
 
-/// A number in a message: with an exponent where it would have rows of zeros.
+/// A number in a message: with an exponent if it would have many zeros.
 struct Shown(f64);
 
 impl fmt::Display for Shown {
@@ -85,7 +85,7 @@ pub fn finite(what: &'static str, value: f64) -> Result<f64, ArgumentError> {
 /// Passes if all values are finite.
 ///
 /// # Errors
-/// The first that is NaN or infinite, with its place.
+/// The first value that is NaN or infinite, with its index.
 #[inline]
 pub fn all_finite(what: &'static str, values: &[f64]) -> Result<(), ArgumentError> {
     match values.iter().position(|v| !v.is_finite()) {
@@ -116,10 +116,10 @@ pub fn non_negative(what: &'static str, value: f64) -> Result<f64, ArgumentError
     that(value >= 0.0 && value.is_finite(), what, value, "at least 0")
 }
 
-/// The value, if `holds` says so; `wanted` is what the message says it must be. NaN never passes.
+/// The value, if `holds` is true and it is not NaN; `wanted` is the requirement in the message.
 ///
 /// # Errors
-/// A condition that does not hold, or NaN.
+/// A false condition, or NaN.
 #[inline]
 pub fn that(
     holds: bool,
@@ -140,7 +140,7 @@ pub fn that(
 /// Rejects a value outside `range`, which `wanted` describes, and NaN.
 ///
 /// # Errors
-/// A value outside it, or NaN.
+/// A value outside the range, or NaN.
 #[inline]
 pub fn within(
     what: &'static str,
@@ -151,7 +151,7 @@ pub fn within(
     that(range.contains(&value), what, value, wanted)
 }
 
-/// Applies a check of one value, such as [`positive`], to all of some values.
+/// Applies a check of one value, such as [`positive`], to several values.
 ///
 /// # Errors
 /// The first value that the check rejects.

@@ -5,9 +5,9 @@ use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// `each(0)` to `each(count - 1)`, worked out on all cores and returned in this order: the outcome does not depend on how many there are.
+/// `each(0)` to `each(count - 1)`, computed on all cores and returned in this order: the result does not depend on the number of cores.
 ///
-/// The calling thread takes part; where no other can be started it works alone. A panic of `each` is passed on.
+/// The calling thread takes part and works alone if no other thread can be started. A panic of `each` is propagated.
 ///
 /// ```
 /// use hwall_numeric::parallel::map;

@@ -1,4 +1,4 @@
-//! Decompositions against their definitions, faer, and matrices that break naive ones.
+//! Decompositions against their definitions and faer, also for matrices on which naive ones fail.
 
 use faer::Side;
 use faer::linalg::solvers::Solve;
@@ -72,7 +72,7 @@ fn tiny_singular_values_of_scaled_columns_keep_their_digits() {
     let scales: [f64; 4] = [1.0, 1e-50, 1e-100, 1e-150];
     let b = Matrix::from_fn(8, 4, |i, j| a[(i, j)] * scales[j]);
     let svd = Svd::thin(&b).unwrap();
-    // The product of all is the root of the determinant of the Gram matrix, known from the unscaled one.
+    // The product of all is the square root of the determinant of the Gram matrix, known from the unscaled one.
     let root = 0.5 * Cholesky::new(&a.gram()).unwrap().log_determinant();
     let expected = root + scales.iter().map(|s| s.ln()).sum::<f64>();
     let found: f64 = svd.singular.iter().map(|s| s.ln()).sum();
@@ -102,7 +102,7 @@ fn lost_rank_zero_and_empty_matrices_have_singular_values() {
         (&[0.0, 0.0][..], 0)
     );
     assert!(Svd::thin(&Matrix::zeros(0, 4)).unwrap().singular.is_empty());
-    // As far apart as the range of doubles allows beside the largest.
+    // As far apart as the range of doubles allows.
     for (large, small) in [(1e300, 1e-5), (1.0, 1e-305), (1e-305, 0.0)] {
         let apart = Matrix::from_rows(2, 2, vec![large, 0.0, 0.0, small]);
         let svd = Svd::thin(&apart).unwrap();
@@ -129,7 +129,7 @@ fn singular_vectors_are_orthonormal_however_far_apart_the_entries_are() {
                 0 => by_row[i],
                 1 => by_column[j],
                 2 => 10_f64.powf(sampler.uniform(-most, most.min(307.0))),
-                // Rows that nearly agree.
+                // Nearly equal rows.
                 _ => return by_row[i] * (1.0 + 1e-9 * sampler.uniform(-1.0, 1.0)),
             };
             factor * sampler.uniform(-1.0, 1.0)
@@ -251,7 +251,7 @@ fn checks_name_what_is_wrong_and_let_no_nan_pass() {
     assert!(check::that(true, "share", f64::NAN, "at most 1").is_err());
     let error = check::that(false, "share", 2.0, "at most 1").unwrap_err();
     assert_eq!(error.to_string(), "share is 2, it must be at most 1");
-    // 1e-320 was told with 320 zeros.
+    // Regression: 1e-320 was printed with 320 zeros.
     for (value, shown) in [
         (1e-320, "1e-320"),
         (-2.5e160, "-2.5e160"),

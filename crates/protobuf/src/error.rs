@@ -2,7 +2,7 @@
 
 use crate::wire_type::WireType;
 
-/// What is wrong with bytes that were read, or with a message that was written.
+/// An error in bytes read or in a message written.
 ///
 /// Offsets count bytes from the start of the outermost message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -13,9 +13,9 @@ pub enum ProtobufError {
     Truncated {
         /// Where the value begins.
         offset: usize,
-        /// Bytes that it needs; for a varint one more than there are.
+        /// Bytes needed; for a varint one more than there are.
         needed: usize,
-        /// Bytes that are left there.
+        /// Bytes left.
         left: usize,
     },
     /// A varint of more than 64 bits.
@@ -24,7 +24,7 @@ pub enum ProtobufError {
         /// Where the varint begins.
         offset: usize,
     },
-    /// A field number that protobuf does not have.
+    /// An invalid field number.
     #[error("byte {offset}: {number} is no field number")]
     FieldNumber {
         /// Where the tag begins.
@@ -32,7 +32,7 @@ pub enum ProtobufError {
         /// The number.
         number: u64,
     },
-    /// A wire type that protobuf does not have.
+    /// An invalid wire type.
     #[error("byte {offset}: {code} is no wire type")]
     UnknownWireType {
         /// Where the tag begins.
@@ -40,7 +40,7 @@ pub enum ProtobufError {
         /// The three bits of the tag.
         code: u8,
     },
-    /// The end of a group that was not begun.
+    /// The end of a group that was not started.
     #[error("byte {offset}: the end of group {number}, which did not begin")]
     GroupEnd {
         /// Where the tag begins.
@@ -48,24 +48,24 @@ pub enum ProtobufError {
         /// Field number of the group.
         number: u32,
     },
-    /// Groups within groups, deeper than anybody writes them.
+    /// Groups nested deeper than the limit.
     #[error("byte {offset}: groups nested deeper than {limit}")]
     GroupDepth {
         /// Where the innermost group begins.
         offset: usize,
-        /// The depth that is read.
+        /// The limit.
         limit: usize,
     },
-    /// The field is there, but of another wire type than asked for.
+    /// The field has another wire type than requested.
     #[error("byte {offset}: field {number} is {found}, not {expected}")]
     WrongWireType {
         /// Where the value begins.
         offset: usize,
         /// Field number.
         number: u32,
-        /// What was asked for.
+        /// The requested type.
         expected: WireType,
-        /// What is there.
+        /// The type found.
         found: WireType,
     },
     /// An integer outside the range of its type.
@@ -77,13 +77,13 @@ pub enum ProtobufError {
         number: u32,
         /// The varint, as 64 bits.
         value: u64,
-        /// The type asked for.
+        /// The requested type.
         kind: &'static str,
     },
     /// A string that is not UTF-8.
     #[error("byte {offset}: field {number} is not UTF-8")]
     NotUtf8 {
-        /// Where the first wrong byte is.
+        /// Offset of the first wrong byte.
         offset: usize,
         /// Field number.
         number: u32,
@@ -95,12 +95,12 @@ pub enum ProtobufError {
         offset: usize,
         /// Field number.
         number: u32,
-        /// Bytes there are.
+        /// Number of bytes.
         length: usize,
         /// Bytes of one value.
         size: usize,
     },
-    /// The message does not fit into the slice that it is written to.
+    /// The message does not fit into the output slice.
     #[error("the message does not fit into {capacity} bytes")]
     NoSpace {
         /// Bytes of the slice.

@@ -5,15 +5,15 @@ use crate::varint;
 use crate::wire_type::WireType;
 use crate::writer::MAX_FIELD_NUMBER;
 
-/// Groups within groups that are skipped.
+/// Largest nesting depth of groups to skip.
 const GROUP_DEPTH: usize = 16;
 /// Wire type of the end of a group.
 const GROUP_END: u8 = 4;
 
-/// The fields of a message, in the order of the bytes: an iterator that takes any bytes.
+/// The fields of a message, in byte order: an iterator that accepts any bytes.
 ///
-/// After an error it ends. Groups are skipped; fields that the caller does not know are skipped by not looking at them.
-/// Nothing is copied and nothing is allocated.
+/// Ends after an error. Groups are skipped; the caller skips unknown fields by ignoring them.
+/// Copies and allocates nothing.
 #[derive(Debug, Clone)]
 pub struct Fields<'a> {
     bytes: &'a [u8],
@@ -28,11 +28,11 @@ pub struct Field<'a> {
     pub number: u32,
     /// Its value.
     pub value: Value<'a>,
-    /// Where the value begins in the outermost message (of bytes: behind their length).
+    /// Where the value begins in the outermost message (for bytes: after their length).
     pub offset: usize,
 }
 
-/// A value as it lies in the bytes.
+/// A raw value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Value<'a> {
     /// Integers, booleans, enumerations.
@@ -46,7 +46,7 @@ pub enum Value<'a> {
 }
 
 impl Value<'_> {
-    /// How the value lies in the bytes.
+    /// The wire type.
     #[must_use]
     pub const fn wire_type(&self) -> WireType {
         match self {
@@ -59,7 +59,7 @@ impl Value<'_> {
 }
 
 impl<'a> Fields<'a> {
-    /// The fields of a message that `bytes` are, from end to end.
+    /// The fields of the message that fills `bytes`.
     #[must_use]
     pub const fn new(bytes: &'a [u8]) -> Self {
         Self { bytes, offset: 0 }
@@ -116,7 +116,7 @@ impl<'a> Fields<'a> {
             2 => {
                 let length = self.varint()?;
                 offset = self.offset;
-                // A length beyond `usize` is beyond the bytes, too.
+                // A length beyond `usize` is also beyond the bytes.
                 let length = usize::try_from(length).unwrap_or(usize::MAX);
                 Value::Bytes(self.advance(length)?)
             }
@@ -126,7 +126,7 @@ impl<'a> Fields<'a> {
         Ok(Some((offset, value)))
     }
 
-    /// Moves behind the end of a group that has just begun.
+    /// Skips to the end of a group that has just begun.
     fn skip_group(&mut self, number: u32) -> Result<(), ProtobufError> {
         let mut open = [0; GROUP_DEPTH];
         open[0] = number;
@@ -212,7 +212,7 @@ impl<'a> Field<'a> {
         u32::try_from(value).map_err(|_| self.out_of_range(value, "uint32"))
     }
 
-    /// `int32` or an enumeration. A negative value may stand in 64 bits, as protobuf writes it, or in 32.
+    /// `int32` or an enumeration. A negative value may have 64 bits, as protobuf writes it, or 32.
     ///
     /// # Errors
     /// Another wire type, or a value outside the range.
@@ -274,7 +274,7 @@ impl<'a> Field<'a> {
     /// The fields of a nested message.
     ///
     /// # Errors
-    /// Another wire type. What is wrong inside is said by the iterator.
+    /// Another wire type. The iterator reports errors inside.
     #[inline]
     pub fn message(&self) -> Result<Fields<'a>, ProtobufError> {
         Ok(Fields {
@@ -283,10 +283,10 @@ impl<'a> Field<'a> {
         })
     }
 
-    /// What this field adds to a `repeated double`: one value, or all that are packed.
+    /// The values that this field adds to a `repeated double`: one, or all packed ones.
     ///
     /// # Errors
-    /// Another wire type, or packed bytes that are no multiple of eight.
+    /// Another wire type, or packed bytes whose length is not a multiple of eight.
     pub fn doubles(&self) -> Result<Doubles<'a>, ProtobufError> {
         let (one, packed): (_, &[u8]) = match self.value {
             Value::Fixed64(bits) => (Some(f64::from_bits(bits)), &[]),
@@ -305,10 +305,10 @@ impl<'a> Field<'a> {
         Ok(Doubles { one, values })
     }
 
-    /// What this field adds to a repeated integer or enumeration: one value, or all that are packed.
+    /// The values that this field adds to a repeated integer or enumeration: one, or all packed ones.
     ///
     /// # Errors
-    /// Another wire type. What is wrong inside is said by the iterator.
+    /// Another wire type. The iterator reports errors inside.
     pub const fn varints(&self) -> Result<Varints<'a>, ProtobufError> {
         let (one, packed): (_, &[u8]) = match self.value {
             Value::Varint(value) => (Some(value), &[]),
@@ -367,7 +367,7 @@ impl Iterator for Doubles<'_> {
 
 impl ExactSizeIterator for Doubles<'_> {}
 
-/// Integers of one field; see [`Field::varints`]. After an error it ends.
+/// Integers of one field; see [`Field::varints`]. Ends after an error.
 #[derive(Debug, Clone)]
 pub struct Varints<'a> {
     one: Option<u64>,

@@ -2,10 +2,10 @@
 
 use crate::error::ProtobufError;
 
-/// Bytes that the longest varint takes.
+/// Length of the longest varint, bytes.
 pub(crate) const MAX_LENGTH: usize = 10;
 
-/// The bytes of a value, and how many of them count.
+/// The bytes of a value, and its length.
 #[inline]
 pub(crate) const fn encode(mut value: u64) -> ([u8; MAX_LENGTH], usize) {
     let mut bytes = [0; MAX_LENGTH];
@@ -19,9 +19,9 @@ pub(crate) const fn encode(mut value: u64) -> ([u8; MAX_LENGTH], usize) {
     (bytes, length + 1)
 }
 
-/// The value at the start of `bytes` and how many bytes it takes. `offset` is where they lie in the whole message.
+/// The value at the start of `bytes`, and its length. `offset`: position of `bytes` in the whole message.
 ///
-/// Zeros in front are accepted, as protobuf does; more than 64 bits are not.
+/// Redundant leading zeros are accepted, as in protobuf; more than 64 bits are not.
 #[inline]
 pub(crate) fn decode(bytes: &[u8], offset: usize) -> Result<(u64, usize), ProtobufError> {
     match bytes.first() {
@@ -34,7 +34,7 @@ fn decode_long(bytes: &[u8], offset: usize) -> Result<(u64, usize), ProtobufErro
     let mut value = 0;
     for (index, &byte) in bytes.iter().enumerate().take(MAX_LENGTH) {
         let bits = u64::from(byte & 0x7f);
-        // The tenth byte holds the 64th bit and no other.
+        // The tenth byte holds only the 64th bit.
         if index + 1 == MAX_LENGTH && byte > 1 {
             return Err(ProtobufError::VarintTooLong { offset });
         }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// How a value lies in the bytes.
+/// Encoding of a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WireType {
     /// Integers, booleans, enumerations.
@@ -18,7 +18,7 @@ pub enum WireType {
 }
 
 impl WireType {
-    /// The three bits in the tag; of a group those of its beginning.
+    /// The three bits in the tag; for a group, those of its start.
     #[must_use]
     pub const fn code(self) -> u8 {
         match self {

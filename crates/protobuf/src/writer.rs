@@ -4,10 +4,10 @@ use crate::error::ProtobufError;
 use crate::varint;
 use crate::wire_type::WireType;
 
-/// Field numbers end here: 29 bits.
+/// Largest field number: 29 bits.
 pub(crate) const MAX_FIELD_NUMBER: u32 = (1 << 29) - 1;
 
-/// Where the bytes go.
+/// Destination of the bytes.
 #[derive(Debug)]
 enum Target<'a> {
     Growing(&'a mut Vec<u8>),
@@ -16,12 +16,12 @@ enum Target<'a> {
 
 /// Writes the fields of a message in the order of the calls.
 ///
-/// Into a slice nothing is ever allocated; a `Vec` grows as it does. What goes wrong (no space left, a
-/// field number out of range) is kept and said by [`finish`](Self::finish), so that the calls in between need no checks; what is
-/// written after it has no meaning.
+/// Writing to a slice never allocates; a `Vec` grows as usual. An error (no space left, a
+/// field number out of range) is kept and returned by [`finish`](Self::finish), so the calls in between need no checks; bytes
+/// written after an error are meaningless.
 ///
-/// A nested message is written in place: one byte is left for its length, and only a message of more
-/// than 127 bytes is moved up once to make space for a longer one.
+/// A nested message is written in place: one byte is reserved for its length, and only a message of more
+/// than 127 bytes is moved once to make space for a longer length.
 #[derive(Debug)]
 pub struct Writer<'a> {
     target: Target<'a>,
@@ -51,10 +51,10 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// How many bytes were written.
+    /// Returns the number of bytes written.
     ///
     /// # Errors
-    /// The first thing that went wrong.
+    /// The first error.
     pub fn finish(self) -> Result<usize, ProtobufError> {
         match self.error {
             Some(error) => Err(error),
@@ -112,7 +112,7 @@ impl<'a> Writer<'a> {
         self.bytes(field, value.as_bytes());
     }
 
-    /// `repeated double`, one tag for all. No values, no field.
+    /// `repeated double`, one tag for all. Writes no field for no values.
     pub fn packed_doubles(&mut self, field: u32, values: &[f64]) {
         if values.is_empty() {
             return;
@@ -129,7 +129,7 @@ impl<'a> Writer<'a> {
         let (tag, length) = varint::encode(u64::from(field) << 3 | 1);
         for &value in values {
             if length == 1 && field != 0 {
-                // Tag and value at once: most fields have small numbers.
+                // Write tag and value at once: most fields have small numbers.
                 let mut both = [0; 9];
                 both[0] = tag[0];
                 both[1..].copy_from_slice(&value.to_le_bytes());
@@ -140,7 +140,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// `repeated uint64`, `uint32` or an enumeration, one tag for all. No values, no field.
+    /// `repeated uint64`, `uint32` or an enumeration, one tag for all. Writes no field for no values.
     pub fn packed_varints(&mut self, field: u32, values: &[u64]) {
         if !values.is_empty() {
             self.message(field, |body| {
@@ -151,7 +151,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// A nested message; `body` writes its fields. An element of a repeated field is written the same way, and so is an entry of
+    /// A nested message; `body` writes its fields. Also used for an element of a repeated field, and for an entry of
     /// a map, whose key is field 1 and whose value is field 2.
     pub fn message(&mut self, field: u32, body: impl FnOnce(&mut Self)) {
         self.tag(field, WireType::Bytes);
@@ -211,7 +211,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// End of what is written, from the start of the target.
+    /// End of the written bytes, from the start of the target.
     const fn used(&self) -> usize {
         match &self.target {
             Target::Growing(bytes) => bytes.len(),

@@ -26,7 +26,7 @@ fn error(bytes: &[u8]) -> ProtobufError {
     error
 }
 
-/// Examples of the encoding's public description.
+/// Examples from the public description of the encoding.
 #[test]
 fn known_bytes() {
     assert_eq!(written(|w| w.uint64(1, 150)), [0x08, 0x96, 0x01]);
@@ -143,7 +143,7 @@ fn nested_messages_of_any_length() {
         let b = b.expect("a field").expect("valid");
         assert_eq!(b.to_bytes(), Ok(body.as_slice()));
         assert_eq!(bytes[b.offset..b.offset + body.len()], body);
-        // One byte less is too little, whatever the depth at which it runs out.
+        // One byte less is too little, at any depth.
         for capacity in 0..bytes.len().min(200) {
             let mut writer = Writer::to_slice(&mut slice[..capacity]);
             fill(&mut writer);
@@ -211,13 +211,13 @@ fn broken_bytes_are_named() {
         let wrong = ProtobufError::UnknownWireType { offset: 0, code };
         assert_eq!(error(&[0x08 | code]), wrong);
     }
-    // Zeros in front are allowed.
+    // Leading zeros are allowed.
     assert_eq!(only(&[0x08, 0x81, 0x80, 0x00]).to_u64(), Ok(1));
 }
 
 #[test]
 fn errors_inside_count_from_the_outside() {
-    // Field 1 at byte 0 holds field 2 (bytes) of which one byte is missing.
+    // Field 1 at byte 0 contains field 2 (bytes), which lacks one byte.
     let bytes = [0x0a, 3, 0x12, 2, 9];
     let inner = only(&bytes).message().expect("a message").next();
     let wrong = ProtobufError::Truncated {
@@ -290,7 +290,7 @@ fn groups_are_skipped() {
     ));
 }
 
-/// Everything that can be asked of bytes, to a depth of four.
+/// Calls every reader on the bytes, to a depth of four.
 fn walk(fields: Fields, depth: u32) -> usize {
     let mut count = 0;
     for field in fields {
@@ -318,7 +318,7 @@ fn any_bytes_are_taken() {
     let mut found = 0;
     for round in 0..100_000 {
         let length = usize::from(byte(40.0));
-        // Half of them of small bytes, which are tags more often.
+        // Half of them with small bytes, which are more often tags.
         let below = if round % 2 == 0 { 256.0 } else { 64.0 };
         let bytes: Vec<u8> = (0..length).map(|_| byte(below)).collect();
         found += walk(Fields::new(&bytes), 4);

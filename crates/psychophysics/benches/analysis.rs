@@ -1,4 +1,4 @@
-//! Speed of the analyses beside their error: `cargo bench -p hwall-psychophysics --bench analysis`.
+//! Speed of the analyses, and their error: `cargo bench -p hwall-psychophysics --bench analysis`.
 //!
 //! 25 simulated subjects × 5 × 5 cells (tests/data); targets: 2 ms for everything, 20 s for the power
 //! of 10,000 studies. Deviations are from R, pingouin and statsmodels, tests/it/reference.rs.

@@ -1,4 +1,4 @@
-//! What does a study say? From a table, one row a trial, to tests of every effect.
+//! What does a study show? From a table, one row per trial, to tests of every effect.
 //!
 //! `cargo run -p hwall-psychophysics --example analyse_study`
 
@@ -8,7 +8,7 @@ use hwall_psychophysics::{
 };
 
 fn main() -> Result<(), PsychophysicsError> {
-    // Six people judge the roughness of three spacings at two speeds, each on a scale of their own.
+    // Six people judge the roughness of three spacings at two speeds, each on an individual scale.
     let mut table = "person,spacing_mm,speed,rough\n".to_owned();
     for (person, scale) in [
         ("a", 1.0),
@@ -36,7 +36,7 @@ fn main() -> Result<(), PsychophysicsError> {
     let analysis = analyse(&study, &config)?;
     println!("{}", analysis.to_text());
 
-    // How fast sensation grows: Stevens' law through the means of the spacings.
+    // Growth of sensation: Stevens' law through the means of the spacings.
     let means = [1.5, 2.0, 3.0].map(|stimulus| {
         let rows = table
             .lines()

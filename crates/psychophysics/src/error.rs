@@ -22,26 +22,26 @@ pub enum PsychophysicsError {
         kind: ErrorKind,
         message: String,
     },
-    /// A text is no table.
+    /// A text is not a table.
     #[error(transparent)]
     Table(#[from] TableError),
-    /// A cell that says neither that its row counts nor that it does not.
+    /// A validity cell that is neither true nor false.
     #[error("line {line}, column {column:?}: {text:?} is neither true nor false")]
     NeitherValidNorNot {
         line: u64,
         column: String,
         text: String,
     },
-    /// No row of the table counts.
+    /// No row of the table is valid.
     #[error("none of the {rows} rows is valid")]
     NoValidRows { rows: usize },
-    /// A wide table that cannot be read as one.
+    /// A wide table that cannot be read.
     #[error("no wide table: {why}")]
     Wide { why: &'static str },
     /// A column that is not in the header.
     #[error("no column {column:?} in the header {header:?}")]
     UnknownColumn { column: String, header: String },
-    /// A name of more than one column of the header.
+    /// A name that several columns of the header have.
     #[error("column {column:?} occurs {count} times in the header")]
     AmbiguousColumn { column: String, count: usize },
     /// A column that is given two roles.
@@ -57,8 +57,8 @@ pub enum PsychophysicsError {
         column: String,
         text: String,
     },
-    /// Values whose squares, or squares of those, a float cannot hold. `line` is the number of the value, from 1, where the
-    /// study was not read from a table.
+    /// Values whose squares or fourth powers overflow or underflow a float. `line` counts values from 1 if the study was not
+    /// read from a table.
     #[error(
         "line {line}: the largest size is {value:e}, it must be zero or 1e-60 to 1e60; choose another unit"
     )]
@@ -114,7 +114,7 @@ pub enum PsychophysicsError {
     /// All values are the same: there is no variance to analyse.
     #[error("all {count} values are {value}")]
     Constant { count: usize, value: f64 },
-    /// An answer below zero (or zero) where ratios or logarithms are formed; `line` as for [`Scale`](Self::Scale).
+    /// A negative (or zero) answer where ratios or logarithms are formed; `line` as for [`Scale`](Self::Scale).
     #[error("line {line}: subject {subject:?}, {cell}: {value} is not {wanted}")]
     NotPositive {
         line: u64,
@@ -136,12 +136,12 @@ pub enum PsychophysicsError {
         got: usize,
         wanted: usize,
     },
-    /// A factor of a session script with the name of another of its columns.
+    /// A factor of a session script with the name of another column.
     #[error(
         "factor {factor:?} has the name of another column; subject, round, trial and condition are reserved"
     )]
     ColumnTaken { factor: String },
-    /// A correction of pooled errors, which have no sphericity of their own.
+    /// A sphericity correction for pooled errors, which have no sphericity of their own.
     #[error("Greenhouse and Geisser's correction is for strata, not for pooled errors")]
     PooledCorrection,
     /// A fit that did not converge.
@@ -161,7 +161,7 @@ fn more(missing: usize) -> String {
 }
 
 impl PsychophysicsError {
-    /// The system's failure at a file or stream of this name.
+    /// An I/O error at a file or stream of this name.
     pub(crate) fn io(name: impl Into<String>, error: &std::io::Error) -> Self {
         Self::File {
             name: name.into(),
@@ -171,12 +171,12 @@ impl PsychophysicsError {
     }
 }
 
-/// Passes a probability that is neither 0 nor 1.
+/// Accepts a probability strictly between 0 and 1.
 pub(crate) fn inner_probability(what: &'static str, value: f64) -> Result<f64, ArgumentError> {
-    // Nearer to the ends quantiles lose their digits, then everything.
+    // Nearer to the ends quantiles lose their digits.
     let holds = (1e-9..=1.0 - 1e-9).contains(&value);
     that(holds, what, value, "between 1e-9 and 1 - 1e-9")
 }
 
-/// What may fail with an error of this crate.
+/// Result with the error of this crate.
 pub(crate) type Result<T, E = PsychophysicsError> = std::result::Result<T, E>;

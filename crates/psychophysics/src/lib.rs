@@ -16,23 +16,23 @@ pub use hwall_numeric::ArgumentError;
 
 // A study, its table and its scale.
 pub use study::{Columns, Factor, Groups, LeftOut, MOST_FACTORS, Missing, Normalisation, Study};
-// Which factors matter, which levels differ, and whether the tests' assumptions hold.
+// Analysis: effects of factors, differences between levels, and checks of the tests' assumptions.
 pub use analysis::{
     Adjustment, Analysis, AnalysisConfig, ArtEffect, Assumptions, CellMean, Comparison,
     DesignSummary, Effect, EffectSize, ErrorModel, FactorSummary, Mauchly, PairTest, Ratio,
     Warning, aligned_rank_transform, analyse, anova, art_contrasts, cell_means, cohen_dz_interval,
     pairwise,
 };
-// The order of conditions for each subject, and how many subjects are needed.
+// Design: order of conditions for each subject, and number of subjects.
 pub use design::{
     EffectPower, PowerStudy, PowerTest, Schedule, ScheduledTrial, TrialOrder,
     balanced_latin_square, power,
 };
-// How sensation grows with the stimulus, and the smallest difference that is felt.
+// Models: growth of sensation with the stimulus, and the just noticeable difference.
 pub use models::{
     MagnitudeAnswer, PairAnswers, PowerLaw, Psychometric, Sigmoid, fit_psychometric, stevens_fit,
 };
-// Where the next trial is placed, and thresholds with intervals.
+// Adaptive procedures, and thresholds with intervals.
 pub use procedures::{
     QuestEstimate, QuestGrid, QuestPlus, Staircase, StaircaseConfig, StaircaseEstimate, Threshold,
     threshold,

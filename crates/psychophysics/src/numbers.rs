@@ -1,11 +1,11 @@
 //! Numbers as text.
 
-/// Stands for a number that does not exist.
+/// Placeholder for a missing number.
 pub(crate) fn missing() -> String {
     "–".to_owned()
 }
 
-/// With five digits; whole numbers without decimals.
+/// Formats with five digits; whole numbers without decimals.
 pub(crate) fn number(value: f64) -> String {
     let size = value.abs();
     if value == value.round() && size < 1e6 {

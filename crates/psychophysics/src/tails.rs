@@ -1,8 +1,8 @@
-//! Tail probabilities of which the relative accuracy holds down to 1e-300 and below.
+//! Tail probabilities with full relative accuracy down to 1e-300 and below.
 //!
 //! The prefactor of the incomplete beta function is computed as a logarithm from both `x` and `1 − x`:
-//! computing one from the other, as statrs does, loses digits in thin tails. The error function is that
-//! of libm, as that of statrs is right to eleven digits only.
+//! computing one from the other, as statrs does, loses digits in thin tails. The error function is
+//! libm's, because that of statrs has only eleven correct digits.
 
 use libm::{erfc, lgamma as ln_gamma};
 use statrs::function::erf::erfc_inv;
@@ -28,7 +28,7 @@ pub fn f_tail(f: f64, df1: f64, df2: f64) -> f64 {
     } else {
         (-ratio.ln_1p(), -ratio.recip().ln_1p())
     };
-    // With huge degrees of freedom the fraction may end a rounding outside; NaN stays.
+    // With huge degrees of freedom the result may exceed the range by rounding; NaN stays.
     incomplete_beta(0.5 * df2, 0.5 * df1, ln_x, ln_y).clamp(0.0, 1.0)
 }
 
@@ -101,8 +101,8 @@ pub fn normal_cdf(z: f64) -> f64 {
 /// `P(F < f)` of the noncentral F distribution with `df1`, `df2` degrees of freedom and noncentrality `lambda`.
 ///
 /// A sum over Poisson weights of `I_x(df1/2 + j, df2/2)`, from the largest weight to both sides.
-/// Error: below 1e-10. NaN for degrees of freedom below 1e-6 or above 1e6, for a noncentrality that is negative or above 1e6,
-/// where sums get long.
+/// Error: below 1e-10. NaN for degrees of freedom outside 1e-6 to 1e6 or a noncentrality outside 0 to 1e6, where sums
+/// get long.
 /// Source: Johnson, Kotz and Balakrishnan 1995, ch. 30.
 #[must_use]
 pub fn noncentral_f_cdf(f: f64, df1: f64, df2: f64, lambda: f64) -> f64 {
@@ -124,7 +124,7 @@ pub fn noncentral_f_cdf(f: f64, df1: f64, df2: f64, lambda: f64) -> f64 {
 
 /// `P(T < t)` of the noncentral t distribution with `df` degrees of freedom and noncentrality `delta`.
 ///
-/// Error: below 1e-10. NaN for degrees of freedom below 1e-6 or above 1e6, for a noncentrality that is not finite or beyond
+/// Error: below 1e-10. NaN for degrees of freedom outside 1e-6 to 1e6 or a noncentrality that is not finite or beyond
 /// 1000, where sums get long.
 /// Source: Johnson, Kotz and Balakrishnan 1995, ch. 31; Lenth 1989.
 #[must_use]
@@ -154,17 +154,17 @@ pub fn noncentral_t_cdf(t: f64, df: f64, delta: f64) -> f64 {
     (below + 0.5 * (even + odd)).clamp(0.0, 1.0)
 }
 
-/// Degrees of freedom for which the terms of a sum end soon.
+/// Are these degrees of freedom for which sums are short?
 fn is_countable(df: &f64) -> bool {
     (1e-6..=1e6).contains(df)
 }
 
-/// The mean of a bounded function of a Poisson number.
+/// The mean of a bounded function of a Poisson variable.
 fn poisson_mean(mean: f64, of: impl Fn(f64) -> f64) -> f64 {
     weighted_mean(mean, 0.0, of)
 }
 
-/// `Σ e^-m m^(j + s) / Γ(j + s + 1) f(j)` over j from 0: beyond 12 standard deviations nothing is left.
+/// `Σ e^-m m^(j + s) / Γ(j + s + 1) f(j)` over j from 0: terms beyond 12 standard deviations are negligible.
 fn weighted_mean(mean: f64, shift: f64, of: impl Fn(f64) -> f64) -> f64 {
     if mean == 0.0 {
         return if shift == 0.0 { of(0.0) } else { 0.0 };
@@ -185,8 +185,8 @@ fn weighted_mean(mean: f64, shift: f64, of: impl Fn(f64) -> f64) -> f64 {
     sum
 }
 
-/// The `z` below which a standard normal number lies with probability `p`; infinite at 0 and 1, NaN
-/// beyond.
+/// The `z` below which a standard normal variable lies with probability `p`; infinite at 0 and 1, NaN
+/// outside.
 #[must_use]
 pub fn normal_quantile(p: f64) -> f64 {
     if !(0.0..=1.0).contains(&p) {
@@ -202,8 +202,8 @@ pub fn normal_quantile(p: f64) -> f64 {
 /// `I_x(a, b)` from `ln x` and `ln (1 − x)`.
 fn incomplete_beta(a: f64, b: f64, ln_x: f64, ln_y: f64) -> f64 {
     let (x, y) = (ln_x.exp(), ln_y.exp());
-    // The fraction converges fast on this side of the mean; on the other side the complement is not small,
-    // so that nothing cancels.
+    // The fraction converges fast on this side of the mean. On the other side use the complement, which is not small,
+    // so nothing cancels.
     if x > (a + 1.0) / (a + b + 2.0) {
         return 1.0 - beta_fraction(b, a, y, ln_y, ln_x);
     }
@@ -217,7 +217,7 @@ fn beta_fraction(a: f64, b: f64, x: f64, ln_x: f64, ln_y: f64) -> f64 {
     let mut c = 1.0;
     let mut d = 1.0 / kept(1.0 - (a + b) * x / (a + 1.0));
     let mut fraction = d;
-    // About √max(a, b) terms are needed.
+    // Needs about √max(a, b) terms.
     for m in 1..100_000 {
         let m = f64::from(m);
         let even = m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m));

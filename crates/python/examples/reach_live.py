@@ -11,7 +11,7 @@ rng = np.random.default_rng(1)
 
 
 def touches(person, count):
-    """Places on wall and shelf that a person touches."""
+    """Points on wall and shelf that a person touches."""
     on_wall = np.column_stack([np.full(count, 0.6), rng.uniform(-0.5, 0.3, count), rng.uniform(0.8, 1.4, count)])
     on_shelf = np.column_stack([np.full(count, 0.9), rng.uniform(0.45, 0.75, count), rng.uniform(0.8, 1.4, count)])
     return sim.Person(person).plan(np.where(rng.random((count, 1)) < 0.7, on_wall, on_shelf), [1, 0, 0])

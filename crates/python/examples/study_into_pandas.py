@@ -1,4 +1,4 @@
-"""A study as a table: is the board in place before the finger, for which kind of people? `python study_into_pandas.py [table.csv]`"""
+"""A study as a table: is the board in place before the finger, by kind of people? `python study_into_pandas.py [table.csv]`"""
 
 import sys
 

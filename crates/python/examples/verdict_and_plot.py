@@ -22,7 +22,7 @@ verdicts = arm.verdict(poses)
 for code, count in zip(*np.unique(verdicts.code, return_counts=True)):
     print(f"{count:6} {verdicts.KINDS[code] or 'reachable'}")
 
-# The same wall as polygons, proven, with their holes.
+# The same wall as proven polygons with holes.
 region = hwall.wall_region(arm, 0.0, PLANE, heights=[-0.5, 1.2])
 print(f"reachable: {region.area:.4f} m2, by the verdicts {verdicts.reachable.mean() * 1.8 * 1.7:.4f} m2")
 

@@ -1,4 +1,4 @@
-//! Arms: where the tool is, which poses can be held, and why the others cannot.
+//! Arms: forward kinematics, reachable poses, and reasons for unreachable ones.
 
 use crate::arrays::{Array, Floats, Rows, array, like, matrix, one_pose, pose};
 use crate::error::{Error, OrRaise, one_of};
@@ -27,7 +27,7 @@ const KINDS: [&str; 9] = [
     "not_found",
 ];
 
-/// A serial robot arm of up to seven joints, never changed.
+/// A serial robot arm of up to seven joints, immutable.
 #[pyclass(frozen, module = "hwall", name = "Arm")]
 pub(crate) struct PyArm {
     model: Arc<dyn ArmKinematics>,
@@ -43,7 +43,7 @@ impl PyArm {
         }
     }
 
-    /// An arm with a tool; whether it has a closed form shows.
+    /// An arm with a tool; checks for a closed form.
     pub(crate) fn carrying(model: Arc<dyn ArmKinematics>) -> Self {
         let why_not = model
             .closed_form()
@@ -62,7 +62,7 @@ impl PyArm {
         self.model.closed_form().ok_or_else(why)
     }
 
-    /// Joint angles from a row of an array; joints that the arm has not are 0.
+    /// Joint angles from a row of an array; missing joints are 0.
     pub(crate) fn joints(&self, row: &[f64]) -> Result<JointPositions, KinematicsError> {
         all_finite("q", row)?;
         let mut q = [0.0; MOST_JOINTS];
@@ -99,7 +99,7 @@ impl PyArm {
         self.joints(rows.row(0)).or_raise()
     }
 
-    /// The values of the joints that the arm has.
+    /// The values of the arm's joints.
     pub(crate) fn joint_array<'py>(
         &self,
         py: Python<'py>,
@@ -143,7 +143,7 @@ impl PyArm {
     }
 }
 
-/// What a search for a configuration needs.
+/// Settings of a search for a configuration.
 struct Search {
     from: JointPositions,
     config: NearestConfig,
@@ -155,7 +155,7 @@ fn code(reason: &Unreachable) -> u8 {
     place.unwrap_or_default() as u8
 }
 
-/// The length that is missing, m; NaN for reasons without one.
+/// The missing length, m; NaN for reasons without one.
 fn gap(reason: &Unreachable) -> f64 {
     match reason {
         Unreachable::TooFar { gap_m }
@@ -181,7 +181,7 @@ impl PyArm {
         Self::of(SrsArm::iiwa14())
     }
 
-    /// An arm from a URDF file. `root` and `tip` are link names; needed where the file leaves a choice.
+    /// An arm from a URDF file. `root` and `tip` are link names; needed if the file is ambiguous.
     /// Arms with spherical shoulder and wrist are solved in closed form (`exact`), all others numerically.
     #[staticmethod]
     #[pyo3(signature = (path, tip=None, root=None))]
@@ -204,7 +204,7 @@ impl PyArm {
         .or_raise()
     }
 
-    /// The same arm with a tool: all poses are then those of the tool. `flange_from_tool` (4, 4), m.
+    /// The same arm with a tool; all poses then refer to the tool. `flange_from_tool` (4, 4), m.
     fn with_tool(&self, flange_from_tool: Floats<'_>) -> PyResult<Self> {
         let tool = one_pose("flange_from_tool", &flange_from_tool)?;
         Ok(Self {
@@ -219,13 +219,13 @@ impl PyArm {
         self.model.joint_count()
     }
 
-    /// Is there a closed form, so that verdicts are proofs and maps can be made?
+    /// Does the arm have a closed form, so that verdicts are proofs and maps can be made?
     #[getter]
     fn exact(&self) -> bool {
         self.model.closed_form().is_some()
     }
 
-    /// Joint limits, (joints, 2), rad (m for a prismatic joint): lowest, highest.
+    /// Joint limits, (joints, 2), rad (m for a prismatic joint): min, max.
     #[getter]
     fn limits<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         let limits = &self.model.limits()[..self.joint_count()];
@@ -327,7 +327,7 @@ impl PyArm {
         Ok(Bound::new(py, verdicts)?.into_any())
     }
 
-    /// Can the arm hold this pose of its tool, without reason and configuration: bool of T (4, 4), (n,) bool of (n, 4, 4).
+    /// Can the arm hold this pose of its tool? Without reason and configuration: bool of T (4, 4), (n,) bool of (n, 4, 4).
     /// Three times as fast as `verdict`. Only for `exact` arms.
     fn is_reachable<'py>(&self, py: Python<'py>, T: Floats<'py>) -> PyResult<Bound<'py, PyAny>> {
         let (arm, rows) = (self.srs()?, Rows::new("T", &T, &[4, 4])?);
@@ -343,8 +343,8 @@ impl PyArm {
         }
     }
 
-    /// The configuration for T that is nearest to q. `Nearest` of T (4, 4) and q (joints,), with `hwall.Error` for a
-    /// pose that cannot be held; `Nearests` of (n, 4, 4) and q (joints,) or (n, joints). `policy`: "prefer" (stay on the
+    /// The configuration for T that is nearest to q. `Nearest` of T (4, 4) and q (joints,); raises `hwall.Error` for an
+    /// unreachable pose. `Nearests` of (n, 4, 4) and q (joints,) or (n, joints). `policy`: "prefer" (stay on the
     /// branch if possible), "keep" (never leave it), "any".
     #[pyo3(signature = (T, q, policy="prefer"))]
     fn nearest<'py>(
@@ -416,7 +416,7 @@ impl PyArm {
         Ok(Bound::new(py, nearests)?.into_any())
     }
 
-    /// Radius (m) of the ball of positions around T (4, 4) in which every pose is certain to be held, at every orientation
+    /// Radius (m) of the ball of positions around T (4, 4) in which every pose is guaranteed reachable, at every orientation
     /// within `cone` (rad); None if T itself is not. Only for `exact` arms.
     #[pyo3(signature = (T, cone=0.0))]
     fn position_margin(&self, py: Python<'_>, T: Floats<'_>, cone: f64) -> PyResult<Option<f64>> {
@@ -424,7 +424,7 @@ impl PyArm {
         py.detach(|| position_margin_m(arm, &at, cone)).or_raise()
     }
 
-    /// Angle (rad) of the cone of orientations around T (4, 4) in which every pose is certain to be held, at every position
+    /// Angle (rad) of the cone of orientations around T (4, 4) in which every pose is guaranteed reachable, at every position
     /// within `radius` (m); None if T itself is not. Only for `exact` arms.
     #[pyo3(signature = (T, radius=0.0))]
     fn orientation_margin(
@@ -438,7 +438,7 @@ impl PyArm {
             .or_raise()
     }
 
-    /// How far all joints can stay from their limits while the arm holds T (4, 4), rad; None if it cannot. Only for
+    /// Largest distance that all joints can keep from their limits while the arm holds T (4, 4), rad; None if it cannot. Only for
     /// `exact` arms.
     fn joint_margin(&self, T: Floats<'_>) -> PyResult<Option<f64>> {
         Ok(self.srs()?.joint_margin_rad(&one_pose("T", &T)?))
@@ -462,7 +462,7 @@ fn in_row<T>(rows: &Rows<'_>, result: Result<T, (usize, KinematicsError)>) -> Py
     })
 }
 
-/// Can a pose be held? True in a condition if so.
+/// Can a pose be held? Truthy if so.
 #[pyclass(frozen, module = "hwall")]
 pub(crate) struct Verdict {
     reason: Option<Unreachable>,
@@ -482,19 +482,19 @@ impl Verdict {
         self.reason.is_none()
     }
 
-    /// Why it cannot, in words; None if it can.
+    /// The reason as text; None if the pose can be held.
     #[getter]
     fn reason(&self) -> Option<String> {
         self.reason.as_ref().map(ToString::to_string)
     }
 
-    /// Why it cannot, as a short name such as "too_far"; None if it can.
+    /// The reason as a short name such as "too_far"; None if the pose can be held.
     #[getter]
     fn kind(&self) -> Option<&'static str> {
         self.reason.as_ref().map(Unreachable::name)
     }
 
-    /// The length that is missing, m; None for reasons without one.
+    /// The missing length, m; None for reasons without one.
     #[getter]
     fn gap(&self) -> Option<f64> {
         self.reason.as_ref().map(gap).filter(|gap| gap.is_finite())
@@ -521,7 +521,7 @@ pub(crate) struct Verdicts {
     /// Why not, (n,) uint8, an index into `Verdicts.KINDS`; 0 where the pose can be held.
     #[pyo3(get)]
     code: Py<PyArrayDyn<u8>>,
-    /// The length that is missing, (n,), m; NaN for reasons without one and for poses that can be held.
+    /// The missing length, (n,), m; NaN for reasons without one and for poses that can be held.
     #[pyo3(get)]
     gap: Py<PyArrayDyn<f64>>,
     /// A configuration for each pose, (n, joints), rad; NaN where there is none.
@@ -548,7 +548,7 @@ impl Verdicts {
 pub(crate) struct Nearest {
     /// Joint angles, (joints,), rad.
     q: Py<PyArrayDyn<f64>>,
-    /// Did shoulder, elbow or wrist have to turn over?
+    /// Did shoulder, elbow or wrist have to flip?
     branch_changed: bool,
     /// Largest change of a joint, rad.
     largest_move: f64,
@@ -561,7 +561,7 @@ pub(crate) struct Nearests {
     q: Py<PyArrayDyn<f64>>,
     /// Which poses can be held, (n,) bool.
     reachable: Py<PyArrayDyn<bool>>,
-    /// Where shoulder, elbow or wrist had to turn over, (n,) bool.
+    /// Poses for which shoulder, elbow or wrist had to flip, (n,) bool.
     branch_changed: Py<PyArrayDyn<bool>>,
     /// Largest change of a joint, (n,), rad; NaN where the pose cannot be held.
     largest_move: Py<PyArrayDyn<f64>>,

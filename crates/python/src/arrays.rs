@@ -1,4 +1,4 @@
-//! Numpy arrays in and out. C-ordered arrays of f64 are read where they are, all others are copied once.
+//! Numpy arrays in and out. C-ordered arrays of f64 are read in place, all others are copied once.
 
 use crate::error::{OrRaise, refuse};
 use hwall::geometry::Pose;
@@ -9,16 +9,16 @@ use numpy::{PyUntypedArrayMethods, ndarray::IxDyn};
 use pyo3::prelude::*;
 use std::borrow::Cow;
 
-/// Anything that numpy makes an array of f64 of.
+/// Anything that numpy can convert to an array of f64.
 pub(crate) type Floats<'py> = PyArrayLikeDyn<'py, f64, AllowTypeChange>;
-/// An array that goes back.
+/// A returned array.
 pub(crate) type Array<'py, T = f64> = Bound<'py, PyArrayDyn<T>>;
 
 /// One item or several, in C order.
 pub(crate) struct Rows<'a> {
     values: Cow<'a, [f64]>,
     width: usize,
-    /// Was there an axis for several items?
+    /// Did the input have an axis for several items?
     pub(crate) many: bool,
     /// Their number; 1 for a single one.
     pub(crate) count: usize,
@@ -60,7 +60,7 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// Numbers of an item.
+    /// The numbers of one item.
     pub(crate) fn row(&self, index: usize) -> &[f64] {
         &self.values[index * self.width..][..self.width]
     }
@@ -76,7 +76,7 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// A shape as Python writes it.
+/// A shape in Python's notation.
 pub(crate) fn tuple(sizes: &[impl ToString]) -> String {
     let sizes: Vec<String> = sizes.iter().map(ToString::to_string).collect();
     let comma = if sizes.len() == 1 { "," } else { "" };
@@ -157,7 +157,7 @@ pub(crate) fn array<'py, T: Element>(
     PyArray1::from_vec(py, values).reshape(IxDyn(shape))
 }
 
-/// The same, with an axis for several items if there was one in what was asked.
+/// The same, with an axis for several items if the input had one.
 pub(crate) fn like<'py, T: Element>(
     py: Python<'py>,
     asked: &Rows<'_>,

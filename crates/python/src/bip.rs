@@ -1,4 +1,4 @@
-//! Interaction primitives: from demonstrations to the rest of a motion, with intervals.
+//! Interaction primitives: learnt from demonstrations, they predict the rest of a motion, with intervals.
 
 use crate::arrays::{Array, Floats, Rows, array, in_order, like, tuple};
 use crate::error::{Error, OrRaise, one_of, refuse};
@@ -34,7 +34,7 @@ fn basis_of(name: &str, count: usize) -> PyResult<Basis> {
     one_of("basis", name, &known)
 }
 
-/// The `z` below which a standard normal number lies with probability `p`, by Python's own library.
+/// The standard normal quantile at `p`, by Python's own library.
 fn normal_quantile(py: Python<'_>, p: f64) -> PyResult<f64> {
     let normal = py.import("statistics")?.getattr("NormalDist")?.call0()?;
     normal.call_method1("inv_cdf", (p,))?.extract()
@@ -56,9 +56,9 @@ fn groups(observed: &[bool], basis: Basis) -> Vec<Group> {
 
 /// Learns a model from demonstrations: a list of arrays (samples, columns) of any length and unit.
 ///
-/// `observed`: the columns that a filter will see; the others are inferred. By default all. Time: `times`, a list of arrays
-/// (samples,), or `period` between samples, in the unit that filters use, too. `tune`: choose the noise on motions that are
-/// left out, so that intervals hold what they say (a second for 47 demonstrations of 25 columns).
+/// `observed`: the columns that a filter will see; the others are inferred. Default: all. Time: `times`, a list of arrays
+/// (samples,), or `period` between samples; filters use the same unit. `tune`: choose the noise on held-out
+/// motions, so that intervals have their stated coverage (a second for 47 demonstrations of 25 columns).
 #[pyfunction]
 #[pyo3(signature = (demonstrations, observed=None, *, period=1.0, times=None, basis="legendre", functions=8, tune=true))]
 #[allow(clippy::too_many_arguments)]
@@ -124,13 +124,13 @@ fn tuned(
     Ok(tune(motions, config, &TuningConfig::new(config))?.model)
 }
 
-/// Reads a model that `save` wrote.
+/// Reads a model written by `save`.
 #[pyfunction]
 pub(crate) fn load(path: PathBuf) -> PyResult<PyModel> {
     PyModel::of(Model::from_json(&read(&path)?).or_raise()?)
 }
 
-/// A learnt motion, never changed.
+/// A learnt motion, immutable.
 #[pyclass(frozen, module = "hwall.bip", name = "Model")]
 pub(crate) struct PyModel {
     model: Model,
@@ -187,7 +187,7 @@ impl PyModel {
         self.seen.clone()
     }
 
-    /// Number of demonstrations learnt from.
+    /// Number of training demonstrations.
     #[getter]
     fn demonstrations(&self) -> usize {
         self.model.demonstrations()
@@ -204,7 +204,7 @@ impl PyModel {
     }
 }
 
-/// Follows a motion sample by sample; copes with pauses, late starts, changes of mind and outliers.
+/// Tracks a motion sample by sample; handles pauses, late starts, changes of intention and outliers.
 #[pyclass(module = "hwall.bip")]
 pub(crate) struct Filter {
     bank: Bank,
@@ -213,7 +213,7 @@ pub(crate) struct Filter {
     period: f64,
 }
 
-/// What will be measured at a phase, with the interval in which it lies with the probability asked for.
+/// Predicted measurement at a phase, with its interval of the requested probability.
 #[pyclass(frozen, get_all, module = "hwall.bip")]
 pub(crate) struct Prediction {
     /// Mean of every column, (columns,) or (n, columns).
@@ -228,9 +228,9 @@ pub(crate) struct Prediction {
 
 #[pymethods]
 impl Filter {
-    /// Takes a sample `x`, (observed columns,), `dt` after the one before (by default the period of the demonstrations).
-    /// `columns`: which columns `x` holds, if not the observed ones. NaN is an error: leave out what was not measured. An
-    /// error leaves the filter as it was. True if the sample fits, False if it was refused as an outlier.
+    /// Takes a sample `x`, (observed columns,), `dt` after the previous one (default: the period of the demonstrations).
+    /// `columns`: the columns in `x`, if not the observed ones. NaN is an error: leave out missing values. An
+    /// error leaves the filter unchanged. True if the sample fits, False if it was rejected as an outlier.
     #[pyo3(signature = (x, dt=None, columns=None))]
     fn update(
         &mut self,
@@ -262,7 +262,7 @@ impl Filter {
         Ok(update.gated == 0)
     }
 
-    /// What else is known of the end (or another phase): values `x` of `columns`, with their standard deviation `sd`.
+    /// Adds knowledge about the end (or another phase): values `x` of `columns`, with their standard deviation `sd`.
     #[pyo3(signature = (x, sd, columns, phase=1.0))]
     fn observe_at(
         &mut self,
@@ -278,7 +278,7 @@ impl Filter {
         Ok(())
     }
 
-    /// What will be measured at a phase (1: the end), in all columns; `level`: probability of the interval. Arrays are
+    /// Predicted measurement at a phase (1: the end), in all columns; `level`: probability of the interval. Arrays are
     /// (columns,) for a number, (n, columns) for phases (n,).
     #[pyo3(signature = (phase=None, level=0.9))]
     fn predict<'py>(
@@ -328,7 +328,7 @@ impl Filter {
         })
     }
 
-    /// Share of the motion that has passed.
+    /// Elapsed share of the motion.
     #[getter]
     fn phase(&self) -> f64 {
         self.bank.phase()
@@ -340,13 +340,13 @@ impl Filter {
         self.bank.phase_covariance()[0][0].sqrt()
     }
 
-    /// Time until the end: mean and standard deviation; None if the motion does not seem to go on.
+    /// Time until the end: mean and standard deviation; None if the motion seems to have stopped.
     #[getter]
     fn time_to_end(&mut self) -> Option<(f64, f64)> {
         self.bank.time_to_end().map(|time| (time.mean, time.sd))
     }
 
-    /// Probability that the motion rests.
+    /// Probability that the motion is at rest.
     #[getter]
     fn resting(&self) -> f64 {
         self.bank.resting()
@@ -358,7 +358,7 @@ impl Filter {
         self.bank.health().log_likelihood
     }
 
-    /// Hypotheses, the probabilities of which add up to 1: (n, 3) of probability, phase, phase velocity.
+    /// Hypotheses, with probabilities that sum to 1: (n, 3) of probability, phase, phase velocity.
     #[getter]
     fn hypotheses<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         let all = self.bank.hypotheses();

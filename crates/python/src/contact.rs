@@ -1,4 +1,4 @@
-//! Where, when and on which surface a hand is about to touch.
+//! Prediction of place, time and surface of the next touch of a hand.
 
 use crate::arrays::{Floats, array, matrix3, point, vector};
 use crate::bip::{read, write};
@@ -20,7 +20,7 @@ use std::path::PathBuf;
 /// A predictor of any kind.
 pub(crate) type AnyPredictor = Box<dyn Predictor + Send + Sync>;
 
-/// The fused predictor where there is a model, else the gaze ray.
+/// The fused predictor with a model, else the gaze ray.
 pub(crate) fn predictor_of(model: Option<&PyLearned>, simulated: bool) -> PyResult<AnyPredictor> {
     Ok(match model {
         None => Box::new(DeterministicPredictor::new(DeterministicConfig::ray_led()).or_raise()?),
@@ -41,7 +41,7 @@ pub(crate) fn filter_of(simulated: bool) -> HandFilterConfig {
     }
 }
 
-/// A model of how reaches go on, learnt from reaches with a known end; never changed.
+/// A model of reaching motions, learnt from reaches with a known end; immutable.
 #[pyclass(frozen, module = "hwall.contact", name = "LearnedModel")]
 pub(crate) struct PyLearned {
     model: LearnedModel,
@@ -49,8 +49,8 @@ pub(crate) struct PyLearned {
 
 #[pymethods]
 impl PyLearned {
-    /// Learns from a list of `Reach`; eight are enough to make a model, fifty make a good one. `combination`: "both",
-    /// "regression" or "primitive"; `gaze`: whether the regression sees the direction of gaze.
+    /// Learns from a list of `Reach`; eight are enough for a model, fifty for a good one. `combination`: "both",
+    /// "regression" or "primitive"; `gaze`: does the regression use the direction of gaze?
     #[staticmethod]
     #[pyo3(signature = (reaches, *, combination="both", gaze=false))]
     fn fit(
@@ -83,13 +83,13 @@ impl PyLearned {
         }
     }
 
-    /// Number of reaches learnt from.
+    /// Number of training reaches.
     #[getter]
     fn reaches(&self) -> usize {
         self.model.reaches()
     }
 
-    /// Median duration of these, s.
+    /// Median duration of the training reaches, s.
     #[getter]
     fn median_duration(&self) -> f64 {
         self.model.median_duration_s()
@@ -100,7 +100,7 @@ impl PyLearned {
         write(&path, &self.model.to_json())
     }
 
-    /// Reads what `save` wrote.
+    /// Reads a model written by `save`.
     #[staticmethod]
     fn load(path: PathBuf) -> PyResult<Self> {
         let model = LearnedModel::from_json(&read(&path)?).or_raise()?;
@@ -159,7 +159,7 @@ pub(crate) fn prediction<'py>(
     Ok(found)
 }
 
-/// Foresees the end of one reach at a time, from the hand alone.
+/// Predicts the end of one reach at a time, from the hand only.
 #[pyclass(module = "hwall.contact")]
 pub(crate) struct Estimator {
     estimator: LearnedEstimator,
@@ -167,13 +167,13 @@ pub(crate) struct Estimator {
 
 #[pymethods]
 impl Estimator {
-    /// A new reach begins with the next frame.
+    /// Starts a new reach with the next frame.
     fn begin(&mut self) {
         self.estimator.begin();
     }
 
     /// Takes a frame. Returns a dict of t (s), point (3,) (m), covariance (3, 3) (m2), normal (3,) or None,
-    /// time_to_contact and time_sd (s); None while nothing can be said.
+    /// time_to_contact and time_sd (s); None without a prediction.
     fn step<'py>(
         &mut self,
         py: Python<'py>,
@@ -183,7 +183,7 @@ impl Estimator {
         found.map(|found| estimate(py, &found)).transpose()
     }
 
-    /// The hand touched at `contact` (3,), m, at `contact_time`, s: the estimator adapts to this person and room.
+    /// Reports a touch at `contact` (3,), m, at `contact_time`, s: the estimator adapts to this person and room.
     fn touched(&mut self, contact: Floats<'_>, contact_time: f64) -> PyResult<()> {
         let at = vector("contact", &contact)?;
         self.estimator
@@ -191,14 +191,14 @@ impl Estimator {
         Ok(())
     }
 
-    /// Forgets what touches have taught.
+    /// Forgets the adaptation by touches.
     fn forget(&mut self) {
         self.estimator.forget();
     }
 }
 
-/// Predicts the next contact in a scene from a stream of frames: from motion, gaze, scene and earlier touches if there is a
-/// model, from the gaze ray otherwise. Frames and scene must be in one frame of reference.
+/// Predicts the next contact in a scene from a stream of frames: from motion, gaze, scene and earlier touches with a
+/// model, otherwise from the gaze ray. Frames and scene must be in one frame of reference.
 #[pyclass(module = "hwall.contact", name = "Predictor")]
 pub(crate) struct PyPredictor {
     scene: Scene,
@@ -209,7 +209,7 @@ pub(crate) struct PyPredictor {
 
 #[pymethods]
 impl PyPredictor {
-    /// `simulated`: a hand that never trembles is no frozen tracker, and tracker and scene are registered exactly.
+    /// `simulated`: a hand without tremor does not count as a frozen tracker, and tracker and scene are registered exactly.
     #[new]
     #[pyo3(signature = (scene, model=None, *, simulated=false))]
     fn new(
@@ -225,7 +225,7 @@ impl PyPredictor {
         })
     }
 
-    /// Takes a frame. Returns the places that may be touched next, the most probable first: dicts of surface (name),
+    /// Takes a frame. Returns the possible next contacts, the most probable first: dicts of surface (name),
     /// probability, point (3,), normal (3,), covariance (3, 3) or None (m2), region_deviations (3,) (size of the regions of
     /// 50, 70 and 90 % in standard deviations), distance (m), time_to_contact and time_sd (s), source.
     fn step<'py>(
@@ -248,7 +248,7 @@ impl PyPredictor {
             .collect()
     }
 
-    /// The hand touched at `contact` (3,), m, at `contact_time`, s: the predictor learns from it.
+    /// Reports a touch at `contact` (3,), m, at `contact_time`, s: the predictor learns from it.
     fn touched(&mut self, contact: Floats<'_>, contact_time: f64) -> PyResult<()> {
         let at = vector("contact", &contact)?;
         self.predictor
@@ -256,7 +256,7 @@ impl PyPredictor {
         Ok(())
     }
 
-    /// Forgets the frames so far and what touches have taught: for another person.
+    /// Forgets all frames and the adaptation by touches: for another person.
     fn reset(&mut self) {
         self.hand.reset();
         self.gaze.reset();

@@ -10,11 +10,11 @@ create_exception!(
     "What the libraries refuse: the message says which value, and what it must be."
 );
 
-/// A result of the libraries as one of Python.
+/// Conversion of a library result to a Python result.
 pub(crate) trait OrRaise<T> {
     /// The value, or `hwall.Error` with the message of the library.
     fn or_raise(self) -> PyResult<T>;
-    /// The same for one row of an array, which the message names.
+    /// The same for one row of an array; the message names the row.
     fn or_raise_in_row(self, row: usize) -> PyResult<T>;
 }
 
@@ -28,12 +28,12 @@ impl<T, E: std::error::Error> OrRaise<T> for Result<T, E> {
     }
 }
 
-/// An error that only this package can meet: a shape, or a name that it does not know.
+/// An error of this package itself: a wrong shape, or an unknown name.
 pub(crate) fn refuse<T>(message: impl Into<String>) -> PyResult<T> {
     Err(Error::new_err(message.into()))
 }
 
-/// One of several names.
+/// Looks up one of several names.
 pub(crate) fn one_of<T: Copy>(what: &str, name: &str, known: &[(&str, T)]) -> PyResult<T> {
     let found = known.iter().find(|(known, _)| *known == name);
     found.map(|(_, value)| *value).ok_or_else(|| -> PyErr {

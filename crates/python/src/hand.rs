@@ -20,7 +20,7 @@ fn hand_point(name: &str) -> PyResult<HandPoint> {
     )
 }
 
-/// One sample of a tracked hand: what is not given was not seen. Points (3,) in m, `gaze` a unit vector, `t` in s.
+/// One sample of a tracked hand; missing arguments mean not seen. Points (3,) in m, `gaze` a unit vector, `t` in s.
 #[pyclass(frozen, module = "hwall", name = "Frame")]
 pub(crate) struct PyFrame {
     pub(crate) frame: HandFrame,
@@ -60,7 +60,7 @@ impl PyFrame {
         self.frame.t_s
     }
 
-    /// The points that were seen, by name, (3,), m, with head and gaze.
+    /// The seen points by name, (3,), m, with head and gaze.
     #[getter]
     fn points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let seen = PyDict::new(py);
@@ -98,7 +98,7 @@ fn rows_of<'a>(
     }
 }
 
-/// A row that was seen: a row of NaN was not.
+/// The row, or `None` for a row of NaN (not seen).
 fn seen(rows: Option<&Rows<'_>>, index: usize) -> Option<DVec3> {
     let at = DVec3::from_slice(rows?.row(index));
     (!at.to_array().iter().all(|x| x.is_nan())).then_some(at)
@@ -112,8 +112,8 @@ pub(crate) struct PyReach {
 
 #[pymethods]
 impl PyReach {
-    /// `t` (n,), s; `position` (n, 3) of the touching `point`, m; `head` and `gaze` (n, 3). A row of NaN was not seen. The
-    /// contact is the last sample unless `contact` (3,) and `contact_time` say otherwise. `normal` (3,) of the surface.
+    /// `t` (n,), s; `position` (n, 3) of the touching `point`, m; `head` and `gaze` (n, 3). A row of NaN means not seen. The
+    /// contact is the last sample unless `contact` (3,) and `contact_time` are given. `normal` (3,) of the surface.
     #[new]
     #[pyo3(signature = (t, position, *, contact=None, contact_time=None, point="index", head=None, gaze=None, normal=None, person=None, trial=None))]
     #[allow(clippy::too_many_arguments)]
@@ -141,7 +141,7 @@ impl PyReach {
             frame
         });
         let frames: Vec<HandFrame> = frames.collect();
-        // As in a file: numbers are finite, times increase.
+        // Checks as for a file: finite numbers, increasing times.
         Recording::from_frames(frames.iter().copied()).or_raise()?;
         let last = frames.iter().rev().find_map(|frame| frame.point(point));
         let contact_m =
@@ -171,26 +171,26 @@ impl PyReach {
         crate::arrays::array(py, t, &[count])
     }
 
-    /// The touching point, (n, 3), m; NaN where it was not seen.
+    /// The touching point, (n, 3), m; NaN if not seen.
     #[getter]
     fn position<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         let at = |frame: &HandFrame| frame.point(self.reach.point).unwrap_or(DVec3::NAN);
         points(py, self.reach.frames.iter().map(at))
     }
 
-    /// Where it ends, (3,), m.
+    /// The point of contact, (3,), m.
     #[getter]
     fn contact<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         point(py, self.reach.contact_m)
     }
 
-    /// When it ends, s.
+    /// The time of contact, s.
     #[getter]
     fn contact_time(&self) -> f64 {
         self.reach.contact_s
     }
 
-    /// Who moved; None if that is not known.
+    /// The person; None if unknown.
     #[getter]
     fn person(&self) -> Option<&str> {
         self.reach.person.as_deref()
@@ -203,7 +203,7 @@ fn recordings_of(path: &Path) -> PyResult<Vec<Recording>> {
     read_recordings(file).or_raise()
 }
 
-/// Reaches with a known end, cut out of a CSV file of recorded hands (columns `t, palm_x, ...`).
+/// Reaches with a known end, extracted from a CSV file of recorded hands (columns `t, palm_x, ...`).
 #[pyfunction]
 pub(crate) fn reaches_from_csv(py: Python<'_>, path: PathBuf) -> PyResult<Vec<PyReach>> {
     let recordings = recordings_of(&path)?;
@@ -212,8 +212,8 @@ pub(crate) fn reaches_from_csv(py: Python<'_>, path: PathBuf) -> PyResult<Vec<Py
     Ok(reaches.map(|reach| PyReach { reach }).collect())
 }
 
-/// Recorded hands of a CSV file, one dict a trial: person, trial, t (n,) in s, and (n, 3) arrays in m by the names of their
-/// columns (palm, index, head, gaze, target, ...), NaN where nothing was seen.
+/// Recorded hands of a CSV file, one dict per trial: person, trial, t (n,) in s, and (n, 3) arrays in m by the names of their
+/// columns (palm, index, head, gaze, target, ...), NaN if not seen.
 #[pyfunction]
 #[pyo3(name = "read_recordings")]
 pub(crate) fn recordings_from_csv<'py>(

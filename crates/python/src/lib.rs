@@ -1,4 +1,4 @@
-//! The H-Wall libraries for Python: what `hwall/__init__.py` and its modules hand on.
+//! The H-Wall libraries for Python, exported by `hwall/__init__.py` and its modules.
 
 mod arm;
 mod arrays;

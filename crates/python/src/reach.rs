@@ -1,4 +1,4 @@
-//! Where on walls an arm can hold its board: maps, polygons, the place of the base.
+//! Reachability of walls for an arm with a board: maps, polygons, placement of the base.
 
 use crate::arm::PyArm;
 use crate::arrays::{Array, Floats, Rows, array, fixed, like, list, matrix, points};
@@ -14,10 +14,10 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use std::path::PathBuf;
 
-/// Half of the distance within which a look-up finds the only plane or height of a map, m.
+/// Half the distance within which a look-up finds a map's single plane or height, m.
 const SINGLE_M: f64 = 0.025;
 
-/// How the board may be turned: "free", "quarter_turns", or angles in rad.
+/// Allowed roll of the board: "free", "quarter_turns", or angles in rad.
 fn roll_of(roll: Option<Bound<'_, PyAny>>) -> PyResult<Roll> {
     let Some(roll) = roll else {
         return Ok(Roll::Fixed(0.0));
@@ -96,7 +96,7 @@ pub(crate) fn reach_map(
     Ok(ReachMap { map })
 }
 
-/// Reachable intervals of horizontal lines on vertical walls, with their holes, proven. A wall with heading g has the
+/// Proven reachable intervals of horizontal lines on vertical walls, with holes. A wall with heading g has the
 /// normal `n = (cos g, sin g, 0)` and the direction `t = (-sin g, cos g, 0)`; a point of it is `d n + s t + z k`, m.
 #[pyclass(frozen, module = "hwall")]
 pub(crate) struct ReachMap {
@@ -146,12 +146,12 @@ impl ReachMap {
         })
     }
 
-    /// Bands in which nothing is proven, mostly narrower than the accuracy about the ends: as `intervals`.
+    /// Undecided bands around the ends, mostly narrower than the accuracy; format as `intervals`.
     fn unknown<'py>(&self, py: Python<'py>) -> PyResult<(Array<'py, i64>, Array<'py>)> {
         self.spans(py, |index| self.map.unknown(index).to_vec())
     }
 
-    /// Reachable or not at the places `s` (k,) along every line, m: (orientations, planes, heights, k) bool, a picture for
+    /// Reachability at the positions `s` (k,) along every line, m: (orientations, planes, heights, k) bool, for
     /// `imshow`. A map of a scene, whose walls differ in size, gives (lines, k).
     fn mask<'py>(&self, py: Python<'py>, s: Floats<'py>) -> PyResult<Array<'py, bool>> {
         let s = list("s", &s)?;
@@ -175,7 +175,7 @@ impl ReachMap {
         }
     }
 
-    /// The nearest line's answer, in some 30 ns each: 1 reachable, 0 not, -1 on no line. `point` and `normal` (towards the
+    /// The nearest line's answer, in about 30 ns each: 1 reachable, 0 unreachable, -1 no line. `point` and `normal` (towards the
     /// person) (3,) or (n, 3), base frame, m.
     fn look_up<'py>(
         &self,
@@ -198,7 +198,7 @@ impl ReachMap {
         like(py, asked, found, &[])
     }
 
-    /// Can the tool be held at the point itself, exactly? Bool, as `look_up`.
+    /// Exact check at the point itself: can the tool be held there? Bool, arguments as `look_up`.
     fn is_reachable<'py>(
         &self,
         py: Python<'py>,
@@ -224,7 +224,7 @@ impl ReachMap {
         self.map.lengths().reachable_m
     }
 
-    /// Length of all lines for which nothing is proven, m.
+    /// Undecided length of all lines, m.
     #[getter]
     fn unknown_length(&self) -> f64 {
         self.map.lengths().unknown_m
@@ -235,7 +235,7 @@ impl ReachMap {
         py.detach(|| self.map.save(path)).or_raise()
     }
 
-    /// Reads what `save` wrote; a damaged, shortened or foreign file is an error.
+    /// Reads a file written by `save`; a damaged, truncated or foreign file is an error.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let map = py.detach(|| ReachabilityMap::load(path)).or_raise()?;
@@ -255,7 +255,7 @@ pub(crate) fn wall_maps(py: Python<'_>, scene: &PyScene, arm: &PyArm) -> PyResul
     Ok(PyWallMaps { maps })
 }
 
-/// Where the board can be presented on the walls of a scene.
+/// Places where the board can be presented on the walls of a scene.
 #[pyclass(frozen, module = "hwall", name = "WallMaps")]
 pub(crate) struct PyWallMaps {
     maps: WallMaps,
@@ -263,8 +263,8 @@ pub(crate) struct PyWallMaps {
 
 #[pymethods]
 impl PyWallMaps {
-    /// Where the board can be presented for a place of a wall: the place itself if it can, else the nearest place of the
-    /// same wall, NaN if there is none. `point` and `normal` (towards the person) (3,) or (n, 3), m; so is the answer.
+    /// Where the board can be presented for a point of a wall: the point itself if possible, else the nearest point of the
+    /// same wall, NaN if there is none. `point` and `normal` (towards the person) (3,) or (n, 3), m; the same shape is returned.
     fn present<'py>(
         &self,
         py: Python<'py>,
@@ -302,7 +302,7 @@ impl PyWallMaps {
         array(py, values, &[stretches.len(), 2, 3])
     }
 
-    /// The map of all walls; None where no wall is near enough.
+    /// The map of all walls; None if no wall is near enough.
     #[getter]
     fn map(&self) -> Option<ReachMap> {
         let map = self.maps.map().cloned()?;
@@ -380,7 +380,7 @@ impl Region {
         self.region.area_m2()
     }
 
-    /// Inside? `at` (2,) or (n, 2): along the wall, height; m.
+    /// Is `at` inside? (2,) or (n, 2): along the wall, height; m.
     fn contains<'py>(&self, py: Python<'py>, at: Floats<'py>) -> PyResult<Array<'py, bool>> {
         let rows = Rows::new("at", &at, &[2])?;
         hwall::numeric::check::all_finite("at", rows.values()).or_raise()?;
@@ -393,9 +393,9 @@ impl Region {
     }
 }
 
-/// Where should the base stand so that the board can be held at these places? `points` (n, 3) and `normals` (3,) or (n, 3)
-/// towards the person, room frame, m. Tried are all of `x` and `y` (evenly spaced, m) at the height `z`, each with all
-/// `headings` (rad, by default eight). `least_behind`: least distance of the base behind the wall of each target, m.
+/// Where should the base stand so that the board can be held at these points? `points` (n, 3) and `normals` (3,) or (n, 3)
+/// towards the person, room frame, m. Tries all `x` and `y` (evenly spaced, m) at the height `z`, each with all
+/// `headings` (rad, default eight). `least_behind`: least distance of the base behind the wall of each target, m.
 #[pyfunction]
 #[pyo3(signature = (arm, points, normals, x, y, *, z=0.0, headings=None, roll=None, best=10, least_behind=None))]
 #[allow(clippy::too_many_arguments)]
@@ -436,7 +436,7 @@ pub(crate) fn base_placement(
     Ok(Placements { scores })
 }
 
-/// How many of the targets are reached from where.
+/// Share of the targets reached from each place.
 #[pyclass(frozen, module = "hwall")]
 pub(crate) struct Placements {
     scores: PlacementScores,
@@ -444,7 +444,7 @@ pub(crate) struct Placements {
 
 #[pymethods]
 impl Placements {
-    /// The best places, the best first: dicts of room_from_base (4, 4), heading (rad), share of the targets that are
+    /// The best places, the best first: dicts of room_from_base (4, 4), heading (rad), share of the targets
     /// reached, worst_margin and mean_margin (m, of the reached ones; None without any).
     #[getter]
     fn best<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
@@ -461,7 +461,7 @@ impl Placements {
         all.collect()
     }
 
-    /// Largest share of the targets that is reached from each place, (len(y), len(x)): for `imshow` or `pcolormesh`.
+    /// Largest share of the targets reached from each place, over headings, (len(y), len(x)): for `imshow` or `pcolormesh`.
     #[getter]
     fn shares<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         let config = self.scores.config();
@@ -473,8 +473,8 @@ impl Placements {
     }
 }
 
-/// Places all over a rectangle of a wall, (n, 3), m: `middle` halfway along the wall, `normal` towards the person, `heights`
-/// (lowest, highest), no more than `spacing` apart.
+/// Points spread over a rectangle of a wall, (n, 3), m: `middle` halfway along the wall, `normal` towards the person, `heights`
+/// (lowest, highest), at most `spacing` apart.
 #[pyfunction]
 pub(crate) fn places_on_wall<'py>(
     py: Python<'py>,

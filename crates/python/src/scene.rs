@@ -1,4 +1,4 @@
-//! Rooms: surfaces that can be touched, what a ray meets, what is nearest.
+//! Rooms: touchable surfaces, ray casts, closest points.
 
 use crate::arrays::{Array, Floats, Rows, array, like, one_pose, point, points};
 use crate::error::{Error, OrRaise, refuse};
@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::PathBuf;
 
-/// A room with named surfaces, never changed. Metres, z up, in the frame of its file.
+/// A room with named surfaces, immutable. Metres, z up, in the frame of its file.
 #[pyclass(frozen, module = "hwall", name = "Scene")]
 pub(crate) struct PyScene {
     pub(crate) scene: Scene,
@@ -58,7 +58,7 @@ impl PyScene {
 
 #[pymethods]
 impl PyScene {
-    /// A room from an OBJ file, and a TOML sidecar that says which surfaces are doors, drawers or buttons (`room.toml`
+    /// A room from an OBJ file, and a TOML sidecar that declares doors, drawers and buttons (`room.toml`
     /// beside `room.obj` by default).
     #[staticmethod]
     #[pyo3(signature = (path, sidecar=None))]
@@ -69,7 +69,7 @@ impl PyScene {
         Ok(Self { scene, notes })
     }
 
-    /// A room from the text of an OBJ file, and that of its sidecar.
+    /// A room from the text of an OBJ file and its sidecar.
     #[staticmethod]
     #[pyo3(signature = (obj, sidecar=None))]
     fn from_obj_str(obj: &str, sidecar: Option<&str>) -> PyResult<Self> {
@@ -78,13 +78,13 @@ impl PyScene {
         Ok(Self { scene, notes })
     }
 
-    /// What was wrong with the file but could be repaired or left out; None if nothing was.
+    /// Faults of the file that were repaired or left out; None without faults.
     #[getter]
     fn notes(&self) -> Option<&str> {
         self.notes.as_deref()
     }
 
-    /// The same room elsewhere: `world_from_scene` (4, 4), m.
+    /// The same room at another place: `world_from_scene` (4, 4), m.
     fn placed(&self, world_from_scene: Floats<'_>) -> PyResult<Self> {
         let pose = one_pose("world_from_scene", &world_from_scene)?;
         Ok(self.with(self.scene.placed(&pose)))
@@ -97,7 +97,7 @@ impl PyScene {
         Ok(self.with(scene))
     }
 
-    /// The surfaces as dicts of name, kind, touchable, roughness; their place in the list is their number in answers.
+    /// The surfaces as dicts of name, kind, touchable, roughness; their index in the list is the surface number in results.
     #[getter]
     fn surfaces<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let all = self.scene.surfaces().iter().map(|surface| {
@@ -111,7 +111,7 @@ impl PyScene {
         all.collect()
     }
 
-    /// Triangles of a surface where it is now, (n, 3, 3), m.
+    /// Triangles of a surface in its current position, (n, 3, 3), m.
     fn triangles<'py>(&self, py: Python<'py>, surface: &str) -> PyResult<Array<'py>> {
         let triangles = self.scene.triangles_m(self.find(surface)?).or_raise()?;
         let values: Vec<f64> = triangles.flatten().flat_map(|p| p.to_array()).collect();
@@ -119,7 +119,7 @@ impl PyScene {
         array(py, values, &[count, 3, 3])
     }
 
-    /// What a ray meets first: dict of surface (-1: nothing), point, normal (towards the origin), distance (m, NaN: nothing).
+    /// The first hit of a ray: dict of surface (-1: nothing), point, normal (towards the origin), distance (m, NaN: nothing).
     /// `origin` and `direction` (3,) or (n, 3).
     fn ray_cast<'py>(
         &self,
@@ -188,7 +188,7 @@ impl PyScene {
     }
 }
 
-/// Two arguments of which one may be the same for all rows of the other: the longer one.
+/// The longer of two arguments; a single one applies to all rows of the other.
 pub(crate) fn pairs<'a, 'b>(a: &'a Rows<'b>, b: &'a Rows<'b>) -> PyResult<&'a Rows<'b>> {
     match (a.many, b.many) {
         (true, true) if a.count != b.count => {
@@ -199,7 +199,7 @@ pub(crate) fn pairs<'a, 'b>(a: &'a Rows<'b>, b: &'a Rows<'b>) -> PyResult<&'a Ro
     }
 }
 
-/// The vector of a row, or the only one.
+/// The vector of a row, or the single one.
 pub(crate) fn at(rows: &Rows<'_>, index: usize) -> hwall::glam::DVec3 {
     hwall::glam::DVec3::from_slice(rows.row(if rows.many { index } else { 0 }))
 }

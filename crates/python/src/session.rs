@@ -1,4 +1,4 @@
-//! The whole system in a loop of the user's own: frames in, commands out, events as dicts.
+//! The whole system for a user's own loop: frames in, commands out, events as dicts.
 
 use crate::arm::PyArm;
 use crate::arrays::{Array, Floats, array, one_pose, point};
@@ -21,7 +21,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// Joint values of a command: ("position" or "torque", (joints,)), or ("hold", None).
 type Command<'py> = (&'static str, Option<Array<'py>>);
 
-/// Brings a board on an arm to where a hand is about to touch. Base frame of the arm, m, rad, s.
+/// Moves a board on an arm to the predicted touch of a hand. Base frame of the arm, m, rad, s.
 ///
 /// Call `frame` at the rate of the tracker, `step` at the rate of the arm, and `plan` after each step.
 #[pyclass(frozen, module = "hwall", name = "Session")]
@@ -29,7 +29,7 @@ pub(crate) struct PySession {
     // Sessions are used by one thread at a time.
     session: Mutex<Session<AnyPredictor>>,
     arm: Arc<dyn ArmKinematics>,
-    /// For the names of its surfaces.
+    /// For surface names.
     scene: Scene,
 }
 
@@ -60,9 +60,9 @@ impl PySession {
 #[pymethods]
 impl PySession {
     /// `scene` in the base frame of the arm; the tool of `arm` is replaced by the face of the board. With a `model` the
-    /// fused predictor foresees touches, without one the gaze ray. `board`: half width, half height, thickness, m.
-    /// `simulated`: a hand that never trembles is no frozen tracker. `prepared`: find out beforehand how soon the arm is where,
-    /// and where it waits (a second for a room); otherwise it waits where it is. `arm_minus_tracker`: offset of the clocks, s.
+    /// fused predictor predicts touches, without one the gaze ray. `board`: half width, half height, thickness, m.
+    /// `simulated`: a hand without tremor does not count as a frozen tracker. `prepared`: precompute arrival times and the waiting
+    /// posture (a second for a room); otherwise the arm waits where it is. `arm_minus_tracker`: offset of the clocks, s.
     /// `supervised`: stop, retreat or slow down on faulty inputs and hard pushes; no safety rating.
     #[new]
     #[pyo3(signature = (arm, scene, *, model=None, board=None, simulated=false, prepared=true, arm_minus_tracker=0.0, supervised=true))]
@@ -114,10 +114,10 @@ impl PySession {
         py.detach(|| self.session().frame(&frame));
     }
 
-    /// Takes the state of the arm at `now` (s), and returns the command for it: ("position", q) in rad, ("torque", tau) in
-    /// N m, or ("hold", None): brake and stand. `q` (joints,), rad; `qd`, rad/s, 0 if not given; `torque`: external torques,
-    /// N m, by which touches are felt; `t`: time of the state, s, `now` if not given. NaN is no error here: the session holds
-    /// and says why.
+    /// Takes the state of the arm at `now` (s), and returns its command: ("position", q) in rad, ("torque", tau) in
+    /// N m, or ("hold", None): brake and stand. `q` (joints,), rad; `qd`, rad/s, default 0; `torque`: external torques,
+    /// N m, for feeling touches; `t`: time of the state, s, default `now`. NaN is not an error here: the session holds
+    /// and gives the reason.
     #[pyo3(signature = (now, q, qd=None, torque=None, t=None))]
     fn step<'py>(
         &self,
@@ -146,13 +146,13 @@ impl PySession {
         })
     }
 
-    /// Looks for goals and ways, which takes longer than a step: call it after the command was sent.
+    /// Plans goals and paths, which takes longer than a step: call it after sending the command.
     fn plan(&self, py: Python<'_>) {
         py.detach(|| self.session().plan());
     }
 
-    /// What happened since the last call: dicts of t (s), event (a name such as "goal_set", "arrived", "touched") and what
-    /// belongs to it. `every_frame`: also "frame" and "predicted", which come with every frame.
+    /// Events since the last call: dicts of t (s), event (a name such as "goal_set", "arrived", "touched") and its
+    /// data. `every_frame`: also "frame" and "predicted", which come with every frame.
     #[pyo3(signature = (every_frame=false))]
     fn events<'py>(&self, py: Python<'py>, every_frame: bool) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let happened: Vec<Event> = std::iter::from_fn(|| self.session().next_event()).collect();
@@ -165,7 +165,7 @@ impl PySession {
             .collect()
     }
 
-    /// What the board is doing: "waiting", "getting_ready", "approaching", "late", "obstructed", "in_place", "touched",
+    /// State of the board: "waiting", "getting_ready", "approaching", "late", "obstructed", "in_place", "touched",
     /// "touched_in_moving_world", "holding" or "safe".
     #[getter]
     fn state(&self) -> &'static str {
@@ -184,7 +184,7 @@ impl PySession {
         }
     }
 
-    /// Why it holds, or why the supervisor has taken over; None otherwise.
+    /// Why the arm holds, or why the supervisor has taken over; None otherwise.
     #[getter]
     fn reason(&self) -> Option<String> {
         match self.session().state() {
@@ -194,7 +194,7 @@ impl PySession {
         }
     }
 
-    /// The contact that the board serves, a dict as from `hwall.contact.Predictor.step`; None if none is foreseen.
+    /// The contact that the board serves, a dict as from `hwall.contact.Predictor.step`; None without a prediction.
     #[getter]
     fn contact<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let found = self.session().contact();
@@ -203,7 +203,7 @@ impl PySession {
             .transpose()
     }
 
-    /// Where the arm waits, (joints,), rad; None if it waits where it is.
+    /// The waiting posture, (joints,), rad; None if the arm waits where it is.
     #[getter]
     fn waits_at<'py>(&self, py: Python<'py>) -> PyResult<Option<Array<'py>>> {
         let (waits, joints) = (
@@ -221,7 +221,7 @@ impl PySession {
         PyArm::carrying(Arc::clone(&self.arm))
     }
 
-    /// The virtual world is now at `base_from_world` (4, 4), m, as of `t`, s.
+    /// Sets the pose of the virtual world, `base_from_world` (4, 4), m, as of `t`, s.
     fn world(&self, t: f64, base_from_world: Floats<'_>) -> PyResult<()> {
         let pose = WorldPose {
             t_s: t,
@@ -230,7 +230,7 @@ impl PySession {
         self.session().world(&pose).or_raise()
     }
 
-    /// What is added to the tracker's time to get the arm's, s.
+    /// Sets the offset from the tracker's time to the arm's, s.
     fn set_clock_offset(&self, arm_minus_tracker: f64) -> PyResult<()> {
         self.session()
             .set_clock_offset_s(arm_minus_tracker)
@@ -242,7 +242,7 @@ impl PySession {
         self.session().stop();
     }
 
-    /// Releases what is latched: a stop, a broken sensor, a push that was too hard.
+    /// Resets latched states: a stop, a broken sensor, a push that was too hard.
     fn reset(&self) {
         self.session().reset();
     }
@@ -252,7 +252,7 @@ impl PySession {
     }
 }
 
-/// Half width, half height and thickness, m; the usual board without them.
+/// The board from half width, half height and thickness, m; the default board without them.
 pub(crate) fn board_of(board: Option<[f64; 3]>) -> Board {
     board.map_or_else(
         Board::default,

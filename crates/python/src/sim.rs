@@ -15,7 +15,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::Arc;
 
-/// An arm that follows its commands after a delay, within limits of speed, acceleration and jerk.
+/// An arm that follows commands after a delay, within limits of speed, acceleration and jerk.
 #[pyclass(module = "hwall.sim", name = "ServoArm")]
 pub(crate) struct PyServoArm {
     arm: ServoArm,
@@ -46,7 +46,7 @@ impl PyServoArm {
         Ok(Self { arm: servo, model })
     }
 
-    /// Gives a command as `hwall.Session.step` returns it: ("position", q) in rad, or ("hold", None).
+    /// Applies a command as returned by `hwall.Session.step`: ("position", q) in rad, or ("hold", None).
     fn command(&mut self, command: (String, Option<Floats<'_>>)) -> PyResult<()> {
         let command = match command {
             (kind, Some(q)) if kind == "position" => ArmCommand::Position(self.model.one(&q)?),
@@ -55,12 +55,12 @@ impl PyServoArm {
         self.arm.command(command).or_raise()
     }
 
-    /// Lets `dt` pass, s.
+    /// Advances the clock by `dt`, s.
     fn advance(&mut self, dt: f64) -> PyResult<()> {
         self.arm.advance(dt).or_raise()
     }
 
-    /// What pushes on the tool from now on: `force` (3,), N, and `moment` (3,), N m, about the tool's origin, base axes.
+    /// Sets the external push on the tool: `force` (3,), N, and `moment` (3,), N m, about the tool's origin, base axes.
     #[pyo3(signature = (force, moment=None))]
     fn push(&mut self, force: Floats<'_>, moment: Option<Floats<'_>>) -> PyResult<()> {
         let wrench = Wrench {
@@ -88,7 +88,7 @@ impl PyServoArm {
         self.model.joint_array(py, &self.arm.qd().0)
     }
 
-    /// What its torque sensors say of what pushes, (joints,), N m, with noise.
+    /// External torques from its sensors, (joints,), N m, with noise.
     #[getter]
     fn torque<'py>(&mut self, py: Python<'py>) -> PyResult<Array<'py>> {
         let torque = self
@@ -107,10 +107,10 @@ impl PyServoArm {
     }
 }
 
-/// What makes a kind of people.
+/// Constructor of a kind of people.
 type Kind = fn() -> PersonConfig;
 
-/// Somebody who touches places: speed, bow of the path, gaze and tremor are the person's own, by the seed.
+/// A simulated person who touches points; the seed determines speed, curvature of the path, gaze and tremor.
 #[pyclass(frozen, module = "hwall.sim", name = "Person")]
 pub(crate) struct PyPerson {
     person: Person,
@@ -118,8 +118,8 @@ pub(crate) struct PyPerson {
 
 #[pymethods]
 impl PyPerson {
-    /// `kind`: "plain", "varied" (with all that makes prediction hard), "fast", "slow" or "glancing". `head` and `hand`: where
-    /// head and resting fingertip are, (3,), m, base frame of the arm.
+    /// `kind`: "plain", "varied" (with everything that makes prediction hard), "fast", "slow" or "glancing". `head` and `hand`:
+    /// positions of head and resting fingertip, (3,), m, base frame of the arm.
     #[new]
     #[pyo3(signature = (seed=0, *, kind="plain", head=None, hand=None))]
     fn new(
@@ -170,13 +170,13 @@ pub(crate) struct Touches {
 
 #[pymethods]
 impl Touches {
-    /// What the tracker sees at `t`, s.
+    /// The tracker's frame at `t`, s.
     fn frame(&self, t: f64) -> PyResult<PyFrame> {
         let frame = self.touches.tracked(finite("t", t).or_raise()?);
         Ok(PyFrame { frame })
     }
 
-    /// Where the tip of the index finger truly is at `t` (s), and its velocity: (3,), m; (3,), m/s.
+    /// True position and velocity of the tip of the index finger at `t` (s): (3,), m; (3,), m/s.
     fn tip<'py>(&self, py: Python<'py>, t: f64) -> PyResult<(Array<'py>, Array<'py>)> {
         let t = finite("t", t).or_raise()?;
         let velocity = self.touches.true_index_velocity_m_per_s(t);
@@ -186,13 +186,13 @@ impl Touches {
         ))
     }
 
-    /// When the last touch is over, s.
+    /// End of the last touch, s.
     #[getter]
     fn duration(&self) -> f64 {
         self.touches.duration_s()
     }
 
-    /// What is true of each touch: dicts of target (3,), normal (3,), depth (m), and the times look, start, contact, press,
+    /// Ground truth of each touch: dicts of target (3,), normal (3,), depth (m), and the times look, start, contact, press,
     /// withdraw, release, end (s).
     #[getter]
     fn truth<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
@@ -218,9 +218,9 @@ impl Touches {
     }
 }
 
-/// What a fingertip exerts on a square board: force (3,), N, and moment (3,), N m, about the middle of its face, base axes;
-/// both 0 without contact. `base_from_board` (4, 4) has z out of the face; `tip` (3,), m, is where the tip would be if nothing
-/// stopped it, `velocity` (3,), m/s, relative to the board. `stiffness`, N/m; `damping`, N s/m; `half_extent` of the board, m.
+/// Force of a fingertip on a square board: force (3,), N, and moment (3,), N m, about the middle of its face, base axes;
+/// both 0 without contact. `base_from_board` (4, 4) has z out of the face; `tip` (3,), m, is the position of the tip without
+/// the board, `velocity` (3,), m/s, relative to the board. `stiffness`, N/m; `damping`, N s/m; `half_extent` of the board, m.
 #[pyfunction]
 #[pyo3(signature = (base_from_board, tip, velocity, *, stiffness=500.0, damping=2.0, half_extent=0.1))]
 pub(crate) fn finger_force<'py>(

@@ -1,4 +1,4 @@
-//! Textured boards: bumps, plates to print, how rough they feel, and designs. Lengths in mm, angles in degrees.
+//! Textured boards: bumps, plates to print, predicted roughness, and designs. Lengths in mm, angles in degrees.
 
 use crate::arrays::{Array, array};
 use crate::error::{OrRaise, one_of};
@@ -18,7 +18,7 @@ pub(crate) struct PyTexture {
 
 #[pymethods]
 impl PyTexture {
-    /// Half-ellipsoids of half the axes `radii` (long, short) and of `height`, `pitch` (long, short) apart, mm; `staggered`:
+    /// Half-ellipsoids with half axes `radii` (long, short) and `height`, `pitch` (long, short) apart, mm; `staggered`:
     /// every other row shifted by half a pitch.
     #[new]
     #[pyo3(signature = (radii, height, pitch, *, staggered=false))]
@@ -72,15 +72,15 @@ impl PyTexture {
         self.texture.coverage()
     }
 
-    /// Bumps that pass a finger in a second at `speed`, mm/s, in the direction `angle`, degrees.
+    /// Bumps passing a finger per second, Hz, at `speed`, mm/s, in the direction `angle`, degrees.
     fn frequency(&self, angle: f64, speed: f64) -> PyResult<f64> {
         let scan = ScanAngle::from_deg(angle).or_raise()?;
         hwall::numeric::check::finite("speed", speed).or_raise()?;
         Ok(self.texture.encounter_frequency_hz(scan, speed))
     }
 
-    /// How rough it feels at `angle` (degrees) and `speed` (mm/s), by every published model: dicts of model, value (None
-    /// where the model says nothing), within (its range), quantity, source.
+    /// Roughness at `angle` (degrees) and `speed` (mm/s) by every published model: dicts of model, value (None
+    /// if the model does not apply), within (its range), quantity, source.
     fn roughness<'py>(
         &self,
         py: Python<'py>,
@@ -177,7 +177,7 @@ impl PyPatch {
         ))
     }
 
-    /// Writes the mesh as binary STL (or OBJ, by the ending of the name), mm.
+    /// Writes the mesh as binary STL (or OBJ, by the file extension), mm.
     #[pyo3(signature = (path, accuracy=0.01))]
     fn write_mesh(&self, py: Python<'_>, path: PathBuf, accuracy: f64) -> PyResult<()> {
         py.detach(|| {
@@ -199,7 +199,7 @@ impl PyPatch {
         self.field(py, pitch)?.write_exr(path).or_raise()
     }
 
-    /// Can a usual printer make it? Pairs of (is it a fault, what was found).
+    /// Check for a typical printer: pairs of (is it a fault, finding).
     fn print_check(&self) -> Vec<(bool, String)> {
         let findings = self.patch.print_check(&Printer::default());
         findings
@@ -209,10 +209,10 @@ impl PyPatch {
     }
 }
 
-/// Textures and levels whose roughnesses have these ratios, made by a printing `process` ("fdm", "sla" or "polyjet"), the best
+/// Textures and levels with these ratios of roughness, for a printing `process` ("fdm", "sla" or "polyjet"), the best
 /// first: dicts of texture, levels (dicts of wanted, angle in degrees, speed in mm/s, magnitude), worst_error (in just
-/// noticeable differences) and given_up (what could not be had, in words). A request that cannot be met is an error that names
-/// the nearest one that can.
+/// noticeable differences) and given_up (compromises, as text). An impossible request is an error that states the nearest
+/// possible one.
 #[pyfunction]
 #[pyo3(name = "design", signature = (ratios, process="sla"))]
 pub(crate) fn design_texture<'py>(

@@ -1,4 +1,4 @@
-"""Reference data of the Rust tests, which lie beside the package in the repository."""
+"""Reference data of the Rust tests, which are beside the package in the repository."""
 
 import json
 from pathlib import Path
@@ -14,7 +14,7 @@ START = np.radians([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0])
 
 
 def data(path):
-    """A file of a crate's tests; the test is skipped where the package stands alone."""
+    """A file of a crate's tests; the test is skipped outside the repository."""
     path = CRATES / path
     if not path.exists():
         pytest.skip(f"{path} is not there: no repository around the package")

@@ -1,4 +1,4 @@
-"""Arms: against the references of the Rust tests, Pinocchio and scipy; bad input in the words of the Rust libraries."""
+"""Arms: against the references of the Rust tests, Pinocchio and scipy; invalid input gives the messages of the Rust libraries."""
 
 import threading
 
@@ -119,7 +119,7 @@ def test_pinocchio_agrees(arm, random_q):
         axes = pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
         theirs = pinocchio.computeFrameJacobian(model, memory, q, frame, axes)
         worst = max(worst, np.abs(memory.oMf[frame].homogeneous - at).max(), np.abs(theirs - jacobian).max())
-    # The file prints right angles with few digits; the exact arm has true ones.
+    # The file rounds right angles; the exact arm has exact ones.
     assert worst < 1e-5
 
 

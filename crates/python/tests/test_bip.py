@@ -8,7 +8,7 @@ from hwall import bip
 
 
 def reach(depth, duration):
-    """The reach of crates/bip/README.md: minimum jerk with tremor, 50 Hz; the arm comes to meet the hand."""
+    """The reach of crates/bip/README.md: minimum jerk with tremor, 50 Hz; the arm moves to meet the hand."""
     t = np.linspace(0.0, 1.0, int(50 * duration))
     gone = t**3 * (10 - 15 * t + 6 * t * t)
     return np.column_stack([depth * gone + 1e-3 * np.sin(7 * t + 40 * depth), 1 - (1 - depth) * gone])
@@ -24,7 +24,7 @@ def model():
 
 
 def test_the_end_is_foreseen(model):
-    # crates/bip/README.md: a new reach, 0.58 m deep, of which the hand is seen for the first 70 %.
+    # crates/bip/README.md: a new reach, 0.58 m deep, with the hand observed for the first 70 %.
     seen, filter = reach(0.58, 1.1), model.filter()
     for sample in seen[: len(seen) * 7 // 10]:
         assert filter.update(sample[:1])

@@ -1,4 +1,4 @@
-"""Hostile values in every place of every call: an answer or a named error, never a panic and never NaN without a word."""
+"""Hostile values in every argument of every call: a result or a named error, never a panic and never a silent NaN."""
 
 import itertools
 

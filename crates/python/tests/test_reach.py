@@ -1,4 +1,4 @@
-"""Scenes, maps, polygons, places for the base."""
+"""Scenes, maps, polygons, placement of the base."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ def small(arm):
 
 
 def held(arm, orientation, plane, s, height):
-    """The verdict on the pose that a map means, built with numpy alone."""
+    """The verdict on the pose that a map entry stands for, built with numpy only."""
     n = np.array([np.cos(orientation), np.sin(orientation), 0.0])
     t = np.array([-np.sin(orientation), np.cos(orientation), 0.0])
     at = np.eye(4)
@@ -71,7 +71,7 @@ def test_polygons_have_the_area_of_their_triangles(arm):
     assert region.contains(middles).all()
     outside = [s for s in np.random.default_rng(4).uniform([-1, 0], [1, 1.2], (200, 2)) if not region.contains(s)]
     assert outside and not any(held(arm, 0.0, 0.5, *at) for at in outside)
-    # Rings as scipy counts them, holes taken off.
+    # Area of the rings by the shoelace formula, minus the holes.
     rings = [ring for polygon in region.polygons for ring in polygon]
     area = lambda r: 0.5 * np.abs(np.dot(r[:, 0], np.roll(r[:, 1], 1)) - np.dot(r[:, 1], np.roll(r[:, 0], 1)))
     sizes = sorted(map(area, rings), reverse=True)
@@ -80,7 +80,7 @@ def test_polygons_have_the_area_of_their_triangles(arm):
 
 def test_walls_of_a_scene(arm, scene):
     maps = hwall.wall_maps(scene, arm)
-    # crates/reachability, `WallMaps`: reachable there, and the nearest place of the same wall.
+    # crates/reachability, `WallMaps`: a reachable point, and the nearest point of the same wall.
     places = maps.present([[0.6, 0.3, 0.5], [0.6, 1.9, 0.5], [3.0, 0.0, 0.5]], [1, 0, 0])
     assert np.array_equal(places[0], [0.6, 0.3, 0.5])
     assert places[1, 0] == 0.6 and places[1, 1] < 0.9

@@ -1,4 +1,4 @@
-"""The typed stubs say what there is, with the parameters that there are, and everything has a docstring."""
+"""The typed stubs match the modules in names and parameters, and everything has a docstring."""
 
 import ast
 import importlib

@@ -1,4 +1,4 @@
-"""Touches foreseen, sessions, simulated people, recordings, textures."""
+"""Prediction of touches, sessions, simulated people, recordings, textures."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-//! Where can the board be presented on the walls of a room, and where instead if not there?
+//! Where can the board be presented on the walls of a room, and what is the nearest alternative?
 //!
 //! `cargo run -p hwall-reachability --example room`
 
@@ -11,7 +11,7 @@ use hwall_reachability::{
 fn main() -> Result<(), ReachabilityError> {
     // The board's face is 0.1 m in front of the flange.
     let arm = SrsArm::iiwa7().with_tool(Pose::from_translation(DVec3::Z * 0.1)?);
-    // A wall in front of the arm and one on its left, as a scene file would give them.
+    // A wall in front of the arm and one on its left, as from a scene file.
     let wall = |point_m: DVec3, normal: DVec3| {
         let along = DVec3::Z.cross(normal) * 1.5;
         WallFacet {

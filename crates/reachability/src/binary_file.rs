@@ -1,6 +1,6 @@
-//! Binary files around one body: versioned, checksummed, the same bytes on every machine.
+//! Binary files with one body: versioned, checksummed, the same bytes on every machine.
 //!
-//! Layout: 8 bytes that name the kind of file, format (u16), length of the body (u64), the body (postcard), CRC-32 of
+//! Layout: 8 bytes for the file type, format (u16), length of the body (u64), the body (postcard), CRC-32 of
 //! everything before it (u32); integers little-endian. Nothing is rounded.
 
 use serde::Serialize;
@@ -9,20 +9,20 @@ use serde::de::DeserializeOwned;
 const HEADER: usize = 8 + 2 + 8;
 const CHECKSUM: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
-/// A kind of file, and the latest format of it that is known.
+/// A file type and its latest known format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BinaryFormat {
-    /// How such files begin.
+    /// First bytes of the file.
     pub magic: [u8; 8],
-    /// Formats count from 1; this one is written, and this one and earlier ones are read.
+    /// Format number, from 1: this one is written; this and earlier ones are read.
     pub format: u16,
 }
 
-/// Why bytes are not a file of a kind.
+/// Why bytes are not a valid file of a type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BinaryFileError {
-    /// Another kind of file.
+    /// Another file type.
     #[error("the file does not begin as one of its kind")]
     Foreign,
     /// Written by a later version.
@@ -33,12 +33,12 @@ pub enum BinaryFileError {
         /// The latest that is known.
         known: u16,
     },
-    /// The file ends too early, or goes on too long.
+    /// The file is too short or too long.
     #[error("{found} bytes where the header promises {expected}")]
     WrongLength {
-        /// Bytes that the header promises.
+        /// Length according to the header, bytes.
         expected: u64,
-        /// Bytes there are.
+        /// Actual length, bytes.
         found: u64,
     },
     /// The checksum does not match: some bytes have changed.
@@ -49,19 +49,19 @@ pub enum BinaryFileError {
         /// Checksum of its bytes.
         found: u32,
     },
-    /// The bytes are as written, but what they say makes no sense.
+    /// The bytes are intact, but their content is invalid.
     #[error("malformed: {what}")]
     Malformed {
-        /// The part that makes no sense.
+        /// The invalid part.
         what: &'static str,
     },
 }
 
 impl BinaryFormat {
-    /// A body as bytes. It must be of plain numbers and lists of known length, which always can be written.
+    /// Serializes a body. It may contain only plain numbers and lists of known length, which always serialize.
     #[must_use]
     pub fn to_bytes(&self, body: &impl Serialize) -> Vec<u8> {
-        // Postcard has no reason to refuse such a body.
+        // Serializing such a body cannot fail.
         let body = postcard::to_stdvec(body).unwrap_or_default();
         let mut bytes = Vec::with_capacity(HEADER + body.len() + 4);
         bytes.extend_from_slice(&self.magic);
@@ -73,7 +73,7 @@ impl BinaryFormat {
         bytes
     }
 
-    /// The body of bytes that [`to_bytes`](Self::to_bytes) made. What its numbers mean is not checked.
+    /// The body of bytes written by [`to_bytes`](Self::to_bytes). Does not check the values.
     ///
     /// # Errors
     /// Foreign, newer, truncated, damaged or malformed bytes: each has its own variant.
@@ -87,7 +87,7 @@ impl BinaryFormat {
         Ok(body)
     }
 
-    /// The body between header and checksum, both of which must be right.
+    /// The body, after checking header and checksum.
     fn checked_body<'a>(&self, bytes: &'a [u8]) -> Result<&'a [u8], BinaryFileError> {
         let number = |at: usize, count: usize| {
             let mut value = [0; 8];

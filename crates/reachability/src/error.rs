@@ -14,18 +14,18 @@ pub enum ReachabilityError {
     /// A normal that should be horizontal is not.
     #[error("the wall's normal leans by {lean_rad} rad from horizontal")]
     NotVertical { lean_rad: f64 },
-    /// A list that must hold something is empty.
+    /// A required list is empty.
     #[error("no {what}")]
     Empty { what: &'static str },
-    /// More of something than fits; found before any memory is taken.
+    /// A count exceeds its limit; checked before memory is allocated.
     #[error("{count} {what}, at most {limit} are allowed")]
     TooMany {
         what: &'static str,
         count: u128,
         limit: u128,
     },
-    /// Keep-out boxes were asked for in a map where any part of the board may be at the wall: the
-    /// place of its middle is then not known.
+    /// Keep-out boxes were requested for a map in which any part of the board may be at the wall:
+    /// the position of its middle is then unknown.
     #[error("keep-out boxes need a map for the middle of the board")]
     NotBoardMiddle,
     /// A file cannot be read or written.
@@ -35,10 +35,10 @@ pub enum ReachabilityError {
         kind: std::io::ErrorKind,
         message: String,
     },
-    /// Bytes that are not a reachability map, or not one that this version reads.
+    /// Bytes that are not a reachability map that this version can read.
     #[error("reachability map: {0}")]
     MapFile(#[from] BinaryFileError),
-    /// A picture that cannot be written.
+    /// A picture cannot be written.
     #[error("picture: {message}")]
     Picture { message: String },
     /// The outline of a region crosses itself, so that it cannot be triangulated.
@@ -65,5 +65,5 @@ impl ReachabilityError {
     }
 }
 
-/// What may fail with an error of this crate.
+/// Result with the error of this crate.
 pub(crate) type Result<T, E = ReachabilityError> = std::result::Result<T, E>;

@@ -1,7 +1,7 @@
 #![doc = include_str!("../README.md")]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
-// Everything below rests on these: walls and their lines, planes at any inclination, evenly spaced values, long loops.
+// Used by everything below: walls and their lines, planes at any inclination, evenly spaced values, long loops.
 mod plane;
 mod progress;
 mod steps;
@@ -23,7 +23,7 @@ pub use progress::{Monitor, Progress};
 pub use steps::Steps;
 pub use wall::{WallLine, WallPlane, WallPoint, WallProjection};
 
-// One line of a wall, exactly.
+// One line of a wall, exact.
 pub use line::{
     BoardPart, ExactConfig, ExactSolver, HeldStretch, Interval, LineReachability,
     ReachableInterval, Roll, orientation_margin_rad, position_margin_m,
@@ -36,7 +36,7 @@ pub use map::{
     Plate, Presented, ReachabilityMap, ReachabilityReasons, WallFacet, WallGrid, WallMaps,
     WallMapsConfig,
 };
-// The extremes of lines and walls, for any arm.
+// The extremes of lines and walls for any arm.
 pub use optimization::{ChainMap, Extreme, LineExtremes, OptimizationConfig, OptimizationSolver};
 // Where the base should stand.
 pub use placement::{
@@ -45,7 +45,7 @@ pub use placement::{
 // Outlines.
 pub use polygon::{PolygonConfig, RegionProof, WallPolygon, WallRegion};
 
-// What public signatures name.
+// Crates that appear in public signatures.
 pub use glam;
 pub use hwall_kinematics;
 pub use hwall_numeric::ArgumentError;

@@ -1,4 +1,4 @@
-//! Planes at any inclination (table tops, ramps, leaning walls), and straight lines on them.
+//! Planes at any inclination (table tops, ramps, inclined walls), and straight lines on them.
 
 use crate::error::{ReachabilityError, Result};
 use crate::wall::{WallLine, WallPlane, WallPoint, WallProjection, rolled};
@@ -6,13 +6,13 @@ use glam::{DMat3, DVec3};
 use hwall_kinematics::Pose;
 use hwall_numeric::check::{all_finite, finite, that};
 
-/// Normals nearer to vertical than this (their horizontal part over their length) have no level direction of their own.
+/// Normals closer to vertical than this (horizontal part over length) define no horizontal direction.
 const LYING: f64 = 1e-9;
 
 /// A plane in the base frame: an origin on it, a unit normal towards the person, and the directions along it and up it.
 ///
-/// Its points are `origin + s along + z up`; a [`WallPoint`] is such a pair. A [`WallPlane`] is the special case whose
-/// `up` is the base's z axis.
+/// Its points are `origin + s along + z up`; a [`WallPoint`] is the pair `(s, z)`. A [`WallPlane`] is the special case
+/// with `up` along the base's z axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plane {
     origin_m: DVec3,
@@ -24,11 +24,11 @@ pub struct Plane {
 impl Plane {
     /// Through a point, with a normal towards the person, of any length but zero.
     ///
-    /// `along` is level and, seen from the person's side, points to the right; `up` is the steepest way up. A plane that
-    /// lies flat has neither: there `along` is the base's y axis, as on a wall that faces along x.
+    /// `along` is horizontal and points to the right as seen from the person's side; `up` is the direction of steepest
+    /// ascent. On a horizontal plane both are undefined: there `along` is the base's y axis, as on a wall that faces along x.
     ///
     /// # Errors
-    /// NaN or infinity, a normal without a direction.
+    /// NaN or infinity, a zero normal.
     pub fn through(origin_m: DVec3, normal: DVec3) -> Result<Self> {
         all_finite("normal", &normal.to_array())?;
         // Scaled first, so that tiny and huge normals keep their digits when squared.
@@ -42,10 +42,10 @@ impl Plane {
         Self::with_along(origin_m, normal, along)
     }
 
-    /// The same with a direction along it, whose part in the plane counts.
+    /// The same with a given `along`; its component in the plane is used.
     ///
     /// # Errors
-    /// NaN or infinity, a normal without a direction, an `along` without a part in the plane.
+    /// NaN or infinity, a zero normal, an `along` without a component in the plane.
     pub fn with_along(origin_m: DVec3, normal: DVec3, along: DVec3) -> Result<Self> {
         all_finite("point_m", &origin_m.to_array())?;
         let unit = |what, vector: DVec3| {
@@ -60,7 +60,7 @@ impl Plane {
         let length = level.length();
         let what = "part of the direction along the plane that lies in it";
         that(length > LYING, what, length, "above 1e-9 of its length")?;
-        // Twice, for what rounding left of a direction nearly along the normal.
+        // Project twice, to remove rounding of a direction nearly along the normal.
         let along = level / length;
         let along = (along - normal * along.dot(normal)).normalize();
         Ok(Self {
@@ -71,7 +71,7 @@ impl Plane {
         })
     }
 
-    /// The point from which places are counted, m.
+    /// The origin of the plane's coordinates, m.
     #[must_use]
     pub const fn origin_m(&self) -> DVec3 {
         self.origin_m
@@ -101,7 +101,7 @@ impl Plane {
         self.origin_m + self.along * at.s_m + self.up * at.z_m
     }
 
-    /// The point of the plane nearest to `point_m`, and how far off the plane `point_m` lies.
+    /// The point of the plane nearest to `point_m`, and the distance of `point_m` from the plane.
     #[must_use]
     pub fn project(&self, point_m: DVec3) -> WallProjection {
         let from = point_m - self.origin_m;
@@ -142,7 +142,7 @@ impl From<WallPlane> for Plane {
             origin_m: wall.normal() * wall.distance_m(),
             normal: wall.normal(),
             along: wall.along(),
-            // The product of the two is this to rounding only.
+            // Exact; the cross product would have rounding.
             up: DVec3::Z,
         }
     }

@@ -4,27 +4,27 @@ use crate::error::{ReachabilityError, Result};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-/// How much of a long computation is done.
+/// Progress of a long computation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
     /// Pieces of work done.
     pub done: usize,
-    /// Pieces of work in all.
+    /// Pieces of work in total.
     pub total: usize,
 }
 
-/// Called now and then, from any thread; `Break` stops the computation.
+/// Called occasionally, from any thread; `Break` stops the computation.
 pub type Monitor<'a> = dyn Fn(Progress) -> ControlFlow<()> + Sync + 'a;
 
-/// Asks the monitor after this many pieces of work.
+/// Calls the monitor after this many pieces of work.
 const STRIDE: usize = 64;
 
-/// Hears nothing, stops nothing.
+/// A monitor that does nothing.
 pub(crate) fn silent(_: Progress) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
-/// `work(0), work(1), ...` in order, whatever the number of threads.
+/// `work(0), work(1), ...` in order, for any number of threads.
 ///
 /// # Errors
 /// [`ReachabilityError::Cancelled`], or the first error of the work.

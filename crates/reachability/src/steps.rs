@@ -4,7 +4,7 @@ use crate::error::{ReachabilityError, Result};
 use hwall_numeric::check::{finite, positive, that};
 use serde::{Deserialize, Serialize};
 
-/// A grid with more lines than this (about half a gigabyte of map) is refused before memory is taken.
+/// Maximum number of lines of a grid (about half a gigabyte of map), checked before memory is allocated.
 pub(crate) const MOST_LINES: u128 = 1 << 22;
 
 /// Evenly spaced values `first + i step`, m.
@@ -39,14 +39,14 @@ impl Steps {
         })
     }
 
-    /// From one end to the other, both included where the step divides the distance.
+    /// From one end to the other, both included if the step divides the distance.
     ///
     /// # Errors
     /// NaN or infinity, a step that is not positive, or more values than a map can hold.
     pub fn spanning(from_m: f64, to_m: f64, step_m: f64) -> Result<Self> {
         positive("step", step_m)?;
         let distance = finite("to", to_m)? - finite("from", from_m)?;
-        // A last step that misses the end by rounding only counts as a whole one.
+        // A last step that misses the end only by rounding counts as a whole one.
         let steps = (finite("distance in steps", distance.abs() / step_m)? + 1e-9).floor();
         if steps >= MOST_LINES as f64 {
             return Err(too_many((steps as u128).saturating_add(1)));
@@ -54,7 +54,7 @@ impl Steps {
         Self::new(from_m, step_m.copysign(distance), steps as usize + 1)
     }
 
-    /// One value; a look-up within `tolerance_m` of it finds it.
+    /// A single value; look-ups within `tolerance_m` find it.
     ///
     /// # Errors
     /// NaN or infinity, a tolerance that is not positive.
@@ -63,7 +63,7 @@ impl Steps {
         Self::new(value_m, 2.0 * tolerance_m, 1)
     }
 
-    /// How many.
+    /// Number of values.
     #[must_use]
     pub const fn count(&self) -> usize {
         self.count as usize
@@ -86,8 +86,7 @@ impl Steps {
         self.step_m.abs()
     }
 
-    /// Integral over the steps of what has these values at them, by the trapezoidal rule: a value counts for the step that it
-    /// is in the middle of, the first and the last for the half of it that lies between the ends. One value spans nothing.
+    /// Integral of these samples over the steps by the trapezoidal rule; 0 for a single value.
     pub(crate) fn integral(&self, values: impl Iterator<Item = f64>) -> f64 {
         let last = self.count() - 1;
         let weighted = values.enumerate().map(|(i, value)| {
@@ -97,12 +96,11 @@ impl Steps {
         weighted.sum::<f64>() * self.spacing_m()
     }
 
-    /// The nearest value's index, `None` further than half a step from all of them (or NaN).
+    /// Index of the nearest value; `None` if all are more than half a step away, or for NaN.
     #[inline]
     #[must_use]
     pub fn nearest(&self, value_m: f64) -> Option<usize> {
-        // Truncation instead of rounding, which is a call without SSE 4.1; NaN fails both
-        // comparisons.
+        // Truncate instead of rounding, which needs a function call without SSE 4.1; NaN fails both comparisons.
         let above = (value_m - self.first_m) / self.step_m + 0.5;
         (above >= 0.0 && above < f64::from(self.count)).then_some(above as usize)
     }
@@ -121,7 +119,7 @@ impl From<Steps> for (f64, f64, u32) {
     }
 }
 
-/// More than [`MOST_LINES`] of them were asked for.
+/// The error for more than [`MOST_LINES`] lines.
 pub(crate) fn too_many(count: u128) -> ReachabilityError {
     ReachabilityError::TooMany {
         what: "values or lines",

@@ -2,16 +2,16 @@
 //!
 //! A wall at heading γ has the horizontal unit normal `n = (cos γ, sin γ, 0)`, pointing from the
 //! arm towards the person, and the direction along it `t = (-sin γ, cos γ, 0)`. With the up axis k
-//! a point of the wall is `d n + s t + z k`: nothing degenerates at any heading, where the
-//! dissertation's `p_x - tan(γ) p_y = d` has no value at ±90 degrees.
+//! a point of the wall is `d n + s t + z k`: no heading is singular, while the dissertation's `p_x
+//! - tan(γ) p_y = d` is undefined at ±90 degrees.
 
 use crate::error::{ReachabilityError, Result};
 use glam::{DMat3, DVec3};
 use hwall_kinematics::Pose;
 use hwall_numeric::check::{all_finite, finite, that};
 
-/// A wall's normal may lean this far from horizontal, rad: one degree, because scene files with four
-/// decimals tilt the small faces of a wall by that much.
+/// Maximum tilt of a wall's normal from horizontal, rad: one degree, because four decimals in scene
+/// files tilt small faces by that much.
 const LEAN_TOLERANCE_RAD: f64 = 0.0175;
 
 /// A vertical plane in the base frame.
@@ -25,8 +25,7 @@ pub struct WallPlane {
 impl WallPlane {
     /// The plane `n · p = distance_m` with `n = (cos γ, sin γ, 0)`, γ = `heading_rad`.
     ///
-    /// A distance may be zero (the plane holds the base's axis) or negative (the base stands on the
-    /// person's side).
+    /// The distance may be zero (the plane contains the base axis) or negative (the base is on the person's side).
     ///
     /// # Errors
     /// NaN or infinity.
@@ -43,10 +42,10 @@ impl WallPlane {
 
     /// The plane through a point with a normal towards the person, of any length but zero.
     ///
-    /// A lean of up to 1 degree, as rounding in scene files gives, is dropped.
+    /// A tilt of up to 1 degree, from rounding in scene files, is ignored.
     ///
     /// # Errors
-    /// NaN or infinity, a normal without a direction or one that leans more.
+    /// NaN or infinity, a normal that is zero or tilted more.
     pub fn through(point_m: DVec3, normal: DVec3) -> Result<Self> {
         all_finite("point_m", &point_m.to_array())?;
         all_finite("normal", &normal.to_array())?;
@@ -90,7 +89,7 @@ impl WallPlane {
         self.normal
     }
 
-    /// Unit vector t along the wall; seen from the person's side it points to the right.
+    /// Unit vector t along the wall, to the right as seen from the person's side.
     #[must_use]
     pub fn along(&self) -> DVec3 {
         DVec3::new(-self.normal.y, self.normal.x, 0.0)
@@ -103,7 +102,7 @@ impl WallPlane {
         DVec3::new(x, y, at.z_m)
     }
 
-    /// The point of the wall nearest to `point_m`, and how far off the wall `point_m` lies.
+    /// The point of the wall nearest to `point_m`, and the distance of `point_m` from the wall.
     #[must_use]
     pub fn project(&self, point_m: DVec3) -> WallProjection {
         WallProjection {
@@ -137,7 +136,7 @@ impl WallPlane {
     }
 }
 
-/// The three axes turned about the last one: orientation of a board whose x and y are the first two at roll 0.
+/// The three axes rotated about the last one: orientation of a board whose x and y axes are the first two at roll 0.
 pub(crate) fn rolled([x, y, normal]: [DVec3; 3], roll_rad: f64) -> DMat3 {
     let (sin, cos) = roll_rad.sin_cos();
     DMat3::from_cols(x * cos + y * sin, y * cos - x * sin, normal)
@@ -171,7 +170,7 @@ impl WallPoint {
 pub struct WallProjection {
     /// The nearest point of the wall.
     pub at: WallPoint,
-    /// How far the point lies from the wall along its normal, m; negative on the arm's side.
+    /// Signed distance of the point from the wall along its normal, m; negative on the arm's side.
     pub off_m: f64,
 }
 

@@ -1,4 +1,4 @@
-//! A wall at 30 degrees is met by an arm that has maps for every 22.5 degrees, and by a hand that is led aside.
+//! An arm with maps for every 22.5 degrees presents a wall at 30 degrees, and a hand is shifted.
 //!
 //! `cargo run --release -p hwall-redirection --example meet_a_wall`
 
@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         turn.turned_rad().to_degrees()
     );
 
-    // The board comes to rest as far aside as nobody notices.
+    // The board stops as far aside as the thresholds allow.
     let thresholds = ReachThresholds::default();
     let (hand, seen) = (DVec3::new(1.0, 0.15, 0.7), DVec3::new(0.62, 0.0, 0.6));
     let aside = ReachShift {

@@ -11,7 +11,7 @@ pub fn wrapped_rad(angle_rad: f64) -> f64 {
         return angle_rad;
     }
     let turned = angle_rad - TAU * (angle_rad / TAU).round();
-    // By rounding; NaN stays what it is.
+    // Correct rounding; NaN stays NaN.
     if turned <= -PI || turned > PI {
         PI
     } else {

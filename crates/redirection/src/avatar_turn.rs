@@ -1,10 +1,10 @@
-//! The avatar turned little by little, without being noticed.
+//! Gradual, unnoticed turning of the avatar.
 
 use crate::error::Result;
 use crate::walking_thresholds::WalkingThresholds;
 use hwall_numeric::check::{finite, non_negative, that};
 
-/// How a person moves at an instant: really, and by the joystick.
+/// Motion of a person at an instant: real, and by joystick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PersonMotion {
     /// Turn of the real body or head about the vertical, rad/s, counter-clockwise from above.
@@ -20,15 +20,15 @@ pub struct PersonMotion {
 /// Settings of an [`AvatarTurn`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TurnConfig {
-    /// What goes unnoticed while a person moves.
+    /// Detection thresholds for a moving person.
     pub thresholds: WalkingThresholds,
-    /// How much of a steered movement counts as if it were real, 0 to 1. Default 1, an assumption: the thresholds were measured
-    /// with real movements, and there are none for a joystick; what the eyes see is the same. 0 is the careful choice.
+    /// Share of a steered movement that counts as real, 0 to 1. Default 1, an assumption: the thresholds were measured
+    /// with real movements, none exist for a joystick, but the visual motion is the same. 0 is the conservative choice.
     pub steered_share: f64,
-    /// Never faster than this, rad/s; default 15 degrees/s, an assumption.
+    /// Largest rate, rad/s; default 15 degrees/s, an assumption.
     pub most_rad_per_s: f64,
-    /// Never further than this from where the avatar would be by itself, rad; default 30 degrees, an assumption: what is injected
-    /// has to be turned back by the person, and walks the real room.
+    /// Largest total turn beyond the avatar's own heading, rad; default 30 degrees, an assumption: the person has to turn back
+    /// the injected turn, and walks in the real room.
     pub most_rad: f64,
 }
 
@@ -63,7 +63,7 @@ impl TurnConfig {
     }
 }
 
-/// Turns the avatar beyond what the person turns it, towards a wanted angle.
+/// Turns the avatar beyond the person's own turn, towards a wanted angle.
 ///
 /// ```
 /// use hwall_redirection::{AvatarTurn, PersonMotion, SampledOrientations, TurnConfig};
@@ -82,19 +82,19 @@ pub struct AvatarTurn {
     turned_rad: f64,
 }
 
-/// What a step did.
+/// Result of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TurnStep {
     /// Turn of this step, rad, counter-clockwise from above.
     pub injected_rad: f64,
     /// Turn since the beginning, rad.
     pub turned_rad: f64,
-    /// What is still missing of the wanted turn, rad.
+    /// Remaining part of the wanted turn, rad.
     pub residual_rad: f64,
 }
 
 impl AvatarTurn {
-    /// Nothing turned yet.
+    /// Starts without a turn.
     ///
     /// # Errors
     /// A setting outside its range.
@@ -118,9 +118,9 @@ impl AvatarTurn {
         self.turned_rad
     }
 
-    /// Goes on towards `wanted_rad` (from where the avatar would be by itself), as far as a movement lasting `dt_s` hides it.
+    /// Turns towards `wanted_rad` (relative to the avatar's own heading), as far as a movement lasting `dt_s` hides it.
     ///
-    /// On an error nothing has changed. Does not allocate.
+    /// An error changes nothing. Does not allocate.
     ///
     /// # Errors
     /// NaN, infinity, a negative time.
@@ -138,7 +138,7 @@ impl AvatarTurn {
         })
     }
 
-    /// Least and largest unnoticed rate, rad/s: never above 0 and never below it.
+    /// Smallest and largest unnoticed rate, rad/s: at most 0 and at least 0.
     ///
     /// # Errors
     /// NaN or infinity.

@@ -3,7 +3,7 @@
 use hwall_geometry::GeometryError;
 use hwall_numeric::ArgumentError;
 
-/// A request that makes no sense.
+/// Errors of invalid requests.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what the fields hold")]
@@ -14,10 +14,10 @@ pub enum RedirectionError {
     /// A vector without a direction.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
-    /// The hand is where it shall go: there is no reach that could be shifted.
+    /// The hand is already at its goal: there is no reach to shift.
     #[error("no reach: {length_m} m from the start to the goal")]
     NoReach { length_m: f64 },
-    /// The reach starts behind the surface, or on it.
+    /// The reach starts on or behind the surface.
     #[error("the reach starts {before_m} m before the board")]
     NotBefore { before_m: f64 },
     /// A shift that people would notice.
@@ -30,5 +30,5 @@ pub enum RedirectionError {
     },
 }
 
-/// What may fail with an error of this crate.
+/// Result with the error of this crate.
 pub(crate) type Result<T, E = RedirectionError> = std::result::Result<T, E>;

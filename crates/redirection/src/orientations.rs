@@ -1,4 +1,4 @@
-//! Orientations at which maps were made, and the nearest one.
+//! Sampled orientations of maps, and the nearest one.
 
 use crate::angle::wrapped_rad;
 use crate::error::Result;
@@ -13,13 +13,13 @@ pub struct SampledOrientations {
     each_side: f64,
 }
 
-/// A heading and the sampled one nearest to it. `heading_rad + turn_rad` is the heading that was asked for.
+/// A heading and the sampled one nearest to it. `heading_rad + turn_rad` is the requested heading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Snapped {
     /// The sampled heading, rad.
     pub heading_rad: f64,
-    /// From it to the heading that was asked for, rad, in `(-π, π]`: by so much the avatar must turn (counter-clockwise from
-    /// above) for the wall to appear at the sampled one.
+    /// Turn from it to the requested heading, rad, in `(-π, π]`: the avatar must turn by this (counter-clockwise from
+    /// above) for the wall to appear at the sampled heading.
     pub turn_rad: f64,
     /// Is the heading at most half a step away? Otherwise it lies beyond the last sampled one.
     pub sampled: bool,
@@ -36,7 +36,7 @@ impl Default for SampledOrientations {
 }
 
 impl SampledOrientations {
-    /// Multiples of `step_rad` (above 0, at most half a turn) that are not beyond `end_rad` (0 to π).
+    /// Multiples of `step_rad` (above 0, at most half a turn) up to `end_rad` (0 to π).
     ///
     /// # Errors
     /// A step or an end outside its range, NaN.
@@ -54,7 +54,7 @@ impl SampledOrientations {
             end_rad,
             "0 to half a turn",
         )?;
-        // An end that is a multiple but for rounding counts.
+        // An end that is a multiple except for rounding counts.
         let each_side = (end_rad / step_rad + 1e-9).floor();
         Ok(Self {
             step_rad,
@@ -83,7 +83,7 @@ impl SampledOrientations {
         self.each_side * self.step_rad
     }
 
-    /// The sampled heading nearest to a heading of a wall's normal in the base frame, rad; halfway between two the
+    /// The sampled heading nearest to a heading of a wall's normal in the base frame, rad; ties give the
     /// one farther from 0.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! One reach whose real end differs from its virtual one.
+//! A reach with a real end that differs from its virtual end.
 
 use crate::error::{RedirectionError, Result};
 use crate::reach_thresholds::{ReachFrame, ReachShift, ReachThresholds};
@@ -6,19 +6,19 @@ use glam::DVec3;
 use hwall_geometry::direction;
 use hwall_numeric::check::all_finite;
 
-/// Nearer than this to its start a hand is not shifted, m: there angles mean nothing.
+/// Within this distance of the start a hand is not shifted, m: angles are undefined there.
 const AT_START_M: f64 = 1e-6;
 
-/// Halvings of a shift that would be noticed.
+/// Bisection steps for a shift that would be noticed.
 const HALVINGS: usize = 40;
 
-/// Shifts the virtual hand from the real one, little by little, so that it meets the virtual surface when the real hand
+/// Gradually shifts the virtual hand from the real one, so that it meets the virtual surface when the real hand
 /// meets the board.
 ///
-/// Board and virtual surface are parallel. The shift grows with the share of the way towards the board, along its normal,
-/// that is done: none at the start, all of it at the board. So a hand that takes another way or another place of the board
-/// also meets both surfaces at the same instant. Source of the growing shift: body warping, [Azmandian 2016]; there by
-/// distances from the start, here by planes.
+/// Board and virtual surface are parallel. The shift grows in proportion to the progress towards the board along its normal:
+/// zero at the start, full at the board. A hand on another path, or to another place of the board,
+/// therefore also meets both surfaces at the same instant. Source of the growing shift: body warping, [Azmandian 2016], who use
+/// distances from the start instead of planes.
 ///
 /// ```
 /// use hwall_redirection::glam::DVec3;
@@ -38,30 +38,30 @@ pub struct RedirectedReach {
     thresholds: ReachThresholds,
     shift: ReachShift,
     normal: DVec3,
-    /// From the start to the plane of the board, m.
+    /// Distance from the start to the plane of the board, m.
     before_m: f64,
-    /// Virtual place less real place at the board, m.
+    /// Virtual minus real position at the board, m.
     offset_m: DVec3,
 }
 
-/// The virtual hand of an instant.
+/// The virtual hand at an instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VirtualHand {
-    /// Where it is shown, m.
+    /// Displayed position, m.
     pub position_m: DVec3,
-    /// From the real hand to it, m.
+    /// Vector from the real hand to it, m.
     pub shift_m: DVec3,
-    /// The shift is smaller than the reach asks for, because all of it would be noticed here: the hand is not where the reach
-    /// leads.
+    /// The shift is smaller than the reach requires, because the full shift would be noticed here: the hand is not at the
+    /// intended position.
     pub limited: bool,
 }
 
 impl RedirectedReach {
-    /// From where the hand starts, the virtual point, the real point on the board (m, one frame, z up), and the normal of
+    /// From the start of the hand, the virtual point, the real point on the board (m, one frame, z up), and the normal of
     /// both surfaces towards the person (any length but zero).
     ///
     /// # Errors
-    /// NaN, infinity, a normal without a direction, no reach, a start that is not before both surfaces, a shift that exceeds the
+    /// NaN, infinity, a normal without a direction, no reach, a start that is not in front of both surfaces, a shift beyond the
     /// thresholds, thresholds out of range.
     pub fn new(
         start_m: DVec3,
@@ -93,19 +93,19 @@ impl RedirectedReach {
         })
     }
 
-    /// How the real reach differs from the virtual one.
+    /// Difference of the real reach from the virtual one.
     #[must_use]
     pub const fn shift(&self) -> &ReachShift {
         &self.shift
     }
 
-    /// From the real point to the virtual one at the board, m.
+    /// Vector from the real point to the virtual one at the board, m.
     #[must_use]
     pub const fn offset_m(&self) -> DVec3 {
         self.offset_m
     }
 
-    /// Where to show a hand that is at a place, m. Continuous in the hand's place; does not allocate.
+    /// The virtual hand for a real hand position, m. Continuous in the position; does not allocate.
     ///
     /// # Errors
     /// NaN or infinity.

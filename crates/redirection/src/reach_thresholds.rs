@@ -1,19 +1,19 @@
-//! What people do not notice while they reach: how far the real hand may be led away from the virtual one.
+//! Detection thresholds while reaching: how far the real hand may be shifted from the virtual one.
 
 use crate::error::{RedirectionError, Result};
 use glam::DVec3;
 use hwall_geometry::direction;
 use hwall_numeric::check::{all_finite, finite, positive, that};
 
-/// Detection thresholds of a shifted hand, seen from where the reach starts.
+/// Detection thresholds of a shifted hand, seen from the start of the reach.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReachThresholds {
     /// Angle to the left and to the right, rad, below 0.5; default 4 degrees. [Zenner and Krüger 2019] report about 4.5 degrees
-    /// as a careful bound for reaches at a desk; other studies report more.
+    /// as a conservative bound for reaches at a desk; other studies report more.
     pub horizontal_rad: f64,
     /// Angle up and down, rad, below 0.5; default 4 degrees, from the same source.
     pub vertical_rad: f64,
-    /// Least and largest gain, virtual way for a real way of 1: 1 lies between them. Default 0.88 to 1.07: a real reach 13 %
+    /// Smallest and largest gain (virtual over real distance); must include 1. Default 0.88 to 1.07: a real reach 13 %
     /// longer or 6 % shorter than the virtual one; same source.
     pub gain: [f64; 2],
 }
@@ -28,14 +28,14 @@ impl Default for ReachThresholds {
     }
 }
 
-/// How the real reach differs from the virtual one.
+/// Difference of the real reach from the virtual one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReachShift {
-    /// The real hand goes this far to the right of the virtual one, rad.
+    /// Angle of the real hand to the right of the virtual one, rad.
     pub horizontal_rad: f64,
-    /// The real hand goes this far above the virtual one, rad.
+    /// Angle of the real hand above the virtual one, rad.
     pub vertical_rad: f64,
-    /// Virtual way for a real way of 1.
+    /// Virtual over real distance.
     pub gain: f64,
 }
 
@@ -48,7 +48,7 @@ impl ReachShift {
     };
 }
 
-/// The axes of a reach: along it, to the right, and up as far as it allows. A reach shorter than 1 mm is none.
+/// The axes of a reach: along it, to the right, and upwards. A reach must be longer than 1 mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReachFrame {
     start_m: DVec3,
@@ -58,7 +58,7 @@ pub struct ReachFrame {
     up: DVec3,
 }
 
-/// A reach is longer than this, m.
+/// Least length of a reach, m.
 const LEAST_REACH_M: f64 = 1e-3;
 
 impl ReachThresholds {
@@ -93,7 +93,7 @@ impl ReachThresholds {
         Ok(())
     }
 
-    /// The shift within the thresholds that is nearest in each of its three parts.
+    /// The shift clamped to the thresholds in each of its three parts.
     #[must_use]
     pub fn nearest(&self, shift: &ReachShift) -> ReachShift {
         let within = |value: f64, least: f64, most: f64| value.min(most).max(least);
@@ -108,12 +108,12 @@ impl ReachThresholds {
         }
     }
 
-    /// Passes if nobody would notice, to a rounding of 1e-9.
+    /// Checks that a shift is within the thresholds, with a rounding tolerance of 1e-9.
     ///
     /// # Errors
-    /// The first part that exceeds its threshold; NaN does.
+    /// The first part that exceeds its threshold, or is NaN.
     pub fn check(&self, shift: &ReachShift) -> Result<()> {
-        /// Rounding of places that were made from a shift at the very threshold.
+        /// Rounding tolerance for positions computed from a shift exactly at the threshold.
         const ROUNDING: f64 = 1e-9;
         for (what, value, least, most) in [
             (
@@ -144,7 +144,7 @@ impl ReachThresholds {
 }
 
 impl ReachFrame {
-    /// Of a reach from a place to another, m, z up.
+    /// The frame of a reach between two positions, m, z up.
     ///
     /// # Errors
     /// NaN, infinity, or no reach: a goal within 1 mm of the start.
@@ -157,7 +157,7 @@ impl ReachFrame {
             return Err(RedirectionError::NoReach { length_m });
         }
         let along = direction("reach", way)?;
-        // Straight up or down has no right: any will do.
+        // A vertical reach has no right side: choose any.
         let right = along
             .cross(DVec3::Z)
             .try_normalize()
@@ -171,7 +171,7 @@ impl ReachFrame {
         })
     }
 
-    /// Where it starts, m.
+    /// The start, m.
     #[must_use]
     pub const fn start_m(&self) -> DVec3 {
         self.start_m
@@ -183,7 +183,7 @@ impl ReachFrame {
         self.length_m
     }
 
-    /// Where the real hand ends when the virtual one is at the goal, m; shifts must be below a quarter turn, gains positive.
+    /// Position of the real hand when the virtual one is at the goal, m; angles must be below a quarter turn, gains positive.
     #[must_use]
     pub fn real_goal_m(&self, shift: &ReachShift) -> DVec3 {
         let way = self.along
@@ -192,7 +192,7 @@ impl ReachFrame {
         self.start_m + way.normalize() * (self.length_m / shift.gain)
     }
 
-    /// The shift that puts the real hand at a place when the virtual one is at the goal: the inverse of
+    /// The shift that puts the real hand at a position when the virtual one is at the goal: the inverse of
     /// [`real_goal_m`](Self::real_goal_m). NaN in gives NaN out.
     #[must_use]
     pub fn shift_to(&self, real_goal_m: DVec3) -> ReachShift {
@@ -205,7 +205,7 @@ impl ReachFrame {
         }
     }
 
-    /// How the way of the real hand to one place differs from that of the virtual one to another, m, seen along the reach.
+    /// The shift between a real and a virtual position, m, in the frame of the reach.
     #[must_use]
     pub(crate) fn shift_between(&self, real_m: DVec3, virtual_m: DVec3) -> ReachShift {
         let angles = |place_m: DVec3| {

@@ -1,20 +1,20 @@
-//! What people do not notice while they turn and walk.
+//! Detection thresholds while turning and walking.
 
 use crate::error::Result;
 use hwall_numeric::check::{finite, non_negative, positive, that};
 
-/// Detection thresholds of redirected walking: half of the people do not notice more than this.
+/// Detection thresholds of redirected walking: half of the people do not notice this much.
 ///
-/// Defaults: [Steinicke 2010], 12 people who turned and walked with a headset; the numbers of its abstract. Confirm them for
-/// your display and your people before relying on them.
+/// Defaults: [Steinicke 2010], 12 people who turned and walked with a headset; numbers of its abstract. Confirm them for
+/// your display and your users before relying on them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WalkingThresholds {
-    /// By how much the real turn may exceed the virtual one, as a share of the virtual one; default 0.49.
+    /// Allowed excess of the real turn over the virtual one, as a share of the virtual one; default 0.49.
     pub real_turn_more: f64,
-    /// By how much the real turn may fall short of the virtual one, as a share of the virtual one, below 1; default 0.20.
+    /// Allowed deficit of the real turn against the virtual one, as a share of the virtual one, below 1; default 0.20.
     pub real_turn_less: f64,
-    /// Radius of the circle that is walked for a straight line, m; default 22. [Grechkin 2016] finds 11.6 m with another way
-    /// of asking.
+    /// Radius of the real circle for a virtual straight line, m; default 22. [Grechkin 2016] finds 11.6 m with another method of
+    /// asking.
     pub least_radius_m: f64,
 }
 
@@ -39,7 +39,7 @@ impl WalkingThresholds {
     /// Rejects settings out of range.
     ///
     /// # Errors
-    /// The first setting outside its range; NaN is outside every range. An infinite radius is fine.
+    /// The first setting outside its range; NaN is outside every range. An infinite radius is valid.
     pub fn validate(&self) -> Result<()> {
         non_negative("real_turn_more", self.real_turn_more)?;
         let less = non_negative("real_turn_less", self.real_turn_less)?;
@@ -50,11 +50,11 @@ impl WalkingThresholds {
         Ok(())
     }
 
-    /// Least and largest rate of an unnoticed turn of the avatar beyond the person's own, rad/s, counter-clockwise positive,
+    /// Smallest and largest rate of an unnoticed turn of the avatar beyond the person's own, rad/s, counter-clockwise positive,
     /// for a person who turns at a rate (rad/s) and moves at a speed (m/s).
     ///
-    /// With a real turn ω the virtual one lies between `ω / (1 + more)` and `ω / (1 - less)`; who walks a straight line at
-    /// speed v may be bent by `v / radius`. Of both the wider end counts, not their sum: no study measured them together. A
+    /// With a real turn ω the virtual one lies between `ω / (1 + more)` and `ω / (1 - less)`; a straight walk at
+    /// speed v may be bent by `v / radius`. The wider of the two ends applies, not their sum: no study measured both together. A
     /// person at rest is not turned.
     ///
     /// # Errors

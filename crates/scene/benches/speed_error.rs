@@ -120,7 +120,7 @@ fn main() {
         "n = {RAYS}, rays from seed 2\n\n| scene | method | Mrays/s | best batch | median µs | p99 µs | hits |\n| --- | --- | --- | --- | --- | --- | --- |"
     );
     report("bumpy sphere, 100k", &bumpy_sphere(224));
-    // Real scenes, where the data lie beside the project.
+    // Real scenes, if the data are beside the project.
     let Some(folder) = shared("data/scene") else {
         return;
     };

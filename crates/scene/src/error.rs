@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// What can be wrong with a scene file, its sidecar or a query.
 ///
-/// "The ray hits nothing" is an answer, not an error: queries return `Option` inside.
+/// A ray that hits nothing is not an error: queries return a `Result` of an `Option`.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what the fields hold")]
@@ -23,7 +23,7 @@ pub enum SceneError {
         kind: ErrorKind,
         message: String,
     },
-    /// A file that can be read holds something that it must not.
+    /// A readable file has invalid content.
     #[error("{path}: {error}")]
     File {
         path: String,
@@ -39,30 +39,30 @@ pub enum SceneError {
     /// The file is not UTF-8 text, so it cannot be an OBJ.
     #[error("not a text file: byte {offset} is not UTF-8")]
     NotText { offset: usize },
-    /// A line of the OBJ does not hold the numbers its keyword asks for.
+    /// A line of the OBJ lacks the numbers that its keyword requires.
     #[error("OBJ line {line}: malformed {keyword:?}")]
     ObjLine { line: usize, keyword: &'static str },
     /// A vertex coordinate is NaN, infinite or beyond [`COORDINATE_LIMIT_M`](crate::COORDINATE_LIMIT_M).
     #[error("OBJ line {line}: vertex coordinate {value} is not usable")]
     ObjVertex { line: usize, value: f64 },
-    /// A face names a vertex that the lines above it do not define.
+    /// A face refers to a vertex that no earlier line defines.
     #[error("OBJ line {line}: face index {index}, but {vertices} vertices are defined so far")]
     ObjIndex {
         line: usize,
-        /// As it is written: from 1, or back from the newest if negative.
+        /// As written: from 1, or counted back from the latest if negative.
         index: i64,
         vertices: usize,
     },
-    /// The OBJ parser refused a text that passed the checks above.
+    /// The OBJ parser rejected a text that passed the checks above.
     #[error("OBJ: {message}")]
     Obj { message: String },
     /// No usable face is left.
     #[error("the scene holds no face with an area")]
     NoFaces,
-    /// The sidecar is not TOML or holds a key that is not known.
+    /// The sidecar is not TOML or has an unknown key.
     #[error("sidecar: {message}")]
     SidecarMalformed { message: String },
-    /// The sidecar describes a surface that the OBJ does not hold.
+    /// The sidecar describes a surface that is not in the OBJ.
     #[error("sidecar: the OBJ has no surface {name:?}")]
     SidecarUnknownSurface { name: String },
     /// A surface entry lacks a key that its kind needs.
@@ -87,7 +87,7 @@ pub enum SceneError {
         value: f64,
         wanted: &'static str,
     },
-    /// Two surfaces carry one name.
+    /// Two surfaces have the same name.
     #[error("surface {name:?} is defined twice")]
     DuplicateSurface { name: String },
     /// A ray without direction.
@@ -96,7 +96,7 @@ pub enum SceneError {
     /// A surface id of another scene.
     #[error("surface {index}, but the scene has {count}")]
     UnknownSurface { index: usize, count: usize },
-    /// An opening was asked of a surface that does not move.
+    /// An opening was requested for a fixed surface.
     #[error("surface {surface:?} does not move")]
     NotMovable { surface: String },
     /// An opening outside the range of its door or panel.
@@ -111,8 +111,7 @@ pub enum SceneError {
 }
 
 impl SceneError {
-    /// With the name of the file in front: of the sidecar, if there is one and the error is about what only a sidecar says,
-    /// else of the OBJ.
+    /// Prefixes the file name: the sidecar's, if there is one and the error can only come from it, else the OBJ's.
     pub(crate) fn in_files(self, obj: &Path, sidecar: Option<&Path>) -> Self {
         let sidecar = sidecar.filter(|_| {
             matches!(
@@ -127,7 +126,7 @@ impl SceneError {
         self.in_file(sidecar.unwrap_or(obj))
     }
 
-    /// With the name of the file in front, unless it is named already.
+    /// Prefixes the file name, unless already present.
     pub(crate) fn in_file(self, path: &Path) -> Self {
         if matches!(self, Self::Io { .. } | Self::File { .. }) {
             return self;
@@ -145,5 +144,5 @@ pub(crate) fn finite(what: &'static str, v: DVec3) -> Result<DVec3, ArgumentErro
     Ok(v)
 }
 
-/// What may fail with an error of this crate.
+/// Result with the error of this crate.
 pub(crate) type Result<T, E = SceneError> = std::result::Result<T, E>;

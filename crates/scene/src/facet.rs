@@ -6,9 +6,8 @@ use crate::surface::SurfaceId;
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// A face whose normal is this far from horizontal still counts as vertical, and two faces
-/// whose normals differ by less are one plane, rad. One degree: files with four decimals
-/// tilt the small faces of a wall by that much.
+/// A face counts as vertical if its normal is within this angle of horizontal, and two faces as coplanar if their
+/// normals differ by less, rad. One degree: four decimals in files tilt small faces of a wall by that much.
 pub const VERTICAL_TOLERANCE_RAD: f64 = 0.0175;
 
 /// A planar vertical piece of a touchable surface.
@@ -16,11 +15,11 @@ pub const VERTICAL_TOLERANCE_RAD: f64 = 0.0175;
 pub struct Facet {
     /// The surface it belongs to.
     pub surface: SurfaceId,
-    /// The centre of area, m, or the middle of the nearest face where the centre lies in a hole.
+    /// The centroid, m, or the middle of the nearest face if the centroid lies in a hole.
     pub point_m: DVec3,
     /// Unit normal, outward by the winding of the file.
     pub normal: DVec3,
-    /// Area of the faces, m²; less than that of the outline where the facet has holes or bays.
+    /// Area of the faces, m²; less than that of the outline if the facet has holes or notches.
     pub area_m2: f64,
     /// Convex outline in the plane, m, counter-clockwise seen from outside.
     pub outline_m: Vec<DVec3>,
@@ -43,7 +42,7 @@ pub(crate) fn vertical(surface: SurfaceId, triangles: &[Triangle]) -> Vec<Facet>
             by_corner.entry(bits(corner)).or_default().push(i);
         }
     }
-    // The largest face of a facet has the best normal, so facets grow from the largest.
+    // The largest face has the most accurate normal, so facets grow from it.
     let mut seeds = upright;
     seeds.sort_by(|&a, &b| {
         triangle::area_m2(&triangles[b]).total_cmp(&triangle::area_m2(&triangles[a]))
@@ -93,8 +92,8 @@ impl Plane {
         }
     }
 
-    /// Same direction, and no corner further off the plane than files with four decimals need
-    /// (relative to the seed, so that it works in small scenes too).
+    /// Same direction, and all corners within the plane tolerance for files with four decimals
+    /// (relative to the seed, for small scenes).
     fn holds(&self, other: &Triangle) -> bool {
         let off = other
             .iter()
@@ -109,7 +108,7 @@ fn facet(surface: SurfaceId, normal: DVec3, faces: &[Triangle]) -> Facet {
     let area_m2: f64 = faces.iter().map(triangle::area_m2).sum();
     let moment = |t: &Triangle| (t[0] + t[1] + t[2]) / 3.0 * triangle::area_m2(t);
     let centroid = faces.iter().map(moment).sum::<DVec3>() / area_m2;
-    // The centre of a wall with a window lies in the window; then the middle of a face does.
+    // The centroid of a wall with a window may lie in the window: use the middle of a face instead.
     let on_face = |t: &Triangle| closest_point(centroid, t).distance_squared(centroid);
     let size_squared = area_m2 * 1e-18;
     let point_m = if faces.iter().any(|t| on_face(t) <= size_squared) {
@@ -150,7 +149,7 @@ fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
     })
 }
 
-/// Andrew's monotone chain, counter-clockwise, corners that lie on a side left out.
+/// Andrew's monotone chain, counter-clockwise, without corners that lie on a side.
 fn convex_hull(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     points.dedup();

@@ -9,12 +9,12 @@ mod read;
 mod scene;
 mod surface;
 
-// The scene and what it is made of.
+// The scene and its parts.
 pub use mechanics::{Mechanics, SurfaceClick, SurfaceDetent};
 pub use scene::{Bounds, Scene};
 pub use surface::{OpeningRange, SlidingPart, Surface, SurfaceId, SurfaceKind};
 
-// Questions and answers.
+// Queries and results.
 pub use facet::{Facet, VERTICAL_TOLERANCE_RAD};
 pub use part::BuildQuality;
 pub use queries::{Hit, Ray};

@@ -1,13 +1,13 @@
-//! How a door, panel, drawer or button moves when it is pushed, as far as a sidecar says so.
+//! Mechanics of a door, panel, drawer or button, as given in a sidecar.
 
 use crate::error::{Result, SceneError};
 
-/// Masses, stiffnesses, forces and the like are at most this, in their units: squares and products stay finite.
+/// Upper limit of masses, stiffnesses, forces etc. in their units: squares and products stay finite.
 pub(crate) const MOST: f64 = 1e12;
 
-/// Mechanics of a surface that moves along its opening. `None` where the sidecar says nothing.
+/// Mechanics of a surface along its opening. `None` if the sidecar gives no value.
 ///
-/// An opening is an angle (rad) or a distance (m), a force a moment (N m) or a force (N). This crate moves nothing by it.
+/// Openings are angles (rad) or distances (m), forces are moments (N m) or forces (N). This crate only stores them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mechanics {
     /// Inertia about the hinge, kg m², or mass, kg; positive.
@@ -16,43 +16,43 @@ pub struct Mechanics {
     pub stiffness: Option<f64>,
     /// Opening at which the spring is relaxed, rad or m.
     pub rest: Option<f64>,
-    /// Resistance that grows with the speed, N m s/rad or N s/m.
+    /// Viscous damping, N m s/rad or N s/m.
     pub damping: Option<f64>,
-    /// Resistance at any speed, N m or N.
+    /// Dry friction, N m or N.
     pub friction: Option<f64>,
-    /// Share of the speed with which the ends of the range throw back, 0 to 1.
+    /// Coefficient of restitution at the ends of the range, 0 to 1.
     pub restitution: Option<f64>,
-    /// Places where it latches.
+    /// Detents.
     pub detents: Vec<SurfaceDetent>,
     /// The click of a button.
     pub click: Option<SurfaceClick>,
 }
 
-/// A latch: it pulls towards its place, the more the farther, until it lets go.
+/// A detent: it pulls towards its position with a force that grows with the distance, up to its edge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfaceDetent {
-    /// Opening in the middle of it, rad or m.
+    /// Opening at its middle, rad or m.
     pub position: f64,
-    /// From there to where it lets go, rad or m; positive.
+    /// Distance from the middle to its edge, rad or m; positive.
     pub half_width: f64,
-    /// Pull where it lets go, N m or N.
+    /// Pull at its edge, N m or N.
     pub force: f64,
 }
 
-/// The click of a button: a resistance that grows from `start` to `snap`, vanishes there and comes back at `release`.
+/// The click of a button: a resistance that grows from `start` to `snap`, vanishes there and returns at `release`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfaceClick {
     /// Opening at which the resistance begins, m.
     pub start: f64,
-    /// Opening at which it gives way, m; above `start`.
+    /// Opening at which the resistance vanishes, m; above `start`.
     pub snap: f64,
-    /// Opening at which it is armed again on the way back, m; from `start` to `snap`.
+    /// Opening at which it is re-armed on return, m; from `start` to `snap`.
     pub release: f64,
     /// Resistance at `snap`, N.
     pub force: f64,
 }
 
-/// What the numbers are called in a sidecar.
+/// Keys of the values in a sidecar.
 pub(crate) struct MechanicsKeys {
     pub(crate) inertia: &'static str,
     pub(crate) stiffness: &'static str,
@@ -64,7 +64,7 @@ pub(crate) struct MechanicsKeys {
     pub(crate) detent_force: &'static str,
 }
 
-/// Of what turns.
+/// Keys of rotating surfaces.
 pub(crate) const TURNING: MechanicsKeys = MechanicsKeys {
     inertia: "inertia_kg_m2",
     stiffness: "stiffness_n_m_per_rad",
@@ -76,7 +76,7 @@ pub(crate) const TURNING: MechanicsKeys = MechanicsKeys {
     detent_force: "detents.torque_n_m",
 };
 
-/// Of what slides.
+/// Keys of sliding surfaces.
 pub(crate) const SLIDING: MechanicsKeys = MechanicsKeys {
     inertia: "mass_kg",
     stiffness: "stiffness_n_per_m",
@@ -89,7 +89,7 @@ pub(crate) const SLIDING: MechanicsKeys = MechanicsKeys {
 };
 
 impl Mechanics {
-    /// Rejects impossible numbers, named as in a sidecar.
+    /// Rejects invalid values, named by their sidecar keys.
     pub(crate) fn validate(&self, surface: &str, keys: &MechanicsKeys) -> Result<()> {
         let check = |what, value: Option<f64>, holds: fn(f64) -> bool, wanted| match value {
             Some(value) if !(value.abs() <= MOST && holds(value)) => Err(SceneError::Parameter {

@@ -9,15 +9,15 @@ use hwall_geometry::ArgumentError;
 use hwall_numeric::check::that;
 use std::cell::Cell;
 
-/// Rays whose hits are kept beside each other before they are told.
+/// Number of rays per batch.
 const TOGETHER: usize = 512;
 
 /// A ray to cast.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ray {
-    /// Where it begins, m.
+    /// Origin, m.
     pub origin_m: DVec3,
-    /// Where it goes; of any length.
+    /// Direction, of any length.
     pub direction: DVec3,
 }
 
@@ -26,11 +26,11 @@ pub struct Ray {
 pub struct Hit {
     /// The surface.
     pub surface: SurfaceId,
-    /// The point, m; of a ray a point of the triangle to rounding.
+    /// The point, m; for a ray a point of the triangle, to rounding.
     pub point_m: DVec3,
-    /// Unit normal of the triangle, on the side from which it was asked for (outward if that lies in its plane).
+    /// Unit normal of the triangle, towards the ray origin or query point (outward if that lies in its plane).
     pub normal: DVec3,
-    /// Is that side the outside, by the winding of the file?
+    /// True if that side is the outside, by the winding of the file.
     pub outside: bool,
     /// Distance from the origin of the ray, or from the query point, m.
     pub distance_m: f64,
@@ -40,9 +40,9 @@ impl Scene {
     /// Nearest surface along a ray, untouchable ones included, both sides of every face.
     ///
     /// `direction` may have any length; a hit at the origin itself counts. No ray passes between
-    /// two triangles that share an edge. Everything but the search is f64: the point is good to
-    /// about 1e-15 of the scene's size and 1e-16 of the distance to the origin, divided by
-    /// the sine of the angle to the face where a ray grazes.
+    /// two triangles that share an edge. Everything except the search is f64: the error of the
+    /// point is about 1e-15 of the scene's size plus 1e-16 of the distance to the origin, divided
+    /// by the sine of the angle to the face for grazing rays.
     ///
     /// # Errors
     /// NaN, infinity, or a direction of zero length.
@@ -58,12 +58,12 @@ impl Scene {
         Ok(best.map(|(part, hit)| self.to_hit(part, &hit, |_| -direction)))
     }
 
-    /// What [`ray_cast`](Self::ray_cast) finds for each of many rays, to the last bit, in less time than one after the other.
+    /// [`ray_cast`](Self::ray_cast) for many rays: bit-identical, but faster than one by one.
     ///
     /// `hits` is cleared first; after an error it is empty.
     ///
     /// # Errors
-    /// As [`ray_cast`](Self::ray_cast), for the first ray that has one.
+    /// As [`ray_cast`](Self::ray_cast), for the first invalid ray.
     pub fn ray_casts(&self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) -> Result<()> {
         hits.clear();
         hits.reserve(rays.len());
@@ -110,10 +110,10 @@ impl Scene {
         Ok(())
     }
 
-    /// Does a ray meet anything at a distance in `[0, max_distance_m)`? Stops at the first hit.
+    /// True if a ray hits anything at a distance in `[0, max_distance_m)`. Stops at the first hit.
     ///
     /// # Errors
-    /// NaN, an infinite origin or direction, a direction of zero length. An infinite distance is fine.
+    /// NaN, an infinite origin or direction, a direction of zero length. An infinite distance is allowed.
     pub fn any_hit(&self, origin_m: DVec3, direction: DVec3, max_distance_m: f64) -> Result<bool> {
         let (origin_m, direction) = (finite("ray origin", origin_m)?, unit(direction)?);
         let max_m = distance(max_distance_m)?;
@@ -122,10 +122,10 @@ impl Scene {
             .any(|(part, ray)| self.geometry.parts[part].any_hit(&ray, max_m)))
     }
 
-    /// Is the open line between two points free?
+    /// True if the open segment between two points is free.
     ///
-    /// A billionth of its length is left out at both ends, so that a point on a surface is
-    /// visible; a surface within that of an end does not block.
+    /// A billionth of its length is ignored at both ends, so that a point on a surface is visible;
+    /// a surface that close to an end does not block.
     ///
     /// # Errors
     /// NaN or infinity.
@@ -135,7 +135,7 @@ impl Scene {
         if length_m == 0.0 {
             return Ok(true);
         }
-        // Coordinates far from the origin are themselves rounded.
+        // Coordinates far from the origin have rounding errors.
         let margin_m = 1e-9 * length_m + 1e-14 * from_m.abs().max(to_m.abs()).max_element();
         if length_m <= 2.0 * margin_m {
             return Ok(true);
@@ -146,10 +146,10 @@ impl Scene {
 
     /// Closest point of any surface, untouchable ones included, nearer than `max_distance_m`.
     ///
-    /// Exact to rounding. On an edge, the face that faces the query point most gives the normal.
+    /// Exact to rounding. On an edge, the face that faces the query point most directly gives the normal.
     ///
     /// # Errors
-    /// NaN, an infinite point, a point more than 6e153 m away. An infinite limit is fine.
+    /// NaN, an infinite point, a point more than 6e153 m away. An infinite limit is allowed.
     pub fn closest_point(&self, point_m: DVec3, max_distance_m: f64) -> Result<Option<Hit>> {
         self.closest(point_m, max_distance_m, |_| ALL, |_| true)
     }
@@ -179,12 +179,12 @@ impl Scene {
         let wanted = self.geometry.parts[part].bit(surface.0);
         let hit =
             self.geometry.parts[part].closest(local, f64::INFINITY, wanted, |id| id == surface.0);
-        // Every surface keeps at least one triangle and distances are finite.
+        // Every surface has at least one triangle and distances are finite.
         hit.map(|hit| self.to_hit(part, &hit, |foot_m| point_m - foot_m))
             .ok_or(SceneError::NoFaces)
     }
 
-    /// `wanted`: what to look for in a part, if anything.
+    /// `wanted`: surface bits to search in a part; zero skips the part.
     fn closest(
         &self,
         point_m: DVec3,
@@ -220,7 +220,7 @@ impl Scene {
         Ok(best.map(|(part, hit)| self.to_hit(part, &hit, |foot_m| point_m - foot_m)))
     }
 
-    /// `towards`: from the point to where it was asked for.
+    /// `towards`: vector from the point to the ray origin or query point.
     #[inline(always)]
     fn to_hit(&self, part: usize, hit: &PartHit, towards: impl Fn(DVec3) -> DVec3) -> Hit {
         let point_m = self.world_from_part[part].transform_point(hit.point_m);
@@ -262,7 +262,7 @@ fn unit(direction: DVec3) -> Result<DVec3> {
     if largest == 0.0 {
         return Err(SceneError::ZeroDirection);
     }
-    // Squares of 1e-200 vanish and those of 1e200 overflow; then the largest component becomes one first.
+    // Squares of 1e-200 underflow and those of 1e200 overflow; then scale the largest component to one first.
     Ok(if (1e-100..1e100).contains(&largest) {
         direction.normalize()
     } else {
@@ -278,7 +278,7 @@ fn located(point_m: DVec3) -> Result<DVec3, ArgumentError> {
     Ok(point_m)
 }
 
-/// Rejects NaN; infinity is no limit, and nothing is nearer than a negative distance.
+/// Rejects NaN. Infinity means no limit; a negative distance finds nothing.
 fn distance(max_distance_m: f64) -> Result<f64, ArgumentError> {
     if max_distance_m.is_nan() {
         return Err(ArgumentError::NonFinite {

@@ -1,4 +1,4 @@
-//! The scene: surfaces and where they stand.
+//! The scene: surfaces and their poses.
 
 use crate::error::{Result, SceneError};
 use crate::facet::{self, Facet};
@@ -13,18 +13,18 @@ use std::sync::Arc;
 
 /// Named surfaces in one frame; only the openings of doors and panels change.
 ///
-/// Lengths are metres, in the frame of the file until [`placed`](Self::placed) moves the scene
-/// (by convention into the robot base frame). Geometry is shared between copies, so placing
-/// and cloning cost little; queries take `&self` and allocate nothing.
+/// Lengths are metres, in the frame of the file until [`placed`](Self::placed) moves the scene (by
+/// convention into the robot base frame). Geometry is shared between copies, so placing and cloning
+/// are cheap; queries take `&self` and do not allocate.
 #[derive(Clone)]
 pub struct Scene {
     pub(crate) geometry: Arc<Geometry>,
     world_from_file: Pose,
-    /// As placed: the axes of doors are in the frame of this scene.
+    /// As placed: door axes are in the frame of this scene.
     surfaces: Vec<Surface>,
-    /// Opening of each surface, rad or m; zero for what does not move.
+    /// Opening of each surface, rad or m; zero for fixed ones.
     openings: Vec<f64>,
-    /// Where the parts are now.
+    /// Current poses of the parts.
     pub(crate) world_from_part: Vec<Pose>,
 }
 
@@ -37,10 +37,10 @@ pub struct Bounds {
     pub max_m: DVec3,
 }
 
-/// What no motion changes.
+/// Geometry that does not change with motion.
 pub(crate) struct Geometry {
     pub(crate) parts: Vec<Part>,
-    /// Where the parts stand at opening zero.
+    /// Poses of the parts at opening zero.
     file_from_part: Vec<Pose>,
     /// Kinds in the frame of the file.
     pub(crate) kinds: Vec<SurfaceKind>,
@@ -48,7 +48,7 @@ pub(crate) struct Geometry {
     pub(crate) part_of: Vec<usize>,
     /// Numbers of the triangles of each surface within its part.
     triangles_of: Vec<Vec<u32>>,
-    /// For each part what marks its touchable surfaces.
+    /// For each part the bits of its touchable surfaces.
     pub(crate) touchable_bits: Vec<u64>,
 }
 
@@ -83,12 +83,12 @@ impl Geometry {
 }
 
 impl Scene {
-    /// Reads an OBJ file and its sidecar; without one named, `room.toml` beside `room.obj` is
-    /// read if it exists. Limits: [`LoadLimits::default`].
+    /// Reads an OBJ file and its sidecar; by default `room.toml` beside `room.obj`, if it exists.
+    /// Limits: [`LoadLimits::default`].
     ///
     /// # Errors
-    /// A missing, oversized or malformed file, a sidecar that does not fit it, no face left: [`SceneError::Io`] or
-    /// [`SceneError::File`], which name the file.
+    /// A missing, oversized or malformed file, a sidecar that does not match it, no face left: [`SceneError::Io`]
+    /// or [`SceneError::File`], which name the file.
     pub fn from_obj_file(
         obj: impl AsRef<Path>,
         sidecar: Option<&Path>,
@@ -96,7 +96,7 @@ impl Scene {
         Self::from_obj_file_in(obj, sidecar, &FileFrame::default(), &LoadLimits::default())
     }
 
-    /// [`from_obj_file`](Self::from_obj_file) with other limits and an OBJ in another unit, or with another axis up.
+    /// [`from_obj_file`](Self::from_obj_file) with given limits, unit and up axis of the OBJ.
     ///
     /// # Errors
     /// As [`from_obj_file`](Self::from_obj_file); a unit that is not positive.
@@ -127,7 +127,7 @@ impl Scene {
         Self::from_obj_str_in(obj, sidecar, &FileFrame::default())
     }
 
-    /// [`from_obj_str`](Self::from_obj_str) with an OBJ in another unit, or with another axis up.
+    /// [`from_obj_str`](Self::from_obj_str) with given unit and up axis of the OBJ.
     ///
     /// # Errors
     /// As [`from_obj_file_in`](Self::from_obj_file_in).
@@ -155,11 +155,10 @@ impl Scene {
         Ok((scene, report))
     }
 
-    /// From triangles in memory. Faces without area and repeated faces are left out and reported.
+    /// From triangles in memory. Faces without area and duplicate faces are dropped and reported.
     ///
     /// # Errors
-    /// A coordinate that is not finite or too large, two surfaces of one name, impossible
-    /// surface properties, no face left.
+    /// A coordinate that is not finite or too large, two surfaces with one name, invalid surface properties, no face left.
     pub fn from_meshes(meshes: Vec<SurfaceMesh>) -> Result<(Self, LoadReport)> {
         let mut report = LoadReport::default();
         let scene = Self::build(meshes, &mut report)?;
@@ -173,7 +172,7 @@ impl Scene {
             let (what, limit) = ("triangles", MAX_TRIANGLES);
             return Err(SceneError::TooLarge { what, got, limit });
         }
-        // All fixed surfaces form one part, each movable surface a part of its own.
+        // All fixed surfaces form one part; each movable surface is a separate part.
         let (mut still, mut groups) = (None, Vec::<Vec<Face>>::new());
         let mut part_of = Vec::with_capacity(meshes.len());
         for (id, mesh) in meshes.iter().enumerate() {
@@ -210,7 +209,7 @@ impl Scene {
         })
     }
 
-    /// The same scene with hierarchies of another quality; nothing else changes.
+    /// The same scene with hierarchies of another quality.
     ///
     /// Constructors build at [`BuildQuality::Balanced`].
     #[must_use]
@@ -235,7 +234,7 @@ impl Scene {
         }
     }
 
-    /// Bytes that triangles and hierarchies take, shared between copies.
+    /// Memory of triangles and hierarchies, bytes; shared between copies.
     #[must_use]
     pub fn geometry_bytes(&self) -> usize {
         let indices = self.geometry.triangles_of.iter().map(|t| size_of_val(&**t));
@@ -245,7 +244,7 @@ impl Scene {
 
     /// The same scene moved by `world_from_scene`, openings and hinge axes with it.
     ///
-    /// Placements add up: `scene.placed(&b).placed(&a)` is `scene.placed(&(a * b))` to rounding.
+    /// Placements compose: `scene.placed(&b).placed(&a)` is `scene.placed(&(a * b))` to rounding.
     #[must_use]
     pub fn placed(&self, world_from_scene: &Pose) -> Self {
         let mut scene = self.clone();
@@ -268,13 +267,13 @@ impl Scene {
     /// One surface.
     ///
     /// # Panics
-    /// If the id is of another scene.
+    /// If the id belongs to another scene.
     #[must_use]
     pub fn surface(&self, id: SurfaceId) -> &Surface {
         &self.surfaces[id.0]
     }
 
-    /// The surface of that name.
+    /// The surface with that name.
     #[must_use]
     pub fn find(&self, name: &str) -> Option<SurfaceId> {
         self.surfaces
@@ -283,13 +282,13 @@ impl Scene {
             .map(SurfaceId)
     }
 
-    /// Triangles in the scene.
+    /// Number of triangles in the scene.
     #[must_use]
     pub fn triangle_count(&self) -> usize {
         self.geometry.triangles_of.iter().map(Vec::len).sum()
     }
 
-    /// Triangles of one surface where it is now, corners in metres, counter-clockwise from outside.
+    /// Triangles of one surface at its current pose, corners in metres, counter-clockwise from outside.
     ///
     /// # Errors
     /// An id of another scene.
@@ -308,7 +307,7 @@ impl Scene {
         }))
     }
 
-    /// The box around everything at the present openings.
+    /// The box around everything at the current openings.
     #[must_use]
     pub fn bounds(&self) -> Bounds {
         let mut bounds = Bounds {
@@ -325,18 +324,17 @@ impl Scene {
         bounds
     }
 
-    /// Opening of a door (rad) or panel (m); `None` for what does not move.
+    /// Opening of a door (rad) or panel (m); `None` for fixed surfaces.
     #[must_use]
     pub fn opening(&self, id: SurfaceId) -> Option<f64> {
         self.surfaces.get(id.0)?.kind.range()?;
         Some(self.openings[id.0])
     }
 
-    /// Opens a door (rad) or panel (m). Nothing is rebuilt.
+    /// Sets the opening of a door (rad) or panel (m). Nothing is rebuilt.
     ///
     /// # Errors
-    /// Not a number, outside the range of the surface, or a surface that does not move; the
-    /// scene stays as it was.
+    /// NaN, outside the range of the surface, or a fixed surface; the scene is then unchanged.
     pub fn set_opening(&mut self, id: SurfaceId, value: f64) -> Result<()> {
         let surface = &self.surfaces[self.check(id)?];
         let name = || surface.name.clone();
@@ -358,7 +356,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Puts a part where the placement and its opening say.
+    /// Moves a part according to the placement and its opening.
     fn move_part(&mut self, part: usize) {
         let geometry = &self.geometry;
         let motion = geometry
@@ -371,11 +369,11 @@ impl Scene {
         self.world_from_part[part] = self.world_from_file * motion * geometry.file_from_part[part];
     }
 
-    /// Planar vertical pieces of the touchable surfaces, largest first: where a wall can be
-    /// touched and a board can stand.
+    /// Planar vertical pieces of the touchable surfaces, largest first: where a wall can be touched
+    /// and a board can be presented.
     ///
     /// Vertical means within [`VERTICAL_TOLERANCE_RAD`](crate::VERTICAL_TOLERANCE_RAD) of the z axis. Connected
-    /// triangles of one surface merge while they stay in one plane.
+    /// coplanar triangles of one surface are merged.
     #[must_use]
     pub fn vertical_facets(&self) -> Vec<Facet> {
         let touchable = self

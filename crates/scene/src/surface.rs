@@ -1,4 +1,4 @@
-//! What a scene is made of: named surfaces and how they may move.
+//! Named surfaces and how they may move.
 
 use crate::error::{Result, SceneError, finite};
 use crate::mechanics::{MOST, Mechanics, SLIDING, TURNING};
@@ -6,20 +6,20 @@ use crate::part::triangle::{COORDINATE_LIMIT_M, is_usable};
 use glam::{DMat3, DVec3};
 use hwall_geometry::Pose;
 
-/// Index into [`Scene::surfaces`](crate::Scene::surfaces); valid for that scene and its re-placed copies.
+/// Index into [`Scene::surfaces`](crate::Scene::surfaces); valid for that scene and its placed copies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SurfaceId(pub usize);
 
-/// How a surface may move, and whether a hand is meant to touch it.
+/// How a surface may move, and whether it is touchable.
 ///
-/// Points and directions are in the frame of the scene that holds the surface, as placed.
+/// Points and directions are in the frame of the placed scene.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
 pub enum SurfaceKind {
     /// Fixed and touchable.
     #[default]
     Static,
-    /// Turns about a hinge; the opening is an angle, zero as modelled in the file, positive right-handed.
+    /// Rotates about a hinge; the opening is an angle, zero as modelled in the file, right-handed.
     RevolvingDoor {
         /// A point of the hinge line, m.
         hinge_point_m: DVec3,
@@ -29,34 +29,34 @@ pub enum SurfaceKind {
         min_rad: f64,
         /// Largest opening, rad; not negative.
         max_rad: f64,
-        /// How it turns when it is pushed.
+        /// Its mechanics.
         mechanics: Mechanics,
     },
     /// Slides along a line; the opening is a distance, zero as modelled in the file.
     Sliding {
-        /// What it is.
+        /// Type of the sliding part.
         part: SlidingPart,
-        /// Unit direction of a positive opening: out of what holds a drawer, into what holds a button.
+        /// Unit direction of a positive opening: out of the housing for a drawer, into it for a button.
         direction: DVec3,
         /// Smallest opening, m; not positive.
         min_m: f64,
         /// Largest opening, m; not negative.
         max_m: f64,
-        /// How it slides when it is pushed or pulled; the click of a button among it.
+        /// Its mechanics, including the click of a button.
         mechanics: Mechanics,
     },
-    /// Fixed; rays hit it, but it is never offered to a hand (floor, pedestal).
+    /// Fixed; rays hit it, but it is not touchable (floor, pedestal).
     Untouchable,
 }
 
-/// What slides along a line.
+/// Type of a sliding part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SlidingPart {
-    /// A panel, beside what it covers.
+    /// A panel.
     Panel,
-    /// A drawer, out of what holds it.
+    /// A drawer, pulled out of its housing.
     Drawer,
-    /// A button, which is pressed.
+    /// A button, pressed into its housing.
     Button,
 }
 
@@ -67,7 +67,7 @@ pub struct Surface {
     pub name: String,
     /// How it moves.
     pub kind: SurfaceKind,
-    /// Roughness level, not negative, on whatever scale the sidecar uses.
+    /// Roughness level, not negative, on the scale of the sidecar.
     pub roughness: Option<f64>,
     /// Stiffness that a hand should feel when it presses the surface, N/m.
     pub contact_stiffness_n_per_m: Option<f64>,
@@ -77,7 +77,7 @@ pub struct Surface {
     pub color_rgb: Option<[f64; 3]>,
 }
 
-/// How far a door (rad) or panel (m) opens; zero lies within.
+/// Range of the opening of a door (rad) or panel (m); contains zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OpeningRange {
     /// Smallest opening, not positive.
@@ -87,7 +87,7 @@ pub struct OpeningRange {
 }
 
 impl Surface {
-    /// Is a hand meant to touch it?
+    /// True if the surface is touchable.
     #[must_use]
     pub fn touchable(&self) -> bool {
         self.kind != SurfaceKind::Untouchable
@@ -110,7 +110,7 @@ impl SurfaceKind {
         }
     }
 
-    /// Range of the opening; `None` for what does not move.
+    /// Range of the opening; `None` for fixed surfaces.
     #[must_use]
     pub const fn range(&self) -> Option<OpeningRange> {
         match *self {
@@ -128,7 +128,7 @@ impl SurfaceKind {
         }
     }
 
-    /// How it moves when it is pushed; `None` for what does not move.
+    /// Its mechanics; `None` for fixed surfaces.
     #[must_use]
     pub const fn mechanics(&self) -> Option<&Mechanics> {
         match self {
@@ -139,7 +139,7 @@ impl SurfaceKind {
         }
     }
 
-    /// The rigid motion that an opening is: where the surface goes, in the frame of the kind.
+    /// The rigid motion of the surface at an opening, in the frame of the kind.
     pub(crate) fn motion(&self, opening: f64) -> Pose {
         match *self {
             Self::RevolvingDoor {
@@ -155,7 +155,7 @@ impl SurfaceKind {
         }
     }
 
-    /// The same kind seen from another frame.
+    /// The same kind in another frame.
     pub(crate) fn transformed(&self, outer_from_inner: &Pose) -> Self {
         let mut kind = self.clone();
         match &mut kind {
@@ -176,7 +176,7 @@ impl SurfaceKind {
     }
 }
 
-/// Rejects a surface with impossible numbers and makes its axes unit vectors.
+/// Rejects a surface with invalid values and normalises its axes.
 pub(crate) fn validated(mut surface: Surface) -> Result<Surface> {
     let Surface {
         name,

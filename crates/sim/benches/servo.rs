@@ -1,4 +1,4 @@
-//! Time of the simulated arm for a millisecond, and how far it is from what was commanded a delay ago:
+//! Computation time of the simulated arm per millisecond, and its deviation from the delayed command:
 //! `cargo bench -p hwall-sim`.
 
 use hwall_haptics::{Arm, ArmCommand};
@@ -15,7 +15,7 @@ fn start() -> JointPositions {
     JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0])
 }
 
-/// What is commanded every millisecond; `share` of the speeds and accelerations, noise on every command.
+/// The command every millisecond: `share` of the speed and acceleration limits, noise on every command.
 fn commands(share: f64, noise_rad: f64) -> Vec<JointPositions> {
     let model = SrsArm::iiwa7();
     let default = MotionConfig::default();

@@ -1,5 +1,5 @@
-//! Time of the arm at torque level for a millisecond, and of its integrators beside their errors:
-//! `cargo bench -p hwall-sim --bench torque`.
+//! Computation time of the arm at torque level per millisecond, and time and error of its
+//! integrators: `cargo bench -p hwall-sim --bench torque`.
 
 use hwall_haptics::{Arm, ArmCommand};
 use hwall_kinematics::glam::DVec3;
@@ -31,7 +31,7 @@ fn arm(config: TorqueConfig) -> TorqueArm {
     TorqueArm::new(model, dynamics, start(), config).expect("a start")
 }
 
-/// One row: commands of every millisecond, a hand that presses or not.
+/// One row: commands every millisecond, with or without a pressing hand.
 fn row(
     table: &mut MarkdownTable,
     name: &str,
@@ -105,7 +105,7 @@ fn arms() {
     println!("{STEPS} control periods of 1 ms each, four integration steps in each.\n\n{table}");
 }
 
-/// Rigid bodies alone, falling freely for half a second: time of it, and how far it is from steps of a hundredth.
+/// Rigid bodies only, in free fall for half a second: time, and difference to steps a hundred times smaller.
 fn integrators() {
     let fall = |integrator: Integrator, dt_s: f64| {
         let config = ChainMotionConfig {
@@ -148,7 +148,7 @@ fn integrators() {
     println!("Free fall of the iiwa 7, half a second.\n\n{table}");
 }
 
-/// What one evaluation of the rigid bodies costs.
+/// Cost of one evaluation of the rigid bodies.
 fn bodies() {
     let arm = ChainDynamics::new(&Chain::iiwa7()).expect("an arm");
     let (mut scratch, mut matrix, mut out) = (arm.scratch(), [0.0; 49], [0.0; 7]);

@@ -1,4 +1,4 @@
-//! How differently do people reach, and what do an arm's torque sensors feel when they press its board?
+//! How do people differ in reaching, and what do the arm's torque sensors measure when they press its board?
 //!
 //! `cargo run -p hwall-sim --example simulated_touch`
 

@@ -6,7 +6,7 @@ use hwall_numeric::ArgumentError;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SimError {
-    /// An argument is NaN or infinite, or a setting outside its range.
+    /// An argument is NaN or infinite, or a setting is outside its range.
     #[error(transparent)]
     Argument(#[from] ArgumentError),
     /// A start or commanded position violates a joint limit.
@@ -21,16 +21,16 @@ pub enum SimError {
         /// Upper limit, rad.
         max_rad: f64,
     },
-    /// The arm has no such kind of command.
+    /// The arm does not support this kind of command.
     #[error("the simulated arm does not know this kind of command")]
     UnsupportedCommand,
-    /// Bounds of a joint that its motion profile refuses.
+    /// Joint bounds that the motion profile rejects.
     #[error(transparent)]
     Motion(#[from] hwall_motion::MotionError),
     /// An arm model is not valid, or its motion overflows.
     #[error(transparent)]
     Kinematics(#[from] hwall_kinematics::KinematicsError),
-    /// Kinematics and dynamics of an arm are not of the same arm.
+    /// Kinematics and dynamics belong to different arms.
     #[error("kinematics and dynamics differ in their {what} by {difference}")]
     OtherArm {
         /// What differs.
@@ -38,15 +38,15 @@ pub enum SimError {
         /// By how much.
         difference: f64,
     },
-    /// Times of held torques must grow.
+    /// Times of held torques must increase.
     #[error("torques at {t_s} s do not come after those at {before_s} s")]
     TimesNotRising {
         /// Time given, s.
         t_s: f64,
-        /// The one before, s.
+        /// Previous time, s.
         before_s: f64,
     },
-    /// A motion that no step of the integration follows any more.
+    /// The motion diverged.
     #[error(
         "the motion diverged at t = {t_s} s: joint {joint} at {velocity} rad/s or m/s, in steps of {step_s} s"
     )]
@@ -55,18 +55,18 @@ pub enum SimError {
         t_s: f64,
         /// Joint, from 0.
         joint: usize,
-        /// Its velocity, rad/s or m/s; infinite where it overflowed.
+        /// Its velocity, rad/s or m/s; infinite on overflow.
         velocity: f64,
         /// Length of the step, s.
         step_s: f64,
     },
-    /// More commands wait for the reaction delay to pass than the queue holds.
+    /// More commands are pending within the reaction delay than the queue can hold.
     #[error("{capacity} commands are waiting already")]
     QueueFull {
-        /// Commands that may wait at once.
+        /// Maximum number of pending commands.
         capacity: usize,
     },
-    /// The resting fingertip is not far enough in front of a planned surface to reach for it.
+    /// The resting fingertip is too close to a planned surface, or behind it.
     #[error(
         "touch {touch}: the resting fingertip is {height_m} m in front of the surface, it needs {needed_m} m"
     )]
@@ -75,7 +75,7 @@ pub enum SimError {
         touch: usize,
         /// Distance of the resting fingertip along the normal, m; negative behind.
         height_m: f64,
-        /// Least distance, m.
+        /// Minimum distance, m.
         needed_m: f64,
     },
 }

@@ -1,4 +1,4 @@
-//! The built-in room, where studies and tests meet simulated people.
+//! The built-in room, for studies and tests with simulated people.
 
 use crate::input::arms::BoardArm;
 use crate::person::kinds::PersonKind;
@@ -20,7 +20,7 @@ pub struct BuiltInRoom {
 }
 
 impl BuiltInRoom {
-    /// As the main job has it without flags.
+    /// The default of the main job.
     ///
     /// # Errors
     /// As for [`BoardArm::named`] and [`load_scene`].
@@ -31,7 +31,7 @@ impl BuiltInRoom {
         })
     }
 
-    /// The same room with boxes of 3 cm on its front wall, so that it has this many upright pieces of surfaces.
+    /// The same room with 3 cm boxes on its front wall, up to this many upright surface patches.
     ///
     /// # Errors
     /// As for [`Scene::from_obj_str`].
@@ -48,7 +48,7 @@ impl BuiltInRoom {
         for number in 0..boxes {
             let (row, column) = (number / ROW, number % ROW);
             let y = LEFT_M - 1.6 * SIZE_M * column as f64;
-            // Above and below the places that people touch.
+            // Above and below the points that people touch.
             let row = if row % 2 == 0 { row / 2 } else { 38 - row / 2 };
             let z = TOP_M - 2.0 * SIZE_M * row as f64;
             writeln!(obj, "o box{number}")?;
@@ -83,7 +83,7 @@ impl BuiltInRoom {
         participants::simulated(&self.scene, &self.arm, kind, touches, seed)
     }
 
-    /// What is known of the walls beforehand, where such people touch them. `textured`: the board presents roughness.
+    /// Precomputed maps of the walls where such people touch them. `textured`: the board presents roughness.
     ///
     /// # Errors
     /// As for [`BoardArm::walls_of`].
@@ -92,7 +92,7 @@ impl BuiltInRoom {
         self.arm.walls_of(&self.scene, likely, textured)
     }
 
-    /// All of it for demonstrations and runs.
+    /// The scenery for demonstrations and runs.
     #[must_use]
     pub const fn scenery<'a>(
         &'a self,

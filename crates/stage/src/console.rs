@@ -1,4 +1,4 @@
-//! What a program prints while its real work goes into files.
+//! Console output of a program whose results go into files.
 
 use anyhow::Context;
 use std::fmt::Display;
@@ -7,9 +7,9 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::sync::{Mutex, PoisonError};
 use std::thread::JoinHandle;
 
-/// Text that never stops the work: the first error of the output is kept until the end, and what comes after it is dropped.
+/// Text output that never stops the work: keeps the first error until the end, and drops all later text.
 ///
-/// So a program writes its files also when whoever reads its tables has left (`| head -1`) or the disk behind them is
+/// A program then still writes its files if the reader of its tables has left (`| head -1`) or the device is
 /// full.
 #[derive(Debug)]
 pub struct Printout<W> {
@@ -32,7 +32,7 @@ impl<W: Write> Printout<W> {
         self.failed.map_or(Ok(()), Err)
     }
 
-    /// Notes an error, except one after which the same bytes are tried again.
+    /// Keeps an error, except one after which the same bytes are retried.
     fn kept<T>(&mut self, done: io::Result<T>, instead: T) -> io::Result<T> {
         match done {
             Err(error) if error.kind() != io::ErrorKind::Interrupted => {
@@ -62,7 +62,7 @@ impl<W: Write> Write for Printout<W> {
     }
 }
 
-/// Does the work of a program; what it prints goes to standard output, and files come first.
+/// Runs `work`, with its text on standard output; output errors do not stop it from writing files.
 ///
 /// # Errors
 /// That of `work`; afterwards one of the output.
@@ -75,13 +75,13 @@ where
     out.finish().context("standard output")
 }
 
-/// A line for the user on standard error, which is no reason to fail if nobody reads it. While there are [`NotesApart`], their thread
+/// Prints a line for the user on standard error; ignores errors. While there are [`NotesApart`], their thread
 /// writes it.
 pub fn note(line: impl Display) {
     let line = line.to_string();
     let apart = APART.lock().unwrap_or_else(PoisonError::into_inner);
     match &*apart {
-        // A terminal that takes nothing for this long has nobody before it.
+        // Drop the line if the queue is full: the terminal is stalled.
         Some(apart) => drop(apart.try_send(line)),
         None => {
             let _ = writeln!(io::stderr(), "{line}");
@@ -89,17 +89,17 @@ pub fn note(line: impl Display) {
     }
 }
 
-/// Lines that wait at most for a terminal that stands still.
+/// Largest number of lines waiting for a stalled terminal.
 const MOST_WAITING: usize = 1024;
 
 static APART: Mutex<Option<SyncSender<String>>> = Mutex::new(None);
 
-/// A thread of its own writes what is [noted](note), so that a terminal that stands still does not stop a control loop. Until dropped.
+/// Until dropped, a separate thread writes the [notes](note), so that a stalled terminal does not stop a control loop.
 #[derive(Debug)]
 pub struct NotesApart(Option<JoinHandle<()>>);
 
 impl NotesApart {
-    /// Begins; without a thread lines are written where they are noted.
+    /// Starts the thread; if that fails, the caller of `note` writes.
     #[must_use]
     pub fn begin() -> Self {
         let (sender, lines) = sync_channel::<String>(MOST_WAITING);
@@ -117,7 +117,7 @@ impl NotesApart {
 }
 
 impl Drop for NotesApart {
-    /// Writes what waits.
+    /// Writes the waiting lines.
     fn drop(&mut self) {
         *APART.lock().unwrap_or_else(PoisonError::into_inner) = None;
         if let Some(writer) = self.0.take() {
@@ -130,7 +130,7 @@ impl Drop for NotesApart {
 mod tests {
     use super::*;
 
-    /// Takes so many bytes, then nobody reads any more.
+    /// Accepts this many bytes, then the reader is gone.
     struct Leaves(usize);
 
     impl Write for Leaves {

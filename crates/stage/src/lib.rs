@@ -1,6 +1,6 @@
-//! The main job around a session: scene, person and arm set up, touches judged, tables, figures.
+//! The main job around a session: set-up of scene, person and arm, evaluation of touches, tables, figures.
 //!
-//! Nothing here is published. The libraries under `crates/` do the work; this composes them.
+//! Not published. Composes the libraries under `crates/`.
 
 mod board_body;
 pub mod built_in_room;
@@ -27,17 +27,17 @@ use std::io::{self, ErrorKind, Write};
 use std::num::{IntErrorKind, ParseIntError};
 use std::process::ExitCode;
 
-/// Characters of an error line that are kept at its beginning, where the place stands, and at its end, where the reason
-/// does: inputs of a megabyte are not repeated.
+/// Characters kept at the beginning of a long error line (the location) and at its end (the reason), so that inputs of a
+/// megabyte are not repeated.
 const KEPT: [usize; 2] = [600, 300];
 
-/// The command line of a program; ends it with help, or with status 2 and what is wrong.
+/// Parses the command line; exits with help, or with status 2 and an error message.
 #[must_use]
 pub fn arguments<A: Parser>() -> A {
     A::try_parse().unwrap_or_else(|error| in_words(error).exit())
 }
 
-/// Says which whole numbers are meant.
+/// Adds the accepted whole numbers to the error.
 fn in_words(error: clap::Error) -> clap::Error {
     let text = |kind| match error.get(kind) {
         Some(ContextValue::String(text)) => Some(text),
@@ -62,10 +62,10 @@ fn in_words(error: clap::Error) -> clap::Error {
 pub fn exit(result: anyhow::Result<()>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        // A reader that closes the pipe early (`| head`) has what it wanted.
+        // A reader that closes the pipe early (`| head`) is not an error.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            // A full device is no reason to panic.
+            // Do not panic on a full device.
             let _ = writeln!(io::stderr(), "error: {}", shortened(&format!("{error:#}")));
             ExitCode::from(2)
         }
@@ -78,7 +78,7 @@ fn is_broken_pipe(error: &anyhow::Error) -> bool {
         .any(|cause| io_kind(cause) == Some(ErrorKind::BrokenPipe))
 }
 
-/// Writers of tables keep an error of the output to themselves: it is not among their sources.
+/// Table writers do not expose an output error among their sources.
 fn io_kind(cause: &(dyn std::error::Error + 'static)) -> Option<ErrorKind> {
     if let Some(io) = cause.downcast_ref::<io::Error>() {
         return Some(io.kind());
@@ -92,7 +92,7 @@ fn io_kind(cause: &(dyn std::error::Error + 'static)) -> Option<ErrorKind> {
     }
 }
 
-/// The text, without its middle where it is very long.
+/// The text; a very long one without its middle.
 fn shortened(text: &str) -> String {
     let [first, last] = KEPT;
     let count = text.chars().count();
@@ -111,7 +111,7 @@ fn shortened(text: &str) -> String {
 mod tests {
     use super::*;
 
-    /// Lines of a megabyte were repeated.
+    /// Regression: lines of a megabyte were repeated.
     #[test]
     fn error_lines_keep_the_place_and_the_reason() {
         let text = format!("a.csv line 7: {:?} is not a number", "é".repeat(1 << 20));
@@ -121,7 +121,7 @@ mod tests {
         assert_eq!(shortened("short"), "short");
     }
 
-    /// It said "invalid digit found in string".
+    /// Regression: the message was "invalid digit found in string".
     #[test]
     fn errors_say_which_whole_numbers_are_meant() {
         #[derive(Debug, Parser)]

@@ -21,16 +21,16 @@ use hwall_hand::{FreezeConfig, HandFilterConfig, HandFrame, Pose, Recording};
 use hwall_scene::{LoadLimits, LoadReport, Scene, read_text};
 use std::path::{Path, PathBuf};
 
-/// The room made for this project, so that the binary runs from anywhere.
+/// The built-in room, compiled in so that the binary runs from anywhere.
 const ROOM: (&str, &str) = (
     include_str!("../../../examples/assets/room.obj"),
     include_str!("../../../examples/assets/room.toml"),
 );
 
-/// A loop steps through pauses, too: longest pause, and longest recording, s.
+/// Longest pause and longest recording, s: the loop also steps through pauses.
 const LONGEST_PAUSE_S: f64 = 60.0;
 const LONGEST_RECORDING_S: f64 = 1800.0;
-/// A head that ends earlier than the recording by more than this is spoken of, s.
+/// A head that ends earlier than the recording by more than this is reported, s.
 const LONGEST_WITHOUT_HEAD_S: f64 = 0.5;
 
 /// Where everything stands and who touches, as flags.
@@ -106,20 +106,20 @@ pub enum BaseFrom {
 pub struct Setting {
     /// The scene.
     pub scene: Scene,
-    /// Who touches: one recorded hand, or simulated people, each in a run of their own.
+    /// Participants: one recorded hand, or simulated people, each with a separate run.
     pub participants: Vec<Participant>,
-    /// People like the ones whose hands these are, for a predictor to learn from.
+    /// People like the participants, for training a predictor.
     pub training_people: TrainingPeople,
-    /// Places such as they may touch.
+    /// Likely touches of the participants.
     pub likely_touches: LikelyTouches,
-    /// What was chosen or repaired, for the user.
+    /// For the user: what was chosen or repaired.
     pub remarks: Vec<String>,
     /// The arm's base in the scene as its file has it.
     pub base: FloorPose,
 }
 
 impl Setting {
-    /// Loads, places and plans. The tool of `arm` is the face of the board.
+    /// Loads the scene, places arm and recording, plans touches. The tool of `arm` is the face of the board.
     ///
     /// # Errors
     /// A file that is missing or malformed, a recording without a reach, no suitable wall.
@@ -144,7 +144,7 @@ impl Setting {
         let mut training_people = TrainingPeople::default();
         let base = match flags.base_from {
             Some(BaseFrom::Arrival) => {
-                // People such as these, before anybody is there; they stand where they stand.
+                // Sample people of this kind, to find likely touches; they stay where they stand.
                 let people = participants::simulated(&scene, arm, kind, 1, seed)?;
                 let likely = participants::likely_touches(&scene, arm, &people);
                 note(
@@ -154,14 +154,14 @@ impl Setting {
                 remarks.push(format!(
                     "by arrival the arm's base stands best at {base} (x,y,z,yaw)"
                 ));
-                // Those whom the predictor learns from stand where those who touch stand.
+                // Training people stand where the participants stand.
                 training_people = training_people.seen_from(base);
                 base
             }
             None => flags.base.unwrap_or(FloorPose::ORIGIN),
         };
         let scene = base.scene_seen(&scene)?;
-        // With a base that is given, people stand as usual before it.
+        // With a given base, people stand at the default place in front of it.
         let stood = flags.base_from.map_or(FloorPose::ORIGIN, |_| base);
         let participants = participants::simulated_at(stood, &scene, arm, kind, touches, seed)?;
         Ok(Self {
@@ -196,7 +196,7 @@ impl Setting {
         remarks.extend(unused_columns(&recording));
         let contacts = place::reaches_to_contact(&recording, flags.rigid_hand);
         let (base, hand) = match (flags.place, flags.base, flags.hand_origin) {
-            // Nothing is left to place; a recording without a reach then has no touch to judge.
+            // Both are given; a recording without a reach then has no touch to evaluate.
             (_, Some(base), Some(hand)) => (base, hand),
             (None | Some(Place::Auto), base, hand) => {
                 let reaches = &contacts
@@ -257,7 +257,7 @@ impl Setting {
     }
 }
 
-/// A misspelt column is noticed by its name.
+/// Lists unused columns, so that misspelt ones are noticed.
 fn unused_columns(recording: &Recording) -> Option<String> {
     const NAMED: usize = 8;
     let names = &recording.ignored_columns;
@@ -271,7 +271,7 @@ fn unused_columns(recording: &Recording) -> Option<String> {
     })
 }
 
-/// Rows in which a recorder wrote something for a hand that was not seen.
+/// Reports rows in which a recorder wrote values for an unseen hand.
 fn lost_rows(recording: &Recording, rigid: bool) -> Vec<String> {
     let freeze = FreezeConfig {
         rigid_after_s: f64::INFINITY,
@@ -291,7 +291,7 @@ fn lost_rows(recording: &Recording, rigid: bool) -> Vec<String> {
         .collect()
 }
 
-/// Puts heads between the rows that have one, and says so, and where the heads end before the hand.
+/// Interpolates heads between the rows that have one, and reports this and a head that ends before the hand.
 fn heads(recording: &mut Recording) -> Vec<String> {
     let filled = recording.fill_slow_channels();
     let rows = counted(filled, "row", "rows");
@@ -310,7 +310,7 @@ fn heads(recording: &mut Recording) -> Vec<String> {
     said.map(|(_, text)| text).collect()
 }
 
-/// Lets the times of a recording count from its first sample, and says so if they did not. They are rounded to 1 us: Unix time as a float is
+/// Makes the times of a recording start at its first sample, and reports a change. Rounded to 1 us: Unix time as a float is
 /// hardly finer.
 fn count_from_start(recording: &mut Recording) -> Option<String> {
     let began_s = recording.samples.first()?.frame.t_s;
@@ -323,7 +323,7 @@ fn count_from_start(recording: &mut Recording) -> Option<String> {
     })
 }
 
-/// Passes if a loop that runs from the first sample to the last one ends within minutes.
+/// Checks that a loop from the first to the last sample ends within minutes.
 ///
 /// # Errors
 /// Times that are too far apart: of neighbours, or of the first and the last sample.
@@ -345,7 +345,7 @@ fn check_times(recording: &Recording) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The scene in a file, or the built-in room, and what had to be repaired.
+/// The scene in a file, or the built-in room, and its repairs.
 ///
 /// # Errors
 /// A file that is missing or malformed.
@@ -379,7 +379,7 @@ fn named(path: &Path, error: &dyn std::error::Error) -> anyhow::Error {
     named_text(path, &error.to_string())
 }
 
-/// As one line, however many lines the cause has.
+/// As one line, even for a cause of several lines.
 fn named_text(path: &Path, text: &str) -> anyhow::Error {
     let (name, text) = (
         path.display().to_string(),
@@ -392,7 +392,7 @@ fn named_text(path: &Path, text: &str) -> anyhow::Error {
     }
 }
 
-/// Names in brackets, the first few of them; nothing without names.
+/// The first few names in brackets; empty without names.
 fn first_of(names: &[String]) -> String {
     const MOST: usize = 3;
     match names.len() {
@@ -402,12 +402,12 @@ fn first_of(names: &[String]) -> String {
     }
 }
 
-/// What the loader had to drop or repair, one line for each kind.
+/// Repairs by the loader, one line per kind.
 fn repairs(report: &LoadReport) -> Vec<String> {
     if report.is_clean() {
         return Vec::new();
     }
-    // Faces have no names; the surfaces that they were left out of have.
+    // Faces have no names, but their surfaces do.
     let LoadReport {
         degenerate_faces: degenerate,
         duplicate_faces: duplicate,
@@ -479,7 +479,7 @@ mod tests {
         assert!(repairs(&LoadReport::default()).is_empty());
     }
 
-    /// One late stamp ran for ever (1e4), out of memory (1e7) or into a panic (1e300).
+    /// Regression: one late time stamp ran forever (1e4), out of memory (1e7) or into a panic (1e300).
     #[test]
     fn one_late_time_stamp_is_named() {
         for late_s in [1e4, 1e7, 1e300] {
@@ -488,7 +488,7 @@ mod tests {
         }
         assert!(refused([-1e308, 1e308]).is_some());
         assert!(refused((0..2000).map(f64::from)).unwrap().contains("1999"));
-        // Time may be counted from 1970.
+        // Unix time is accepted.
         assert_eq!(refused([1.7e9, 1.7e9 + 0.01]), None);
     }
 }

@@ -1,4 +1,4 @@
-//! What would a study find? Simulated participants, before anybody is invited.
+//! What would a study find? Uses simulated participants, before anybody is invited.
 //!
 //! `cargo run --release -p hwall-study --example simulate_study`
 

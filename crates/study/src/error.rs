@@ -17,36 +17,36 @@ pub enum StudyError {
     File {
         /// The file.
         name: String,
-        /// What kind of failure it is.
+        /// Kind of failure.
         kind: ErrorKind,
         /// Message of the system.
         message: String,
     },
-    /// A new study where there is one.
+    /// A new study in a folder that already holds one.
     #[error("{name} holds a study already; resume it (--resume), or choose another folder")]
     Exists {
         /// The folder.
         name: String,
     },
-    /// A new study in a folder that holds something else.
+    /// A new study in a folder that holds other files.
     #[error("{name} is not empty and holds no study; choose another folder")]
     NotEmpty {
         /// The folder.
         name: String,
     },
-    /// A log in which another program is writing.
+    /// A log that another program is writing.
     #[error("{name} is in use: another run is going on with this study")]
     InUse {
         /// The log.
         name: String,
     },
-    /// A file that is no log.
+    /// A file that is not a log.
     #[error("{name} is not the log of a study; it was left as it is")]
     NotALog {
         /// The file.
         name: String,
     },
-    /// A log that was cut before its first line was whole: nothing was recorded, and a new study may begin there.
+    /// A log truncated in its first line: nothing was recorded, and a new study may begin there.
     #[error("{name} holds no event: the study was cut before anything was recorded")]
     NothingRecorded {
         /// The log.
@@ -60,7 +60,7 @@ pub enum StudyError {
         /// The line, from 1.
         line: usize,
     },
-    /// The last line of the log, whole with its line feed, but not as it was written. A cut leaves no line feed.
+    /// The last line of the log is changed but has its line feed; a truncated line would have none.
     #[error(
         "line {line}, the last of the log, does not match its checksum though it is whole: it was changed, not cut; \
          the study goes on when that line is removed"
@@ -69,44 +69,44 @@ pub enum StudyError {
         /// The line, from 1.
         line: usize,
     },
-    /// An event that would not come back from its line as it was, as one with NaN.
+    /// An event that cannot be restored exactly from its line, for instance one with NaN.
     #[error("the event {event} cannot be stored: it does not come back as it was written")]
     NotStorable {
         /// The kind of event.
         event: &'static str,
     },
-    /// A study with people that is to be simulated, or the other way round.
+    /// A study with people used for a simulation, or vice versa.
     #[error("the study is one with {stored}, not with {asked}")]
     OtherParticipants {
-        /// Who takes part by the log.
+        /// Participants according to the log.
         stored: Participants,
-        /// Who was to take part.
+        /// Participants requested.
         asked: Participants,
     },
-    /// A study that began on one kind of arm and is to go on on another.
+    /// A study begun on one kind of arm and resumed on another.
     #[error("the study is one on {stored}, not on {asked}")]
     OtherArm {
-        /// The arm by the log.
+        /// Kind of arm according to the log.
         stored: ArmKind,
-        /// The one that was to go on.
+        /// Kind of arm requested.
         asked: ArmKind,
     },
-    /// A scene without a surface that a condition asks for.
+    /// A scene without a surface that a condition needs.
     #[error("the scene has no {surface} with a roughness to be touched, which the study asks for")]
     NoSurface {
-        /// What it stands for: wall, door or panel.
+        /// Kind of surface: wall, door or panel.
         surface: &'static str,
     },
     /// The arm presents no more trials.
     #[error("the arm presents no more trials: {why}")]
     ArmEnded {
-        /// Why not, with the state in which the session ended.
+        /// The reason, with the final state of the session.
         why: String,
     },
     /// A log that does not begin with a protocol, or with one of another version.
     #[error("the log holds no study: {why}")]
     NoStudy {
-        /// Why not.
+        /// The reason.
         why: &'static str,
     },
     /// An event of the log that does not follow from those before it.
@@ -114,10 +114,10 @@ pub enum StudyError {
     OutOfOrder {
         /// The event, from 1.
         event: usize,
-        /// Why not.
+        /// The reason.
         why: &'static str,
     },
-    /// A factor that no presentation knows.
+    /// A factor that no presenter supports.
     #[error("factor {factor:?} cannot be presented, only angle, speed and surface")]
     UnknownFactor {
         /// The factor.
@@ -130,7 +130,7 @@ pub enum StudyError {
         first: String,
         /// The second.
         second: String,
-        /// What they set.
+        /// The quantity.
         quantity: &'static str,
     },
     /// A level that cannot be presented.
@@ -140,7 +140,7 @@ pub enum StudyError {
         factor: String,
         /// The level.
         level: String,
-        /// What is wanted.
+        /// The accepted levels.
         wanted: &'static str,
     },
     /// A staircase or QUEST with more factors than one.
@@ -149,7 +149,7 @@ pub enum StudyError {
         /// How many there are.
         got: usize,
     },
-    /// A staircase or QUEST with nothing to go along.
+    /// A staircase or QUEST with too few levels.
     #[error(
         "a staircase or QUEST needs three levels of {factor} or more, got {got}: the first, which the others are compared \
          with, and two to go along"
@@ -160,18 +160,18 @@ pub enum StudyError {
         /// How many levels it has.
         got: usize,
     },
-    /// An answer that the procedure does not have.
+    /// An answer that the procedure does not accept.
     #[error("the answer {answer} is not {wanted}")]
     BadAnswer {
         /// The answer.
         answer: f64,
-        /// What is wanted.
+        /// The accepted answers.
         wanted: &'static str,
     },
     /// An answer without a question, or a presentation in a break.
     #[error("{what}, but there is nothing to answer")]
     NoTrial {
-        /// What came.
+        /// The call.
         what: &'static str,
     },
     /// The session on the arm.

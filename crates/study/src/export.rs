@@ -21,8 +21,8 @@ const COLUMNS: [&str; 12] = [
     "why_not",
 ];
 
-/// The long table that `psychophysics analyse` reads: one row for every trial of the study, with its last attempt; no practice and no
-/// catch trials.
+/// The long table that `psychophysics analyse` reads: one row per trial of the study, with its last attempt. Without practice
+/// and catch trials.
 ///
 /// # Errors
 /// An output that cannot be written.
@@ -46,7 +46,7 @@ pub fn write_trials(
     table(protocol, last.into_iter(), false, output)
 }
 
-/// Every attempt, also at practice and catch trials, in the order in which they were made.
+/// Every attempt, including practice and catch trials, in chronological order.
 ///
 /// # Errors
 /// An output that cannot be written.
@@ -58,7 +58,7 @@ pub fn write_attempts(
     table(protocol, records.iter(), true, output)
 }
 
-/// One row for each record; `attempts`: with the kind of the trial and the number of the attempt.
+/// One row per record; `attempts`: adds the kind of trial and the number of the attempt.
 fn table<'a>(
     protocol: &Protocol,
     records: impl Iterator<Item = &'a TrialRecord>,

@@ -11,23 +11,23 @@ pub mod run;
 
 pub use error::StudyError;
 
-// What is to be done, and in which order.
+// Protocol: the planned trials and their order.
 pub use protocol::{
     ArmKind, Participants, Planned, PlannedTrial, Procedure, Protocol, StudyFactor, TrialKind,
     TrialOrder,
 };
-// What was done: an append-only log, and the study that it holds.
+// Record: an append-only log, and the study in it.
 pub use log::{Durability, Event, EventLog, Recovered};
 pub use run::{
     Adaptive, AdaptiveThreshold, Answer, Ask, NextStep, Respondent, Simulation, Study, StudyRecord,
     TrialRecord, conduct, simulate, simulate_and_tell,
 };
-// Who presents, and who answers.
+// Presenters and participants.
 pub use participant::{ParticipantConfig, Roughness, SimulatedParticipant, promised_power};
 pub use present::{
     ArmStage, ArmStop, ArmTrialConfig, Fault, Presentation, Presenter, Rendered, SimulatedStage,
     Stimulus, StudyRoom, Surface, check_surfaces, scene_of,
 };
-// What it says.
+// Exports and reports.
 pub use export::{write_attempts, write_trials};
 pub use report::{LevelGroups, StudyReport, level_groups};

@@ -1,4 +1,4 @@
-//! Derivatives by central differences, to hold analytic ones against.
+//! Derivatives by central differences, to check analytic ones.
 
 use crate::tolerance::Components;
 use std::ops::{Mul, Sub};
@@ -13,7 +13,7 @@ where
     T: Sub<Output = T> + Mul<f64, Output = T>,
 {
     let (after, before) = (x + h, x - h);
-    // The step really taken, after rounding.
+    // Divide by the actual step, after rounding.
     (f(after) - f(before)) * (1.0 / (after - before))
 }
 
@@ -23,7 +23,7 @@ where
 /// as in [`central_difference`].
 ///
 /// # Panics
-/// When `f` returns different numbers of components on the two sides.
+/// If `f` returns different numbers of components on the two sides.
 #[must_use]
 pub fn central_jacobian<V: Components>(
     mut f: impl FnMut(&[f64]) -> V,

@@ -1,13 +1,13 @@
-//! On what a report was measured.
+//! The machine that a report was measured on.
 
 use std::{fmt, fs, process::Command, thread};
 
 /// Machine, compiler, commit and seed: the header of every table with times in it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Machine {
-    /// Processor model, "unknown" where `/proc/cpuinfo` does not name it.
+    /// Processor model, "unknown" if `/proc/cpuinfo` does not name it.
     pub cpu: String,
-    /// Cores this process may use; 0 when the system does not say.
+    /// Cores this process may use; 0 if unknown.
     pub cores: usize,
     /// Output of `rustc --version` when this crate was compiled.
     pub rustc: String,
@@ -19,7 +19,7 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// Asks the system; `seed` is the one the report draws its inputs with.
+    /// Queries the system; `seed`: of the report's inputs.
     #[must_use]
     pub fn detect(seed: u64) -> Self {
         Self {

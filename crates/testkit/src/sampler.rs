@@ -49,7 +49,7 @@ impl Sampler {
 
     /// Uniform on the unit sphere.
     pub fn unit_vector(&mut self) -> DVec3 {
-        // Archimedes: heights on a sphere are uniform.
+        // Heights on a sphere are uniform (Archimedes).
         let z = self.uniform(-1.0, 1.0);
         let (sin, cos) = self.uniform(0.0, TAU).sin_cos();
         let radius = ((1.0 - z) * (1.0 + z)).sqrt();
@@ -75,7 +75,7 @@ impl Sampler {
             .collect()
     }
 
-    /// [`within`](Self::within) for a number of ranges known when compiling.
+    /// [`within`](Self::within) for a number of ranges known at compile time.
     pub fn array_within<const N: usize>(&mut self, ranges: [(f64, f64); N]) -> [f64; N] {
         ranges.map(|(lo, hi)| self.uniform(lo, hi))
     }
@@ -90,10 +90,10 @@ impl Sampler {
     }
 }
 
-/// The seeds of a test that may take as long as one likes: `HWALL_SEEDS=FROM..TO` in the environment, or these.
+/// Seeds of a test of arbitrary length: `HWALL_SEEDS=FROM..TO` from the environment, else `usual`.
 ///
 /// # Panics
-/// `HWALL_SEEDS` is no such range.
+/// If `HWALL_SEEDS` is not such a range.
 #[must_use]
 pub fn seeds(usual: std::ops::Range<u64>) -> std::ops::Range<u64> {
     let Ok(text) = std::env::var("HWALL_SEEDS") else {

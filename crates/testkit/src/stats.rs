@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// Magnitudes of a set of errors, summed up for a test or a report.
+/// Summary of the magnitudes of a set of errors, for a test or a report.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ErrorStats {
     /// Number of errors, NaN included.
@@ -16,7 +16,7 @@ pub struct ErrorStats {
 }
 
 impl ErrorStats {
-    /// From errors of either sign, by magnitude; NaN counts as larger than everything.
+    /// From errors of either sign, by magnitude; NaN counts as the largest.
     ///
     /// Without any error, `count` is 0 and all figures are NaN.
     #[must_use]
@@ -54,7 +54,7 @@ impl fmt::Display for ErrorStats {
     }
 }
 
-/// The value below which the share `p` of `sorted` (ascending) lies, linear between neighbours.
+/// The `p` quantile of `sorted` (ascending), linear between neighbours.
 ///
 /// NaN for an empty slice and for `p` outside `[0, 1]`.
 ///

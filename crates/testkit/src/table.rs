@@ -36,7 +36,7 @@ impl MarkdownTable {
     }
 }
 
-/// A bar or a line break inside a cell would tear the table.
+/// Escapes bars and line breaks, which would break the table.
 fn cells<S: Into<String>>(values: impl IntoIterator<Item = S>) -> Vec<String> {
     values
         .into_iter()
@@ -72,12 +72,12 @@ impl fmt::Display for MarkdownTable {
     }
 }
 
-/// One method at one setting: how fast, and how far off.
+/// One method at one setting: time and error.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpeedErrorRow {
     /// The algorithm.
     pub method: String,
-    /// Value of the knob, with unit.
+    /// Value of the setting, with unit.
     pub setting: String,
     /// Median time per call, ns.
     pub median_ns: f64,
@@ -87,11 +87,11 @@ pub struct SpeedErrorRow {
     pub errors: ErrorStats,
     /// Unit of the errors.
     pub unit: &'static str,
-    /// Anything that needs saying.
+    /// A remark.
     pub note: String,
 }
 
-/// Speed against error, never one without the other.
+/// A table of speed and error, always both.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpeedErrorTable {
     title: String,
@@ -100,7 +100,7 @@ pub struct SpeedErrorTable {
 }
 
 impl SpeedErrorTable {
-    /// `setting` is the title of the column that holds the knob.
+    /// `setting`: title of the column of settings.
     #[must_use]
     pub fn new(title: impl Into<String>, setting: impl Into<String>) -> Self {
         Self {
@@ -139,7 +139,7 @@ impl SpeedErrorTable {
         });
     }
 
-    /// The rows so far, for instance to draw them.
+    /// The rows so far, for instance for a figure.
     #[must_use]
     pub fn rows(&self) -> &[SpeedErrorRow] {
         &self.rows

@@ -1,4 +1,4 @@
-//! How long calls take, with the tail that a 1 kHz loop pays for.
+//! Timing of calls, with the tail, which matters in a 1 kHz loop.
 
 use crate::stats::quantile;
 use std::{
@@ -7,7 +7,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Nanoseconds per call over `count` samples; NaN where there are none.
+/// Nanoseconds per call over `count` samples; NaN without samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Timing {
     /// Half of the samples took at most this.
@@ -45,7 +45,7 @@ impl Timing {
     }
 }
 
-/// Times each of the calls `f(0) … f(n - 1)` by itself: for calls above about 1 µs, and where the tail
+/// Times each of the calls `f(0) … f(n - 1)` separately: for calls above about 1 µs, and if the tail
 /// matters.
 ///
 /// The cost of reading the clock (some 20–50 ns) is subtracted, but its jitter stays; below 1 µs use
@@ -56,12 +56,12 @@ pub fn time_each<T>(n: usize, mut f: impl FnMut(usize) -> T) -> Timing {
     Timing::from_samples_ns((0..n).map(sample).collect())
 }
 
-/// Times whole batches of calls and divides: for calls below about 1 µs.
+/// Times whole batches of calls: for calls below about 1 µs.
 ///
 /// Calls `f(i)` with `i` counting through all batches, from 0 to `batches · per_batch - 1`, after
 /// one batch of warm-up (again from 0). Median and p99 are over batches, so the tail of single calls is
 /// averaged away.
-/// Choose `per_batch` for at least 10 µs a batch.
+/// Choose `per_batch` for at least 10 µs per batch.
 pub fn time_batches<T>(batches: usize, per_batch: usize, mut f: impl FnMut(usize) -> T) -> Timing {
     if per_batch == 0 {
         return Timing::from_samples_ns(Vec::new());

@@ -3,7 +3,7 @@
 use glam::{DMat3, DMat4, DQuat, DVec2, DVec3, DVec4};
 use std::fmt::Write;
 
-/// How far two numbers may lie apart: `abs + rel · max(|a|, |b|)`.
+/// Allowed difference of two numbers: `abs + rel · max(|a|, |b|)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tol {
     /// Absolute part, in the unit of the values.
@@ -13,7 +13,7 @@ pub struct Tol {
 }
 
 impl Tol {
-    /// Both parts; their sum is allowed.
+    /// Both parts; their sum is the tolerance.
     #[must_use]
     pub const fn new(abs: f64, rel: f64) -> Self {
         Self { abs, rel }
@@ -25,7 +25,7 @@ impl Tol {
         Self { abs, rel: 0.0 }
     }
 
-    /// Relative only: against an expected zero nothing but zero passes.
+    /// Relative only: for an expected zero only zero passes.
     #[must_use]
     pub const fn rel(rel: f64) -> Self {
         Self { abs: 0.0, rel }
@@ -37,7 +37,7 @@ impl Tol {
         self.abs + self.rel * a.abs().max(b.abs())
     }
 
-    /// Whether `a` and `b` agree. NaN (in a value or in the tolerance) never does, an infinity only with
+    /// Do `a` and `b` agree? NaN (in a value or in the tolerance) never agrees, an infinity only with
     /// itself.
     #[must_use]
     pub fn accepts(self, a: f64, b: f64) -> bool {
@@ -106,9 +106,9 @@ macro_rules! glam_components {
 glam_components!(DVec2: to_array, DVec3: to_array, DVec4: to_array, DQuat: to_array,
     DMat3: to_cols_array, DMat4: to_cols_array);
 
-/// What [`assert_close!`](crate::assert_close) prints: `None` when `a` and `b` agree.
+/// The message of [`assert_close!`](crate::assert_close); `None` if `a` and `b` agree.
 ///
-/// Names the count and the first eight components that disagree, with both values, the real and the allowed
+/// Contains the number of components that disagree and the first eight of them, with both values, the actual and the allowed
 /// difference.
 #[must_use]
 pub fn mismatch(

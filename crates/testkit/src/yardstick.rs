@@ -1,27 +1,27 @@
-//! Was the machine quiet while tables were measured?
+//! Check that the machine was quiet while tables were measured.
 
 use crate::stats::quantile;
 use std::fmt;
 use std::hint::black_box;
 use std::time::Instant;
 
-/// A fixed loop of arithmetic, timed again and again beside the tables.
+/// A fixed arithmetic loop, timed repeatedly beside the tables.
 ///
-/// Its least time tells machines apart, so that figures of two runs can be compared. On a quiet machine its other times are
-/// close to that: the 99th percentile shows who else was running.
+/// Its minimum time identifies the machine's speed, so that two runs can be compared. On a quiet machine the other times are
+/// close to the minimum; the 99th percentile shows other load.
 #[derive(Debug, Clone, Default)]
 pub struct Yardstick {
     samples_ns: Vec<f64>,
 }
 
-/// Above these the machine was not quiet: median and p99 over the least.
+/// Limits for a quiet machine: median and p99 relative to the minimum.
 const QUIET: [f64; 2] = [1.1, 2.0];
 /// Runs of one measurement, and steps of the loop: some 60 us.
 const RUNS: usize = 200;
 const STEPS: usize = 20_000;
 
 impl Yardstick {
-    /// Times the loop some two hundred times, which takes about 12 ms.
+    /// Times the loop 200 times, which takes about 12 ms.
     pub fn measure(&mut self) {
         for _ in 0..RUNS {
             let start = Instant::now();
@@ -30,7 +30,7 @@ impl Yardstick {
         }
     }
 
-    /// Least time, ns, then median and 99th percentile over it; NaN before any measurement.
+    /// Minimum time, ns, then median and 99th percentile relative to it; NaN before any measurement.
     #[must_use]
     pub fn spread(&self) -> [f64; 3] {
         let mut sorted = self.samples_ns.clone();
@@ -43,7 +43,7 @@ impl Yardstick {
         ]
     }
 
-    /// Did nothing else run? False before any measurement.
+    /// Was the machine quiet? False before any measurement.
     #[must_use]
     pub fn is_quiet(&self) -> bool {
         let [_, median, p99] = self.spread();
@@ -69,7 +69,7 @@ impl fmt::Display for Yardstick {
     }
 }
 
-/// Each step waits for the one before, so that the clock of the processor alone decides.
+/// Each step depends on the previous one, so only the processor's clock matters.
 fn work(mut x: f64) -> f64 {
     for _ in 0..STEPS {
         x = 3.7 * x * (1.0 - x);

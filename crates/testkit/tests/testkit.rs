@@ -1,4 +1,4 @@
-//! The tools themselves, held against values known in closed form.
+//! The tools themselves, checked against closed forms.
 
 use glam::{DMat3, DQuat, DVec3};
 use hwall_testkit::{
@@ -133,7 +133,7 @@ fn draw(seed: u64) -> Vec<f64> {
 fn same_seed_same_sequence() {
     assert_eq!(draw(7), draw(7));
     assert_ne!(draw(7), draw(8));
-    // The generator itself must not change with an update of its crate.
+    // The generator must not change with an update of its crate.
     let first: Vec<usize> = (0..4)
         .scan(Sampler::new(7), |s, _| Some(s.index(1000)))
         .collect();

@@ -1,4 +1,4 @@
-//! Time of a lookup of the level for a roughness, and of what prepares it.
+//! Time of looking up the level for a roughness, and of its preparation.
 
 use hwall_testkit::{Machine, Sampler, Timing, format_ns, time_batches, time_each};
 use hwall_texton::{Calibration, Encoding, Level, LevelTable, ScanAngle, discriminable};
@@ -14,7 +14,7 @@ fn row(what: &str, timing: &Timing) {
     );
 }
 
-/// A smooth table of so many orientations and speeds.
+/// A smooth table of n orientations and speeds.
 fn table(n: u32) -> Calibration {
     let share = |i| f64::from(i) / f64::from(n - 1);
     let rows = (0..n).flat_map(|i| (0..n).map(move |j| (share(i), share(j))));

@@ -31,7 +31,7 @@ fn main() -> Result<(), TextonError> {
         patch.volume_mm3()
     );
 
-    // What a finger meets depends on the direction in which it crosses the bumps.
+    // The bumps a finger meets depend on its direction.
     println!("angle  spacing  bumps a second at 40 mm/s");
     for deg in [0.0, 45.0, 63.43, 90.0] {
         let scan = ScanAngle::from_deg(deg)?;

@@ -1,4 +1,4 @@
-//! Which roughness model orders a patch as people did, and which level stands for which virtual texture?
+//! Which roughness model ranks conditions as people did, and which level stands for which virtual texture?
 //!
 //! `cargo run -p hwall-texton --example rank_textures`
 
@@ -9,7 +9,7 @@ use hwall_texton::{
 
 fn main() -> Result<(), TextonError> {
     let texture = Texture::released();
-    // The order in which the dissertation's participants put orientations and speeds; a finger at 70 mm/s.
+    // The roughness order found in the dissertation's study; a finger at 70 mm/s.
     let study = StudyOrder::dissertation(70.0);
     println!("model: pairs of orientations and of speeds in the order of the study");
     for model in roughness_models() {
@@ -24,7 +24,7 @@ fn main() -> Result<(), TextonError> {
         );
     }
 
-    // Every orientation and speed that the board can present, by one of the models.
+    // Levels: every orientation and speed of the board, with magnitudes from one of the models.
     let model = Vibration::default();
     let mut levels = Vec::new();
     for deg in [0.0, 45.0, 63.43, 90.0] {

@@ -14,10 +14,10 @@ pub enum TextonError {
     /// An argument is NaN or outside its range.
     #[error(transparent)]
     Argument(#[from] ArgumentError),
-    /// A pair with a level beyond the list, or with one level twice.
+    /// A pair with an index beyond the list of levels, or with the same level twice.
     #[error("pair {pair:?} of {levels} levels")]
     BadPair { pair: [usize; 2], levels: usize },
-    /// A text is no table.
+    /// A text is not a table.
     #[error(transparent)]
     Table(#[from] TableError),
     /// A cell of a table that is not a number in its range.
@@ -40,7 +40,7 @@ pub enum TextonError {
     /// Conditions of a calibration that do not span an area of orientation and speed.
     #[error("{nodes} conditions do not span an area of orientation and speed")]
     NoArea { nodes: usize },
-    /// A magnitude that does not occur.
+    /// No condition has the wanted magnitude.
     #[error("magnitude {wanted} does not occur, only {min} to {max}")]
     NotAttained { wanted: f64, min: f64, max: f64 },
     /// A condition outside the calibrated ones.
@@ -49,7 +49,7 @@ pub enum TextonError {
         orientation_deg: f64,
         speed_mm_per_s: f64,
     },
-    /// Neighbouring bumps overlap; `distance` is that of their centres after bumps are scaled to unit circles.
+    /// Neighbouring bumps overlap; `distance`: between their centres, with bumps scaled to unit circles.
     #[error(
         "bumps overlap: those {columns} columns and {rows} rows apart are {distance} radii apart, fewer than 2"
     )]
@@ -92,24 +92,24 @@ pub enum TextonError {
     /// An attribute that is neither stated in the picture nor given.
     #[error("the {name} is neither stated in the picture nor given")]
     Attribute { name: &'static str },
-    /// A pixel that is not finite; rows count from the top: that of the largest y or v.
+    /// A pixel that is not finite; rows count from the top (largest y or v).
     #[error("pixel {column}, {row} from the top left is {value}")]
     Pixel {
         column: usize,
         row: usize,
         value: f64,
     },
-    /// Ratios of roughness that no texture within the limits presents.
+    /// No texture within the limits presents the wanted ratios of roughness.
     #[error(
         "a ratio of {wanted:.4} between roughest and smoothest is out of reach, the nearest that is possible is {nearest:.4}"
     )]
     RatioTooWide { wanted: f64, nearest: f64 },
-    /// Levels that lie within what textures reach, but in gaps of what is predicted, or whose errors are not known.
+    /// Levels within the range of some texture, but in gaps of the prediction or without a known error.
     #[error(
         "no texture within the limits has all of the {asked} levels: they lie in gaps of what is predicted"
     )]
     NoSuchLevels { asked: usize },
-    /// A magnitude that no texture within the limits presents together with the others.
+    /// No texture within the limits presents this magnitude together with the others.
     #[error("magnitude {wanted:.4} is out of reach, the nearest that is possible is {nearest:.4}")]
     MagnitudeOutOfReach { wanted: f64, nearest: f64 },
     /// A texture that the printer cannot make.
@@ -125,7 +125,7 @@ pub enum TextonError {
 }
 
 impl TextonError {
-    /// The system's failure at a file.
+    /// An I/O error of the system at a file.
     pub(crate) fn io(path: &Path, error: &std::io::Error) -> Self {
         Self::file(path.display(), error.kind(), error)
     }
@@ -140,5 +140,5 @@ impl TextonError {
     }
 }
 
-/// What may fail with an error of this crate.
+/// Result with the error of this crate.
 pub(crate) type Result<T, E = TextonError> = std::result::Result<T, E>;

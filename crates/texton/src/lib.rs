@@ -17,7 +17,7 @@ pub use error::TextonError;
 pub use glam;
 pub use hwall_numeric::ArgumentError;
 
-// A bump, its grid, and what a finger meets that crosses it.
+// A bump, its grid, and the bumps a finger meets when it crosses them.
 pub use geometry::{Encounter, Harmonic, Layout, Radii, ScanAngle, Texton, TextonShape, Texture};
 // Plates to print, their meshes and files.
 pub use height::HeightField;
@@ -25,15 +25,15 @@ pub use height::HeightField;
 pub use height::HeightSource;
 pub use mesh::{ChordSide, MeshCheck, StlFormat, Tessellation, TriangleMesh};
 pub use print::{BumpCounts, Finding, MountingHole, Patch, PatchSpec, Printer, Tile};
-// How rough it feels.
+// Predicted roughness.
 pub use roughness::{
     AfferentPairs, GrooveRidge, InvertedU, ModelInfo, MonotoneSpacing, OrderScore, Prediction,
     Quantity, RoughnessMap, RoughnessModel, SpatialVariation, StudyOrder, SurfaceRoughness, Tally,
     TemporalFrequency, Vibration, roughness_models, score_order,
 };
-// Which orientation and speed stand for which roughness.
+// Levels: orientation and speed that present a given roughness.
 pub use levels::{Calibration, CalibrationNode, Encoding, Level, LevelTable, discriminable};
-// From wanted roughnesses to a texture and its levels.
+// Design: a texture and levels for wanted roughnesses.
 pub use design::{
     Compression, DesignCandidate, DesignLevel, DesignRequest, DeviceLimits, GivenUp, LevelPath,
     MagnitudeScale, PrintProcess, ProcessLimits, RoughnessSource, Wanted, design,

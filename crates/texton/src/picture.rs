@@ -12,7 +12,7 @@ use hwall_numeric::check::that;
 use std::fmt::Display;
 use std::io::{BufRead, ErrorKind, Seek, SeekFrom};
 
-/// Deflate makes at most 516 half-precision samples of a byte, and no other compression more; with a margin.
+/// Deflate yields at most 516 half-precision samples per byte, other compressions fewer; this bound has a margin.
 const MOST_SAMPLES_A_BYTE: u64 = 2_048;
 
 /// A picture with all of its layers.
@@ -33,13 +33,13 @@ pub(crate) fn failed(name: impl Display, error: &Error) -> TextonError {
     TextonError::file(name, kind, error)
 }
 
-/// Reads a picture, unless its headers ask for more samples than are allowed or than a file of its size can hold. `name`: for errors.
+/// Reads a picture, unless its headers claim more samples than are allowed or than its size can hold. `name`: for errors.
 pub(crate) fn read_bounded(mut file: impl BufRead + Seek, name: impl Display) -> Result<Picture> {
     let meta = MetaData::read_from_buffered(&mut file, false);
     let meta = meta.map_err(|error| failed(&name, &error))?;
     let pixels =
         |header: &Header| (header.layer_size.0 as u64).saturating_mul(header.layer_size.1 as u64);
-    // Memory is needed for each layer and each channel of it.
+    // Every channel of every layer needs memory.
     let samples = meta.headers.iter().fold(0_u64, |sum, header| {
         let channels = header.channels.list.len() as u64;
         sum.saturating_add(pixels(header).saturating_mul(channels))
@@ -80,7 +80,7 @@ pub(crate) fn channels(picture: &Picture) -> Vec<PictureChannel<'_>> {
         .collect()
 }
 
-/// The channel asked for; by default the only one, or the first that has one of the known names.
+/// The channel asked for; by default the only one, or the first with a known name.
 pub(crate) fn choose<'a>(
     all: &[PictureChannel<'a>],
     wanted: Option<&str>,

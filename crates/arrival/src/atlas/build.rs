@@ -1,4 +1,4 @@
-//! Making an atlas.
+//! Builds an atlas.
 
 use super::candidates::{self, Candidates, Pricing, Scratch};
 use super::config::AtlasConfig;
@@ -20,10 +20,10 @@ use hwall_reachability::{
     WallPoint,
 };
 
-/// More nodes than this are refused before memory is taken: a room has thousands.
+/// More nodes are rejected before memory is allocated: a room has thousands.
 pub(super) const MOST_NODES: u128 = 1 << 21;
 
-/// The configuration from which to present each place of the walls, with its time of arrival.
+/// The configuration for presenting each place of the walls, with its arrival time.
 ///
 /// ```
 /// use hwall_arrival::{Atlas, AtlasConfig, BoardExtent};
@@ -53,7 +53,7 @@ pub(super) const MOST_NODES: u128 = 1 << 21;
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Atlas {
-    /// `None`: an arm without a closed form.
+    /// `None` for an arm without a closed form.
     pub(super) arm: Option<SrsArm>,
     pub(super) limits: MotionLimits,
     pub(super) board: BoardExtent,
@@ -67,16 +67,15 @@ pub struct Atlas {
 }
 
 impl Atlas {
-    /// Chooses a configuration for every node of the maps' walls, seen from the side away from the base.
+    /// Chooses a configuration for every node of the maps' walls, on the sides away from the base.
     ///
-    /// The tool of `arm` is the face of the board. A node's price is the least time from `waiting`, plus what nearness
-    /// to limits, singular poses and a way that is not clear cost; neighbours whose configurations differ cost
-    /// something too. The sum is made small by dynamic programming, row by row and column by column; then arm angles are
-    /// refined. The same input gives the same atlas to the last bit.
+    /// The tool of `arm` is the face of the board. The price of a node is the least time from `waiting`, plus the prices of strain (limits,
+    /// singular poses) and of paths that are not clear; neighbours pay for different configurations. Dynamic programming minimises the sum, row by
+    /// row and column by column; then arm angles are refined. Deterministic to the last bit.
     ///
     /// # Errors
-    /// A setting or limit outside its range, a waiting posture that is not finite or outside the limits, no walls in
-    /// front of the arm, none within reach, more nodes than fit.
+    /// A setting or limit outside its range, a waiting posture that is not finite or outside the limits, no walls in front of the arm, none within
+    /// reach, too many nodes.
     pub fn build(
         arm: &SrsArm,
         maps: &WallMaps,
@@ -105,7 +104,7 @@ impl Atlas {
         Self::of_frames(&frames, passage, limits, waiting, config)
     }
 
-    /// The same for any arm, by search, on the outer sides of facets in the base frame. A node that the search does not find is a hole.
+    /// The same for any arm, by numerical search, on the outer sides of facets in the base frame. A node without a solution is a hole.
     ///
     /// # Errors
     /// As [`build`](Self::build).
@@ -182,25 +181,25 @@ impl Atlas {
         })
     }
 
-    /// Where the arm waits, and from where times count.
+    /// The waiting posture, from which times are measured.
     #[must_use]
     pub const fn waiting(&self) -> &JointPositions {
         &self.waiting
     }
 
-    /// The arm it was made for, with its tool; `None` if that has no closed form.
+    /// The arm with its tool; `None` if it has no closed form.
     #[must_use]
     pub const fn arm(&self) -> Option<&SrsArm> {
         self.arm.as_ref()
     }
 
-    /// The limits that its times keep.
+    /// The motion limits for its times.
     #[must_use]
     pub const fn limits(&self) -> &MotionLimits {
         &self.limits
     }
 
-    /// The face that it keeps behind surfaces.
+    /// The board face that is kept behind surfaces.
     #[must_use]
     pub const fn board(&self) -> BoardExtent {
         self.board
@@ -220,7 +219,7 @@ impl Atlas {
     }
 }
 
-/// Rejects a posture that the arm cannot take.
+/// Rejects a posture outside the limits.
 pub(crate) fn check_waiting(
     arm: &dyn ArmKinematics,
     waiting: &JointPositions,
@@ -239,19 +238,19 @@ pub(crate) fn check_waiting(
     Ok(())
 }
 
-/// Nodes on the ends of a stretch may be beyond it by rounding, m.
+/// Rounding tolerance for nodes at the ends of an interval, m.
 const END_M: f64 = 1e-9;
 
-/// Where the nodes of one plane lie: the part of it that holds reachable stretches.
+/// Grid of one plane: the part that contains reachable intervals.
 struct Frame<'a> {
     plane: WallPlane,
     along: Steps,
     heights: Steps,
-    /// Where a map says that a node is out of reach. `None`: no map, and every node is tried.
+    /// Reachability from a map. `None`: no map, every node is tried.
     known: Option<Known<'a>>,
 }
 
-/// The lines of a map that the rows of a frame are.
+/// The map lines that correspond to the rows of a frame.
 struct Known<'a> {
     map: &'a ReachabilityMap,
     wall: usize,
@@ -272,7 +271,7 @@ impl Known<'_> {
 }
 
 impl<'a> Frame<'a> {
-    /// `None` where no line of the plane is reachable anywhere.
+    /// `None` if no line of the plane is reachable anywhere.
     fn of(
         map: &'a ReachabilityMap,
         wall: usize,
@@ -411,9 +410,9 @@ impl<'a> Frame<'a> {
     }
 }
 
-/// The node of a way, looked at closely.
+/// The node of a configuration; checks its path closely.
 fn finished(way: &Presentation, holding: &Holding<'_>, pricing: &Pricing) -> AtlasNode {
-    /// How often the way is looked at.
+    /// Number of intervals at which the path is checked.
     const LOOKS: u32 = 40;
     let shares = (1..LOOKS).map(|i| f64::from(i) / f64::from(LOOKS));
     let excess_m = pricing.passage.excess_m(pricing.waiting, &way.q, shares);
@@ -427,7 +426,7 @@ fn finished(way: &Presentation, holding: &Holding<'_>, pricing: &Pricing) -> Atl
     }
 }
 
-/// Places from end to end, no more than a spacing apart.
+/// Places from end to end, at most one spacing apart.
 fn evenly(span: Interval, spacing_m: f64) -> Result<Steps, ArrivalError> {
     let length = span.length_m();
     let steps = (length / spacing_m - 1e-9).ceil().max(0.0);

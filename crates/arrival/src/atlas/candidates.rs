@@ -1,4 +1,4 @@
-//! What may be chosen at a node: the fastest ways to hold the board there, with their prices.
+//! Candidates of a node: the fastest configurations to present the board there, with their prices.
 
 use super::config::AtlasConfig;
 use super::sweep::Choice;
@@ -9,10 +9,10 @@ use hwall_kinematics::JointPositions;
 use hwall_motion::MotionLimits;
 use hwall_reachability::WallPlane;
 
-/// At most this share of the candidates is of one branch and roll.
+/// At most the count divided by this may be of one branch and roll.
 const OF_A_KIND: usize = 3;
 
-/// What prices are made of.
+/// Inputs of the prices.
 pub(super) struct Pricing<'a> {
     pub(super) passage: Passage<'a>,
     pub(super) limits: &'a MotionLimits,
@@ -21,39 +21,39 @@ pub(super) struct Pricing<'a> {
 }
 
 impl Pricing<'_> {
-    /// Arrival and strain, s.
+    /// Arrival time and strain, s.
     fn alone_s(&self, q: &JointPositions) -> f64 {
         let strain = self.config.strain.price_of_s(self.passage.arm, q);
         self.limits.travel_time_s(self.waiting, q) + strain
     }
 
-    /// The price of a way that is not clear, s; it rises with what is lacking.
+    /// Price of a path that is not clear, s; proportional to its violation.
     fn blocked_s(&self, q: &JointPositions) -> f64 {
         let shares = MEDIUM.iter().copied();
         self.config.blocked_s_per_m * self.passage.excess_m(self.waiting, q, shares)
     }
 
-    /// The price of a choice apart from its neighbours, s.
+    /// Price of a choice without its neighbours, s.
     pub(super) fn price_s(&self, q: &JointPositions) -> f64 {
         self.alone_s(q) + self.blocked_s(q)
     }
 }
 
-/// The candidates of a node and the same as choices.
+/// The candidates of a node, also as choices.
 #[derive(Default)]
 pub(super) struct Candidates {
     pub(super) ways: Vec<Presentation>,
     pub(super) choices: Vec<Choice>,
 }
 
-/// Memory of the enumeration.
+/// Buffers of the enumeration.
 #[derive(Default)]
 pub(super) struct Scratch {
     ways: Vec<Presentation>,
     order: Vec<(f64, usize)>,
 }
 
-/// The candidates for a place; none where the arm cannot hold the board.
+/// The candidates for a place; none if the arm cannot present the board there.
 pub(super) fn of_node(
     holding: &Holding<'_>,
     pricing: &Pricing,

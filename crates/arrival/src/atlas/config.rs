@@ -1,4 +1,4 @@
-//! How an atlas is made.
+//! Settings of an atlas.
 
 use crate::error::ArrivalError;
 use crate::passage::{BLOCKED_S_PER_M, ClearanceConfig};
@@ -6,35 +6,33 @@ use crate::strain::StrainConfig;
 use hwall_numeric::check::{all_finite, non_negative, positive, within};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// How an atlas is made.
+/// Settings of an atlas.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AtlasConfig {
-    /// Rolls of the board about its normal that may be used, rad; default the four quarter turns.
+    /// Allowed rolls of the board about its normal, rad; default the four quarter turns.
     pub rolls_rad: Vec<f64>,
     /// Largest distance between neighbouring nodes, m; default 0.05.
     pub spacing_m: f64,
-    /// Also the sides of walls that face the base? Default no: the board is to come from behind.
+    /// Include the sides of walls that face the base? Default no: the board is to come from behind.
     pub both_sides: bool,
-    /// Distance between the arm angles that are tried, rad; default 10 degrees. What is chosen is refined to a tenth of it.
+    /// Step of the arm angles that are tried, rad; default 10 degrees. The chosen angle is refined to a tenth of it.
     pub arm_angle_step_rad: f64,
     /// Configurations kept for each node, the fastest first; default 24.
     pub candidates: usize,
-    /// Neighbouring nodes whose configurations differ by more than this in a joint have a seam between them, rad;
-    /// default 0.3 at a spacing of 0.05 m.
+    /// Neighbouring nodes have a seam between them if their configurations differ by more than this in a joint, rad; default 0.3 at a spacing of
+    /// 0.05 m.
     pub seam_rad: f64,
-    /// Price of a seam between two neighbours, in seconds of arrival; less than a seam costs less, with the square of the
-    /// difference. Default 0.08.
+    /// Price of a seam between two neighbours, s of arrival time; smaller differences cost quadratically less. Default 0.08.
     pub seam_price_s: f64,
-    /// Price of a way that is not clear for each metre that it comes too near, s/m; default
-    /// [`BLOCKED_S_PER_M`](crate::BLOCKED_S_PER_M).
+    /// Price of a path per metre of its clearance violation, s/m; default [`BLOCKED_S_PER_M`](crate::BLOCKED_S_PER_M).
     pub blocked_s_per_m: f64,
     /// Price of limits and singular poses.
     pub strain: StrainConfig,
-    /// Distances that the board and the arm keep on the way.
+    /// Clearances of the board and the arm along the path.
     pub clearance: ClearanceConfig,
-    /// A look-up may ask for a point this far off a wall, m; default 0.1.
+    /// Largest distance of a look-up point from a wall, m; default 0.1.
     pub off_m: f64,
-    /// A look-up may ask for a normal that differs this much from the wall's, rad; default 15 degrees.
+    /// Largest angle between a look-up normal and the wall's, rad; default 15 degrees.
     pub tilt_rad: f64,
 }
 
@@ -61,7 +59,7 @@ impl AtlasConfig {
     /// Rejects settings out of range.
     ///
     /// # Errors
-    /// The first setting outside its range; NaN is outside every range.
+    /// The first setting outside its range; NaN is always outside.
     pub fn validate(&self) -> Result<(), ArrivalError> {
         check_rolls(&self.rolls_rad)?;
         positive("spacing_m", self.spacing_m)?;
@@ -81,10 +79,10 @@ impl AtlasConfig {
     }
 }
 
-/// Most rolls: they are counted in a byte.
+/// Most rolls: their index is stored in a byte.
 const MOST_ROLLS: usize = 64;
 
-/// Rejects rolls that are none, too many or not finite.
+/// Rejects an empty list of rolls, too many, or non-finite ones.
 pub(crate) fn check_rolls(rolls_rad: &[f64]) -> Result<(), ArrivalError> {
     if rolls_rad.is_empty() {
         return Err(ArrivalError::Empty { what: "rolls" });
@@ -99,7 +97,7 @@ pub(crate) fn check_rolls(rolls_rad: &[f64]) -> Result<(), ArrivalError> {
     Ok(all_finite("rolls_rad", rolls_rad)?)
 }
 
-/// Rejects arm angles so dense that enumerating them would take minutes.
+/// Rejects arm angle steps so fine that the enumeration would take minutes.
 pub(crate) fn check_arm_angle_step(step_rad: f64) -> Result<(), ArrivalError> {
     let wanted = "between 0.01 and half a turn";
     within("arm_angle_step_rad", step_rad, 0.01..=PI, wanted)?;

@@ -1,6 +1,6 @@
-//! Atlases as files: versioned, checksummed, the same bytes on every machine.
+//! Atlas files: versioned, checksummed, identical bytes on every machine.
 //!
-//! Laid out as a [`BinaryFormat`], as maps are. Times are not stored: they follow from the limits.
+//! Stored as a [`BinaryFormat`], like maps. Times are not stored: they follow from the limits.
 
 use super::build::{Atlas, MOST_NODES, check_waiting};
 use super::config::{AtlasConfig, check_rolls};
@@ -18,7 +18,7 @@ const FORMAT: BinaryFormat = BinaryFormat {
     format: 1,
 };
 
-/// A stored configuration must hold the board at its node as exactly as this, m and rad.
+/// Tolerance with which a stored configuration must present the board at its node, m and rad.
 const HELD: f64 = 1e-6;
 
 #[derive(Serialize, Deserialize)]
@@ -99,7 +99,7 @@ impl Atlas {
     /// Writes the atlas to a file.
     ///
     /// # Errors
-    /// A file that cannot be written, and as [`to_bytes`](Self::to_bytes).
+    /// The file cannot be written, and as [`to_bytes`](Self::to_bytes).
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), ArrivalError> {
         let path = path.as_ref();
         hwall_files::write(path, self.to_bytes()?).map_err(|error| ArrivalError::file(path, &error))
@@ -108,7 +108,7 @@ impl Atlas {
     /// Reads an atlas from a file.
     ///
     /// # Errors
-    /// A file that cannot be read, or as [`from_bytes`](Self::from_bytes).
+    /// The file cannot be read, or as [`from_bytes`](Self::from_bytes).
     pub fn load(path: impl AsRef<Path>) -> Result<Self, ArrivalError> {
         let path = path.as_ref();
         let bytes = std::fs::read(path).map_err(|error| ArrivalError::file(path, &error))?;
@@ -169,7 +169,7 @@ impl Body {
 }
 
 impl StoredWall {
-    /// The wall, if every node is held where it says.
+    /// The wall, if every stored configuration presents its node.
     fn checked(self, arm: &SrsArm, atlas: &Atlas) -> Result<AtlasWall, ArrivalError> {
         let malformed = ArrivalError::malformed;
         let places = self.along.count() as u128 * self.heights.count() as u128;
@@ -195,7 +195,7 @@ impl StoredWall {
             let pose = arm.forward(&q);
             let turned = wall.plane.board_rotation(roll_rad) - pose.rotation();
             let off = pose.position_m().distance(point_m);
-            // NaN, which huge places give, is not within either.
+            // NaN, which results from huge places, fails the comparison.
             let within = |error: f64| error.abs() <= HELD;
             if !(within(off) && turned.to_cols_array().into_iter().all(within)) {
                 return Err(malformed("a node that its configuration does not hold"));

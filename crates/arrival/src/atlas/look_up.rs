@@ -7,17 +7,17 @@ use hwall_kinematics::{JointPositions, MOST_JOINTS};
 use hwall_reachability::{Steps, WallPoint};
 use std::f64::consts::TAU;
 
-/// Directions in which a look-up with slack tries the end of the slack.
+/// Number of directions that a look-up with slack tries.
 const DIRECTIONS: u32 = 8;
 
-/// Where the arm should go to present a place.
+/// How the arm should present a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AtlasEntry {
-    /// Joint positions that hold the board at `point_m`, rad: to 1e-9 m where they are those of a node, else between
-    /// nodes, which is millimetres off. Refine them by a local inverse kinematics.
+    /// Joint positions that hold the board at `point_m`, rad: to 1e-9 m at a node, to millimetres if interpolated between nodes. Refine them
+    /// by a local inverse kinematics.
     pub q: JointPositions,
-    /// Middle of the board, base frame, m: the place asked for on the wall, that of the nearest node where neighbours
-    /// do not agree, another within the slack.
+    /// Middle of the board, base frame, m: the requested place on the wall, or the nearest node if neighbours do not agree, or another place within
+    /// the slack.
     pub point_m: DVec3,
     /// Normal of the wall towards the person.
     pub normal: DVec3,
@@ -25,34 +25,32 @@ pub struct AtlasEntry {
     pub roll_rad: f64,
     /// Least time from the waiting posture to `q`, s.
     pub arrival_s: f64,
-    /// Do all nodes it was made from have a clear way from the waiting posture?
+    /// Do all nodes used have a clear path from the waiting posture?
     pub clear: bool,
-    /// Was it made from neighbours that agree? If not, it is that of the nearest node, and there is a seam or a hole beside
-    /// it.
+    /// Interpolated between neighbours that agree? If not, it is the nearest node, next to a seam or a hole.
     pub smooth: bool,
-    /// How far the board held here stands before a surface, m: the most of the nodes it was made from.
+    /// How far the board held here is in front of a surface, m: the maximum over the nodes used.
     pub overhang_m: f64,
     /// Index of the wall in [`Atlas::walls`].
     pub wall: usize,
 }
 
 impl Atlas {
-    /// The configuration to present a place of a wall from; `point_m` (base frame) may be a little off the wall, `normal`
-    /// points towards the person and may be of any length and a little off too, as the atlas was configured.
+    /// The configuration for presenting a place of a wall. `point_m` (base frame) may be a little off the wall; `normal` points towards the person,
+    /// with any length, and may be a little off too, as configured.
     ///
-    /// Between the four nodes around the place where these agree, else that of the nearest node. `None`: no wall there, or
-    /// a hole: no node around the place is within reach. Also for NaN. It takes less than a microsecond and allocates
-    /// nothing.
+    /// Interpolates between the four nodes around the place if they agree, else returns the nearest node. `None` if there is no wall or the place
+    /// is a hole: no node around it is within reach. Also for NaN. It takes less than a microsecond and does not allocate.
     #[must_use]
     pub fn look_up(&self, point_m: DVec3, normal: DVec3) -> Option<AtlasEntry> {
         let (wall, at) = self.find(point_m, normal)?;
         self.entry(wall, at)
     }
 
-    /// As [`look_up`](Self::look_up), with the middle of the board anywhere within `slack_m` of the place along the
-    /// wall: the entry that arrives first. Holes narrower than the slack are no longer ones.
+    /// As [`look_up`](Self::look_up), with the middle of the board anywhere within `slack_m` of the place along the wall: the entry that arrives
+    /// first. Holes narrower than the slack are bridged.
     ///
-    /// A clear way counts more than an early arrival. A slack that is negative or NaN counts as zero.
+    /// A clear path has priority over an early arrival. A negative or NaN slack counts as zero.
     #[must_use]
     pub fn look_up_within(
         &self,
@@ -60,14 +58,14 @@ impl Atlas {
         normal: DVec3,
         slack_m: f64,
     ) -> Option<AtlasEntry> {
-        // NaN too becomes zero.
+        // NaN becomes zero, too.
         let slack_m = slack_m.max(0.0);
         let (wall, at) = self.find_within(point_m, normal, slack_m)?;
         let here = self.entry(wall, at);
         if slack_m == 0.0 {
             return here;
         }
-        // A hair less, so that rounding does not lead beyond it.
+        // Slightly less, so that rounding does not exceed the slack.
         let radius_m = slack_m * (1.0 - 1e-9);
         let around = (0..2 * DIRECTIONS).filter_map(|i| {
             let (sin, cos) = (TAU * f64::from(i) / f64::from(DIRECTIONS)).sin_cos();
@@ -93,7 +91,7 @@ impl Atlas {
         self.find_within(point_m, normal, 0.0)
     }
 
-    /// The nearest wall that is alike, and the place on it.
+    /// The nearest wall with a similar normal, and the place on it.
     fn find_within(
         &self,
         point_m: DVec3,
@@ -192,7 +190,7 @@ impl Atlas {
 }
 
 impl AtlasWall {
-    /// Does the grid hold the place, or lie within half a spacing and `slack_m` of it?
+    /// Is the place on the grid, or within half a spacing plus `slack_m` of it?
     fn holds(&self, at: WallPoint, slack_m: f64) -> bool {
         let within = |steps: &Steps, value: f64| {
             let beyond = 0.5 * steps.spacing_m() + slack_m;
@@ -203,8 +201,8 @@ impl AtlasWall {
     }
 }
 
-/// The values before and after, and the share of the way between them, outside 0 to 1 beyond the ends. There is
-/// nothing between one value and itself.
+/// The indices before and after a value, and the interpolation parameter, outside 0 to 1 beyond the ends. With a single step only its exact value
+/// counts as inside.
 fn around(steps: &Steps, value: f64) -> ([usize; 2], f64) {
     let last = steps.count() - 1;
     if last == 0 {

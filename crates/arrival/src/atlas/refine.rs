@@ -1,4 +1,4 @@
-//! The chosen arm angles, moved a little: those that were tried stand degrees apart.
+//! Refines the chosen arm angles, since the tried ones are degrees apart.
 
 use super::candidates::Pricing;
 use super::sweep::{Choice, Grid, NONE};
@@ -7,12 +7,12 @@ use glam::DVec3;
 use hwall_kinematics::JointPositions;
 use hwall_reachability::WallPlane;
 
-/// The steps that are tried, as shares of the distance between arm angles.
+/// Steps that are tried, as shares of the arm angle step.
 const SHARES: [f64; 4] = [0.5, 0.25, 0.25, 0.1];
 
-/// Turns every node's arm angle to where its price and that of the pairs with its neighbours is least, node by node.
+/// Turns the arm angle of every node to the least price of the node and its neighbour pairs, node by node.
 ///
-/// `ways` holds the chosen way of every node, and the grid one choice for each.
+/// `ways` holds the chosen configuration of every node, and the grid one choice for each.
 pub(super) fn arm_angles(
     presenter: &Presenter,
     pricing: &Pricing,
@@ -55,7 +55,7 @@ pub(super) fn arm_angles(
     }
 }
 
-/// The ways that were chosen.
+/// The chosen configurations.
 pub(super) fn chosen(
     candidates: &[Vec<Presentation>],
     grid: &Grid,

@@ -1,28 +1,27 @@
-//! One choice for each node of a grid, so that the sum of prices of nodes and of pairs of neighbours is small.
+//! Chooses one configuration per node of a grid so that the sum of node prices and neighbour pair prices is small.
 //!
-//! A whole row is chosen at once, exactly, by dynamic programming, with the rows beside it as they are; then every
-//! column; and again until nothing changes. The sum never rises, so this ends. Found is a minimum that no change of a
-//! single row or column improves.
+//! Dynamic programming chooses a whole row at once, exactly, with the adjacent rows fixed; then every column; and again until nothing changes. The
+//! sum never rises, so this ends, at a minimum that no change of a single row or column improves.
 
 use hwall_kinematics::JointPositions;
 
 /// A hole.
 pub(super) const NONE: u16 = u16::MAX;
 
-/// Sweeps after which the choice stays as it is; rooms need three to six.
+/// Most sweeps; rooms need three to six.
 const MOST_SWEEPS: usize = 30;
 
-/// A row or column is changed only for this, s: less is rounding.
+/// Least gain for changing a row or column, s: less is rounding.
 const LEAST_GAIN_S: f64 = 1e-12;
 
-/// One way to hold a node, and its price alone.
+/// One configuration of a node, and its own price.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Choice {
     pub(super) q: JointPositions,
     pub(super) price_s: f64,
 }
 
-/// Price of two neighbours' difference.
+/// Price of the difference between two neighbours.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PairPrice {
     pub(super) seam_rad: f64,
@@ -37,7 +36,7 @@ impl PairPrice {
     }
 }
 
-/// The grid and what may be chosen.
+/// The grid and its choices.
 pub(super) struct Grid<'a> {
     pub(super) columns: usize,
     pub(super) rows: usize,
@@ -85,8 +84,7 @@ impl Grid<'_> {
         ]
     }
 
-    /// Chooses anew along a line of nodes; `beside` are the places of their other neighbours in
-    /// [`neighbours`](Self::neighbours).
+    /// Chooses again along a line of nodes; `beside` are the indices of their other neighbours in [`neighbours`](Self::neighbours).
     fn improve(
         &self,
         nodes: &[usize],
@@ -180,10 +178,10 @@ impl Grid<'_> {
     }
 }
 
-/// Memory of one line.
+/// Buffers of one line.
 #[derive(Default)]
 struct Line {
-    /// Price of every choice alone and beside the lines next to it, node by node from `starts`.
+    /// Own price of every choice plus pairs with the adjacent lines, node by node from `starts`.
     alone: Vec<f64>,
     starts: Vec<usize>,
     total: Vec<f64>,

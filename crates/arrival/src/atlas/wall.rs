@@ -8,32 +8,31 @@ use serde::{Deserialize, Serialize};
 /// The configuration chosen for one place of a wall.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AtlasNode {
-    /// Holds the middle of the board at the place, rad.
+    /// Joint positions that hold the middle of the board at the place, rad.
     pub q: JointPositions,
     /// Roll of the board about its normal, rad.
     pub roll_rad: f64,
     /// Least time from the waiting posture, s.
     pub arrival_s: f64,
-    /// Does the straight way of the joints from the waiting posture keep the distances asked for?
+    /// Does the straight joint path from the waiting posture keep the clearances?
     pub clear: bool,
-    /// By how much that way comes too near at its worst, m: beyond what is allowed for the board before surfaces, or into
-    /// the distances of elbow, wrist and the arm's own body. 0 where the way is clear.
+    /// Largest clearance violation along that path, m: beyond the tolerance for the board in front of surfaces, or into the clearances of elbow,
+    /// wrist and the arm's own body. 0 if the path is clear.
     pub excess_m: f64,
-    /// How far the board, held here, stands before a surface, m: a board near an outer corner of a room overhangs
-    /// it. 0 where it does not.
+    /// How far the board held here is in front of a surface, m: near an outer corner of a room it overhangs. 0 if it does not.
     pub overhang_m: f64,
 }
 
 /// A node and its place in the grid of its wall.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NodePlace {
-    /// Counted along the wall.
+    /// Index along the wall.
     pub column: usize,
-    /// Counted upwards.
+    /// Index upwards.
     pub row: usize,
 }
 
-/// The nodes of one wall: a grid over the part of it that the arm reaches.
+/// The nodes of one wall: a grid over its reachable part.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AtlasWall {
     pub(super) plane: WallPlane,
@@ -44,7 +43,7 @@ pub struct AtlasWall {
     pub(super) seam_rad: f64,
 }
 
-/// Which nodes a file holds, in numbers.
+/// A node as stored in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct StoredNode {
     pub(super) q: [f64; 7],
@@ -60,7 +59,7 @@ impl AtlasWall {
         &self.plane
     }
 
-    /// Places of the columns along the wall, m.
+    /// Coordinates of the columns along the wall, m.
     #[must_use]
     pub const fn along(&self) -> &Steps {
         &self.along
@@ -72,7 +71,7 @@ impl AtlasWall {
         &self.heights
     }
 
-    /// A node; `None` where the arm cannot hold the board (a hole), and outside the grid.
+    /// A node; `None` if the arm cannot present the board there (a hole), and outside the grid.
     #[must_use]
     pub fn node(&self, place: NodePlace) -> Option<&AtlasNode> {
         if place.column >= self.along.count() || place.row >= self.heights.count() {
@@ -82,7 +81,7 @@ impl AtlasWall {
         self.nodes.get(index)?.as_ref()
     }
 
-    /// Where a node is in the base frame, m.
+    /// Position of a node in the base frame, m.
     #[must_use]
     pub fn point_m(&self, place: NodePlace) -> DVec3 {
         let at = WallPoint::new(self.along.at(place.column), self.heights.at(place.row));
@@ -96,7 +95,7 @@ impl AtlasWall {
             .flat_map(move |row| (0..columns).map(move |column| NodePlace { column, row }))
     }
 
-    /// Are there two nodes at these places whose configurations differ by more than the atlas allows for neighbours?
+    /// Do the configurations at these places differ by more than the seam limit?
     #[must_use]
     pub fn has_seam(&self, a: NodePlace, b: NodePlace) -> bool {
         match (self.node(a), self.node(b)) {

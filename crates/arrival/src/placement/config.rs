@@ -1,4 +1,4 @@
-//! What a search for the base's place by arrival is asked for.
+//! Settings of the search for a base position by arrival.
 
 use crate::error::ArrivalError;
 use crate::target::WeightedTarget;
@@ -8,26 +8,26 @@ use hwall_kinematics::SrsArm;
 use hwall_numeric::check::{non_negative, within};
 use hwall_reachability::{PlacementConfig, Roll, Steps};
 
-/// Which places to try, and what they are judged by.
+/// Candidate positions and the criteria.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArrivalPlacementConfig {
-    /// Positions and headings. Without [`least_behind_m`](PlacementConfig::least_behind_m) a base must stand behind the
-    /// walls of the targets that it serves: the board comes from behind.
+    /// Positions and headings. Without [`least_behind_m`](PlacementConfig::least_behind_m) a base must stand behind the walls of its targets: the
+    /// board comes from behind.
     pub placement: PlacementConfig,
-    /// How the waiting posture of each place is sought and judged.
+    /// Settings for finding and evaluating the waiting posture of each position.
     pub waiting: WaitingConfig,
-    /// Positions that are judged by arrival: those that reach most targets; default 60.
+    /// Number of positions evaluated by arrival: those that reach the most targets; default 60.
     pub judged: usize,
-    /// Of these, the best around which positions between those of the grid are tried; default 2.
+    /// Number of the best ones around which positions between the grid points are tried; default 2.
     pub refined: usize,
-    /// The base's column stands at least this far from walls, m; default 0.15.
+    /// Least distance of the base column from walls, m; default 0.15.
     pub base_radius_m: f64,
-    /// How many places to return; default 5.
+    /// Number of positions to return; default 5.
     pub best: usize,
 }
 
 impl ArrivalPlacementConfig {
-    /// The defaults for some positions.
+    /// Default settings for given positions.
     #[must_use]
     pub fn new(placement: PlacementConfig) -> Self {
         Self {
@@ -40,8 +40,8 @@ impl ArrivalPlacementConfig {
         }
     }
 
-    /// The defaults for all positions from which the arm may reach a target, `grid_m` apart, the base at `base_height_m`:
-    /// eight headings, quarter turns of the board.
+    /// Default settings for all positions from which the arm may reach a target, `grid_m` apart, with the base at `base_height_m`: eight headings,
+    /// quarter turns of the board.
     ///
     /// # Errors
     /// No targets, NaN or infinity, a grid that is not positive or has too many positions.
@@ -68,7 +68,7 @@ impl ArrivalPlacementConfig {
     /// Rejects settings out of range.
     ///
     /// # Errors
-    /// The first setting outside its range; NaN is outside every range.
+    /// The first setting outside its range; NaN is always outside.
     pub fn validate(&self) -> Result<(), ArrivalError> {
         self.waiting.validate()?;
         non_negative("base_radius_m", self.base_radius_m)?;

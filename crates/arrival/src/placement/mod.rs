@@ -1,4 +1,4 @@
-//! Where the base should stand, by arrival.
+//! Base placement by arrival time.
 
 mod config;
 mod search;

@@ -1,4 +1,4 @@
-//! The search: many places judged quickly, a few closely.
+//! The search: evaluates many positions quickly, a few closely.
 
 use super::config::ArrivalPlacementConfig;
 use crate::board::BoardExtent;
@@ -18,16 +18,16 @@ use hwall_reachability::{
 };
 use std::ops::ControlFlow;
 
-/// One place for the base, and how soon its arm is where people touch.
+/// A base position and the arrival times from it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArrivalPlacement {
-    /// The base frame in the room.
+    /// Pose of the base frame in the room.
     pub room_from_base: Pose,
-    /// Turn of the base about the vertical, rad.
+    /// Rotation of the base about the vertical, rad.
     pub heading_rad: f64,
-    /// Share of all targets, by weight, at which the board is expected in time: those out of reach are not.
+    /// Share of all targets, by weight, where the board is expected in time; unreachable ones are not.
     pub in_time_share: f64,
-    /// The waiting posture, and the time to each target from it.
+    /// The waiting posture, and its time to each target.
     pub arrivals: PostureArrivals,
 }
 
@@ -36,17 +36,16 @@ pub struct ArrivalPlacement {
 pub struct ArrivalPlacements {
     /// By the share in time, best first.
     pub best: Vec<ArrivalPlacement>,
-    /// Places that were judged by arrival.
+    /// Number of positions evaluated by arrival.
     pub judged: usize,
-    /// How many targets each position and heading of the grid reaches, from behind.
+    /// Number of targets within reach, from behind, for each position and heading of the grid.
     pub coverage: PlacementScores,
 }
 
-/// Scores places by how many targets are reached in time from a waiting posture of their own.
+/// Ranks positions by the share of targets reached in time from their own waiting posture.
 ///
-/// `targets` and `facets` (with normals to the side that is touched) in the room. Positions that reach most targets
-/// are judged quickly; around the best of them positions between those of the grid and other headings are tried; the best of
-/// all are judged closely. The same input gives the same places.
+/// `targets` and `facets` (with normals to the touched side) are in the room frame. The positions that reach the most targets are evaluated
+/// quickly; around the best of them, intermediate positions and other headings are tried; the best overall are evaluated closely. Deterministic.
 ///
 /// # Errors
 /// As [`place_base`] and [`waiting_posture`](crate::waiting_posture).
@@ -62,10 +61,10 @@ pub fn place_base_by_arrival(
     place_base_by_arrival_monitored(arm, targets, facets, board, limits, config, &go_on)
 }
 
-/// As [`place_base_by_arrival`], with reports of how many of the places are judged; the monitor can cancel it.
+/// As [`place_base_by_arrival`], with progress reports; the monitor can cancel it.
 ///
 /// # Errors
-/// As [`place_base_by_arrival`]; [`ReachabilityError::Cancelled`] where the monitor stops it.
+/// As [`place_base_by_arrival`]; [`ReachabilityError::Cancelled`] if the monitor cancels.
 pub fn place_base_by_arrival_monitored(
     arm: &SrsArm,
     targets: &[WeightedTarget],
@@ -145,10 +144,10 @@ pub fn place_base_by_arrival_monitored(
     })
 }
 
-/// Places that are tried around one: six neighbours, at two distances.
+/// Candidates around a position: six neighbours, at two distances.
 const TRIED_AROUND: usize = 12;
 
-/// Where the base may stand.
+/// A base position and heading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Place {
     base_m: DVec3,
@@ -158,25 +157,25 @@ struct Place {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Judged {
     place: Place,
-    /// Of the targets expected in time.
+    /// Share of the targets expected in time.
     share: f64,
-    /// The posture that it takes.
+    /// Its waiting posture.
     q: JointPositions,
 }
 
-/// Postures of other places that a search also starts from: what is good from one place is nearly as good from the next,
-/// and a few starts of its own may miss it.
+/// Number of postures of other positions that a search also starts from: a posture that is good at one position is nearly as good at the next, and
+/// a few own starts may miss it.
 const BORROWED: usize = 3;
 
-/// The postures of the best places so far.
+/// The postures of the best positions so far.
 fn postures_of_best(judged: &[Judged]) -> Vec<JointPositions> {
     let mut order: Vec<&Judged> = judged.iter().collect();
     order.sort_by(|a, b| b.share.total_cmp(&a.share));
     order.iter().take(BORROWED).map(|j| j.q).collect()
 }
 
-/// The positions of the grid that reach most targets, each at the heading that does, and of equal headings the one that
-/// looks most along the normals of the targets nearby.
+/// The grid positions that reach the most targets, each at the best heading; among equals the heading most aligned with the normals of the targets
+/// nearby.
 fn most_covering(room: &Room, coverage: &PlacementScores, count: usize) -> Vec<Place> {
     let config = coverage.config();
     let mut found = Vec::new();
@@ -208,7 +207,7 @@ fn most_covering(room: &Room, coverage: &PlacementScores, count: usize) -> Vec<P
     found.into_iter().filter_map(with_heading).collect()
 }
 
-/// What all places have in common.
+/// Common inputs of all positions.
 struct Room<'a> {
     arm: &'a SrsArm,
     targets: &'a [WeightedTarget],
@@ -219,7 +218,7 @@ struct Room<'a> {
     least_behind_m: f64,
 }
 
-/// The room from a base.
+/// The room in the frame of a base.
 struct FromBase {
     room_from_base: Pose,
     targets: Vec<WeightedTarget>,
@@ -227,7 +226,7 @@ struct FromBase {
 }
 
 impl Room<'_> {
-    /// Does the base's column stand clear behind the walls that it is behind?
+    /// Is the base column clear of the walls?
     fn has_space_at(&self, base_m: DVec3) -> bool {
         let radius_m = self.config.base_radius_m;
         let upper_m = self.arm.geometry().d_bs_m.max(0.0);
@@ -244,7 +243,7 @@ impl Room<'_> {
         })
     }
 
-    /// The sum of the normals of the targets about within reach.
+    /// Sum of the normals of the targets roughly within reach.
     fn normals_near(&self, base_m: DVec3) -> DVec3 {
         let longest_m = longest_m(self.arm);
         let near = self.targets.iter().filter(|t| {
@@ -267,7 +266,7 @@ impl Room<'_> {
             let normal = turned(t.target.normal);
             let behind = normal.normalize_or_zero().dot(point_m) >= self.least_behind_m;
             WeightedTarget {
-                // One that it may not serve is moved out of reach, and still counts.
+                // A target that the base must not serve is moved out of reach, so that it still counts.
                 target: Target {
                     point_m: if behind { point_m } else { DVec3::Z * 1e3 },
                     normal,
@@ -297,9 +296,9 @@ impl Room<'_> {
         })
     }
 
-    /// A quick judgement; `None` where nothing is within reach.
+    /// Quick evaluation; `None` if nothing is within reach.
     fn judge(&self, place: Place, before: &[Judged]) -> Result<Option<Judged>, ArrivalError> {
-        /// Starts followed for a place.
+        /// Number of starts per position.
         const STARTS: usize = 2;
         if !self.has_space_at(place.base_m) {
             return Ok(None);
@@ -321,7 +320,7 @@ impl Room<'_> {
         }
     }
 
-    /// The best of a place and its surroundings, by steps that are halved.
+    /// The best of a position and its surroundings, with halved steps.
     fn refine(
         &self,
         from: Judged,
@@ -358,14 +357,14 @@ impl Room<'_> {
         Ok(best)
     }
 
-    /// The settings of the waiting posture with more postures to start from.
+    /// The settings of the waiting posture with additional initial postures.
     fn starting_from(&self, postures: Vec<JointPositions>) -> WaitingConfig {
         let mut waiting = self.config.waiting.clone();
         waiting.start_from.extend(postures);
         waiting
     }
 
-    /// The task as seen from a base; its parts were checked when the search began.
+    /// The task from a base; its parts were checked when the search began.
     fn task<'a>(&'a self, seen: &'a FromBase, config: &'a WaitingConfig) -> Task<'a> {
         Task {
             passage: Passage::new(self.arm, self.board, &seen.surfaces, config.clearance),

@@ -1,4 +1,4 @@
-//! What a waiting posture is asked for.
+//! Settings of a waiting posture.
 
 use crate::atlas::{check_arm_angle_step, check_rolls};
 use crate::error::ArrivalError;
@@ -8,39 +8,36 @@ use hwall_kinematics::JointPositions;
 use hwall_numeric::check::{all_finite, non_negative, positive, within};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// What a waiting posture is asked for.
+/// Settings of a waiting posture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WaitingConfig {
-    /// Time between the instant at which a target is known and the touch, less the arm's delay, s: the middle of a logistic
-    /// distribution. Default 0.86.
+    /// Time from the identification of a target to the touch, minus the arm's delay, s: the median of a logistic distribution. Default 0.86.
     ///
-    /// Source: 3000 touches of 250 plain simulated people (`hwall-sim`), from 0.1 s after the gaze has landed, with a delay of
-    /// 22 ms: quartiles 0.73, 0.86 and 0.99 s, one in twenty below 0.61 s, one in twenty above 1.15 s. The default distribution has
-    /// 0.75, 0.86, 0.97, 0.57 and 1.15 s.
+    /// Source: 3000 touches of 250 plain simulated people (`hwall-sim`), from 0.1 s after the gaze has landed, with a delay of 22 ms: quartiles
+    /// 0.73, 0.86 and 0.99 s, 5 % below 0.61 s, 5 % above 1.15 s. The default distribution has 0.75, 0.86, 0.97, 0.57 and 1.15 s.
     pub budget_s: f64,
-    /// How far budgets differ from touch to touch, s, the scale of that distribution: an arrival 1.1 of it before the
-    /// middle is late in one case of four. Default 0.1, source as above.
+    /// Scale of that distribution, s, i.e. the variation between touches: an arrival 1.1 of it before the median is late in one case of four.
+    /// Default 0.1, source as above.
     pub softness_s: f64,
-    /// The board waits at least this far behind every surface that is in front of it, m; default 0.04.
+    /// Least distance of the waiting board behind every surface in front of it, m; default 0.04.
     pub standoff_m: f64,
-    /// The middle of the board may be this far from a target along the wall, m; default 0.05.
+    /// Largest distance of the middle of the board from a target along the wall, m; default 0.05.
     pub slack_m: f64,
-    /// Rolls of the board that may be used at the targets, rad; default the four quarter turns.
+    /// Allowed rolls of the board at the targets, rad; default the four quarter turns.
     pub rolls_rad: Vec<f64>,
-    /// Distance between the arm angles that are tried, rad; default 10 degrees, twice that while searching.
+    /// Step of the arm angles that are tried, rad; default 10 degrees, doubled during the search.
     pub arm_angle_step_rad: f64,
-    /// Most targets looked at while searching; default 80, three times that at the end. What is reported is of all.
+    /// Most targets during the search; default 80, three times that at the end. Reported values use all targets.
     pub most_targets: usize,
-    /// Starts followed to their end; default 12.
+    /// Number of starts followed to the end; default 12.
     pub starts: usize,
-    /// Postures to start from besides those that are made from the targets; default none.
+    /// Additional initial postures, besides those made from the targets; default none.
     pub start_from: Vec<JointPositions>,
-    /// A way to a target that is not clear counts this much longer for each metre that it comes too near, s/m; default
-    /// [`BLOCKED_S_PER_M`](crate::BLOCKED_S_PER_M).
+    /// Extra time of a path per metre of its clearance violation, s/m; default [`BLOCKED_S_PER_M`](crate::BLOCKED_S_PER_M).
     pub blocked_s_per_m: f64,
-    /// Price of limits and singular poses, of the posture itself too.
+    /// Price of limits and singular poses, also for the posture itself.
     pub strain: StrainConfig,
-    /// Distances that the board and the arm keep on the way.
+    /// Clearances of the board and the arm along the path.
     pub clearance: ClearanceConfig,
 }
 
@@ -72,7 +69,7 @@ impl WaitingConfig {
     /// Rejects settings out of range.
     ///
     /// # Errors
-    /// The first setting outside its range; NaN is outside every range.
+    /// The first setting outside its range; NaN is always outside.
     pub fn validate(&self) -> Result<(), ArrivalError> {
         positive("budget_s", self.budget_s)?;
         positive("softness_s", self.softness_s)?;

@@ -1,4 +1,4 @@
-//! Where to wait: the posture from which the places that a person may touch are reached in time.
+//! Waiting postures, from which the places that a person may touch are reached in time.
 
 mod config;
 mod posture;

@@ -1,4 +1,4 @@
-//! The waiting posture, and what a posture is worth.
+//! Finds and evaluates waiting postures.
 
 use super::config::WaitingConfig;
 use super::problem::{Problem, Task};
@@ -13,42 +13,42 @@ use hwall_kinematics::{ArmKinematics, JointPositions};
 use hwall_motion::MotionLimits;
 use hwall_reachability::WallMaps;
 
-/// Where the arm waits, and what it is worth.
+/// A waiting posture and its quality.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WaitingPosture {
     /// Joint positions within the limits, rad.
     pub q: JointPositions,
     /// Mean time to the targets within reach, by weight, s.
     pub mean_arrival_s: f64,
-    /// Share of the targets within reach, by weight, whose time is beyond the budget.
+    /// Share of the reachable targets, by weight, whose time exceeds the budget.
     pub late_share: f64,
-    /// Mean of what the times are beyond the budget, s.
+    /// Mean excess of the times over the budget, s.
     pub expected_lateness_s: f64,
-    /// Share of all targets, by weight, at which the board is expected in time, budgets being spread about their mean:
-    /// those out of reach are not, and ways that are not clear take longer.
+    /// Share of all targets, by weight, where the board is expected in time under the distribution of budgets; unreachable ones are not, and paths
+    /// that are not clear take longer.
     pub in_time_share: f64,
-    /// Share of the targets within reach, by weight, to which a clear way leads.
+    /// Share of the reachable targets, by weight, with a clear path.
     pub clear_share: f64,
-    /// Share of all targets, by weight, that are within reach.
+    /// Share of all targets, by weight, within reach.
     pub reached_share: f64,
-    /// How far the board is behind the surfaces in front of it, m: less than asked for only if the scene leaves no
-    /// more. Infinite without surfaces.
+    /// Distance of the board behind the surfaces in front of it, m: less than configured only if the scene leaves no more. Infinite without
+    /// surfaces.
     pub standoff_m: f64,
 }
 
 /// The time to every target from a posture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PostureArrivals {
-    /// What they amount to.
+    /// Summary.
     pub posture: WaitingPosture,
-    /// Least time to each target, s, clear ways first; `None` out of reach.
+    /// Least time to each target, s, preferring clear paths; `None` out of reach.
     pub arrivals_s: Vec<Option<f64>>,
     /// Weights of the targets.
     pub weights: Vec<f64>,
 }
 
 impl PostureArrivals {
-    /// Share of the targets within reach, by weight, that are reached within a time (s); NaN gives 0.
+    /// Share of the reachable targets, by weight, reached within a time (s); 0 for NaN.
     #[must_use]
     pub fn share_within(&self, time_s: f64) -> f64 {
         let (mut within, mut all) = (0.0, 0.0);
@@ -61,7 +61,7 @@ impl PostureArrivals {
         if all > 0.0 { within / all } else { 0.0 }
     }
 
-    /// The time within which a share (0 to 1) of the targets within reach, by weight, is reached, s.
+    /// The time within which a share (0 to 1) of the reachable targets, by weight, is reached, s.
     #[must_use]
     pub fn quantile_s(&self, share: f64) -> f64 {
         let reached = self.arrivals_s.iter().zip(&self.weights);
@@ -81,16 +81,15 @@ impl PostureArrivals {
     }
 }
 
-/// The posture from which the fewest touches of a distribution are expected to be late.
+/// The posture with the fewest expected late touches of a distribution.
 ///
-/// `targets` and `surfaces` in the arm's base frame, the tool of `arm` is the face of the board. Arms without
-/// a closed form are searched, and the search may miss a target within reach. The loss of a posture
-/// is the share of the targets that the fastest clear way reaches late, budgets being spread about their mean; the
-/// board must stand behind the surfaces by a standoff. Starts are made from the targets and followed by a descent; the
-/// same input gives the same posture.
+/// `targets` and `surfaces` are in the arm's base frame; the tool of `arm` is the face of the board. For arms without a closed form, configurations
+/// are searched, and the search may miss a reachable target. The loss of a posture is the share of the targets that the fastest clear path reaches
+/// late, under the distribution of budgets; the board must stand behind the surfaces by a standoff. Starts are made from the targets and improved
+/// by a descent. Deterministic.
 ///
 /// # Errors
-/// A setting, limit or target that makes no sense, no targets, none within reach.
+/// An invalid setting, limit or target, no targets, none within reach.
 pub fn waiting_posture(
     arm: &dyn ArmKinematics,
     targets: &[WeightedTarget],
@@ -103,7 +102,7 @@ pub fn waiting_posture(
     Ok(judged(&task, &found(&task)?)?.posture)
 }
 
-/// As [`waiting_posture`], but the best that a descent from a given posture leads to: mostly near it, so that the arm is soon there.
+/// As [`waiting_posture`], but the result of a descent from a given posture: mostly near it, so that the arm is soon there.
 ///
 /// # Errors
 /// As [`waiting_posture`], and a posture outside the limits.
@@ -122,7 +121,7 @@ pub fn waiting_posture_from(
     Ok(judged(&task, &refined(&task, &[near])?)?.posture)
 }
 
-/// As [`waiting_posture`], for the walls of a room and the heights at which people touch.
+/// As [`waiting_posture`], for the walls of a room and the touched heights.
 ///
 /// # Errors
 /// As [`waiting_posture`] and [`targets_of_maps`].
@@ -210,14 +209,14 @@ pub(crate) fn judged(task: &Task<'_>, q: &JointPositions) -> Result<PostureArriv
     })
 }
 
-/// The best posture from all starts.
+/// The best posture over all starts.
 pub(crate) fn found(task: &Task<'_>) -> Result<JointPositions, ArrivalError> {
     let ends = Quick::new(task)?.descents(task.config.starts)?;
     let best: Vec<JointPositions> = ends.iter().take(2).map(|(q, _)| *q).collect();
     refined(task, &best)
 }
 
-/// The best of some postures after a last descent over more targets and arm angles.
+/// The best of some postures after a final descent with more targets and arm angles.
 fn refined(task: &Task<'_>, candidates: &[JointPositions]) -> Result<JointPositions, ArrivalError> {
     let step_rad = task.config.arm_angle_step_rad;
     let most = task.config.most_targets.saturating_mul(3);
@@ -236,7 +235,7 @@ fn refined(task: &Task<'_>, candidates: &[JointPositions]) -> Result<JointPositi
     best.map(|(q, _)| q).ok_or_else(|| task.out_of_reach())
 }
 
-/// A search over few targets and arm angles.
+/// A search with few targets and arm angles.
 pub(crate) struct Quick<'a> {
     problem: Problem<'a>,
     holding: Holding<'a>,
@@ -244,7 +243,7 @@ pub(crate) struct Quick<'a> {
 }
 
 impl<'a> Quick<'a> {
-    /// The settings and targets must have been checked.
+    /// The settings and targets must be valid.
     pub(crate) fn new(task: &Task<'a>) -> Result<Self, ArrivalError> {
         let Task {
             passage, config, ..
@@ -272,7 +271,7 @@ impl<'a> Quick<'a> {
         },
     ];
 
-    /// The end of the descent from a posture.
+    /// The result of the descent from a posture.
     fn descent(&self, from: &JointPositions) -> Result<JointPositions, ArrivalError> {
         self.check()?;
         let descend = |q, steps| search::descend(&self.problem, q, steps).0;
@@ -288,7 +287,7 @@ impl<'a> Quick<'a> {
         Ok(())
     }
 
-    /// The ends of the best starts' descents with their losses, best first.
+    /// The results of the descents from the best starts with their losses, best first.
     pub(crate) fn descents(
         &self,
         starts: usize,
@@ -296,7 +295,7 @@ impl<'a> Quick<'a> {
         self.check()?;
         let starts = search::starts(&self.problem, &self.holding, starts);
         let mut ends: Vec<(JointPositions, f64)> = starts.into_iter().map(|q| (q, 0.0)).collect();
-        // Large steps for all, small ones for those that were then best.
+        // Large steps for all, small ones for the best after that.
         for steps in Self::STEPS {
             for end in &mut ends {
                 *end = search::descend(&self.problem, end.0, steps);
@@ -307,7 +306,7 @@ impl<'a> Quick<'a> {
         Ok(ends)
     }
 
-    /// Share of all targets, by weight, that a posture reaches within the budget, counted softly.
+    /// Share of all targets, by weight, expected in time.
     pub(crate) fn in_time_share(&self, q: &JointPositions) -> f64 {
         self.problem.in_time_share(q)
     }

@@ -1,4 +1,4 @@
-//! What a posture is worth: the time from it to every target, by the fastest way to hold the board there.
+//! Evaluates a posture: the time to every target by the fastest configuration there.
 
 use super::config::WaitingConfig;
 use crate::board::BoardExtent;
@@ -16,16 +16,16 @@ use hwall_reachability::{Target, WallPlane};
 use std::cmp::Ordering;
 use std::f64::consts::{PI, TAU};
 
-/// So many slower ways are looked at in place of one that is not clear.
+/// Number of slower configurations tried in place of one without a clear path.
 const DETOURS: usize = 4;
 
-/// What a lack of distance costs a posture, s/m.
+/// Price of missing distance, s/m.
 const LACK_S_PER_M: f64 = 20.0;
 
-/// Arrivals count a little even where none is late, so that a posture in the middle is preferred.
+/// Arrivals count a little even if none is late, which favours a central posture.
 const SHARE_OF_MEAN: f64 = 0.05;
 
-/// What a posture waits for, and within which limits.
+/// Inputs of the search for a waiting posture.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Task<'a> {
     pub(crate) passage: Passage<'a>,
@@ -35,7 +35,7 @@ pub(crate) struct Task<'a> {
 }
 
 impl<'a> Task<'a> {
-    /// Checks all of it.
+    /// Checks all inputs.
     pub(crate) fn new(
         arm: &'a dyn ArmKinematics,
         targets: &'a [WeightedTarget],
@@ -63,7 +63,7 @@ impl<'a> Task<'a> {
     }
 }
 
-/// The targets that can be reached, with all ways to present them.
+/// The reachable targets with all configurations that present them.
 #[derive(Debug, Clone)]
 pub(crate) struct Problem<'a> {
     pub(super) passage: Passage<'a>,
@@ -71,16 +71,16 @@ pub(crate) struct Problem<'a> {
     pub(super) config: &'a WaitingConfig,
     pub(super) shares: &'static [f64],
     places: Vec<Place>,
-    /// Joints with room for a full turn: they come to a way from either side.
+    /// Joints with a range of at least a full turn: they can reach an angle from either side.
     turns: Vec<usize>,
-    /// Weight of all targets, out of reach or not.
+    /// Weight of all targets, reachable or not.
     pub(super) total_weight: f64,
 }
 
 /// One target within reach.
 #[derive(Debug, Clone)]
 pub(super) struct Place {
-    /// Its index in the list of targets.
+    /// Index in the list of targets.
     pub(super) index: usize,
     pub(super) weight: f64,
     pub(super) plane: WallPlane,
@@ -95,7 +95,7 @@ struct Way {
     strain_s: f64,
 }
 
-/// A time that sorts; NaN last.
+/// A sortable time; NaN last.
 #[derive(PartialEq)]
 struct OrderedTime(f64);
 
@@ -116,11 +116,11 @@ impl Ord for OrderedTime {
 /// An arrival from a posture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Arrival {
-    /// Of the straight motion of the joints, s.
+    /// Time of the straight joint motion, s.
     pub(super) time_s: f64,
-    /// By how much it comes too near, m.
+    /// Its clearance violation, m.
     pub(super) excess_m: f64,
-    /// What that costs, s.
+    /// Price of that, s.
     pub(super) blocked_s: f64,
 }
 
@@ -129,14 +129,14 @@ impl Arrival {
         self.excess_m == 0.0
     }
 
-    /// Time and price, s.
+    /// Time plus price, s.
     pub(super) fn priced_s(&self) -> f64 {
         self.time_s + self.blocked_s
     }
 }
 
 impl<'a> Problem<'a> {
-    /// Targets with a weight and near enough, and no more than `most` of them, evenly out of the list.
+    /// Targets with a weight and near enough, at most `most` of them, evenly selected.
     pub(crate) fn new(
         task: &Task<'a>,
         most: usize,
@@ -150,15 +150,14 @@ impl<'a> Problem<'a> {
             config,
         } = *task;
         let holding = Holding::new(passage.arm, &config.rolls_rad, arm_angle_step_rad);
-        // Those of the targets that need a roll of their own.
+        // Holdings for targets that need their own roll.
         let mut rolled: Vec<(f64, Holding<'_>)> = Vec::new();
         let longest_m = longest_m(passage.arm) + config.slack_m;
         let mut possible: Vec<usize> = (0..targets.len())
             .filter(|&i| targets[i].target.point_m.length() <= longest_m && targets[i].weight > 0.0)
             .collect();
         if possible.len() > most {
-            // Wall by wall, and from place to place: then every part of every wall is in the sample by its share, in whatever
-            // order the list is.
+            // Sort by wall and place, so that every part of every wall is sampled in proportion, whatever the order of the list.
             possible.sort_by(|a, b| {
                 let (a, b) = (
                     wall_order(&targets[*a].target),
@@ -222,7 +221,7 @@ impl<'a> Problem<'a> {
                 ways: ways.collect(),
             });
         }
-        // Those that were looked at stand for those that were not.
+        // The sampled targets represent the others.
         let possible_weight: f64 = possible.iter().map(|&i| targets[i].weight).sum();
         for place in &mut places {
             place.weight *= possible_weight / sampled_weight;
@@ -246,7 +245,7 @@ impl<'a> Problem<'a> {
         &self.places
     }
 
-    /// Only the ways that may be the fastest from postures near `q`: at most `more_s` slower than the fastest.
+    /// Keeps only the configurations that may be the fastest from postures near `q`: at most `more_s` slower than the fastest.
     pub(super) fn near(&self, q: &JointPositions, more_s: f64) -> Self {
         let near = |place: &Place| {
             let least_s = self
@@ -260,7 +259,7 @@ impl<'a> Problem<'a> {
                 ..*way
             });
             let mut ways: Vec<Way> = turned.filter(within).collect();
-            // The first way that is looked at then rules out most others.
+            // Fastest first: that one then rules out most others.
             let time_s = |way: &Way| self.limits.travel_time_s(q, &way.q) + way.strain_s;
             ways.sort_by_cached_key(|way| OrderedTime(time_s(way)));
             Place { ways, ..*place }
@@ -272,7 +271,7 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// The time to a place from a posture: of the fastest ways the one that is soonest there with its price.
+    /// The time to a place from a posture: of the fastest configurations, the one that arrives first with its price.
     pub(super) fn arrival(&self, place: &Place, q: &JointPositions) -> Arrival {
         let mut refused = [usize::MAX; DETOURS];
         let mut best = Arrival {
@@ -288,7 +287,7 @@ impl<'a> Problem<'a> {
                 break;
             }
             let shares = self.shares.iter().copied();
-            // A way that costs more than the best so far is not looked at further.
+            // Stop checking a path that costs more than the best so far.
             let most_m = (best.priced_s() - time_s) / self.config.blocked_s_per_m;
             let to = self.turned(&place.ways[way], q);
             let Some(excess_m) = self.passage.excess_within_m(q, &to, shares, most_m) else {
@@ -312,7 +311,7 @@ impl<'a> Problem<'a> {
         best
     }
 
-    /// The configuration of a way, turned towards a posture where there is room.
+    /// The target configuration, with full turns towards a posture for joints that have the range.
     fn turned(&self, way: &Way, q: &JointPositions) -> JointPositions {
         let mut turned = way.q;
         for &joint in &self.turns {
@@ -321,8 +320,8 @@ impl<'a> Problem<'a> {
         turned
     }
 
-    /// The way of the least time and strain, and its time. Most ways are passed over by comparing joints with
-    /// how far they get in the best time so far.
+    /// The configuration with the least time plus strain, and its time. Most are skipped by comparing joint distances with those reachable in the
+    /// best time so far.
     fn fastest(
         &self,
         place: &Place,
@@ -348,8 +347,8 @@ impl<'a> Problem<'a> {
         best
     }
 
-    /// How likely to be late on average over the targets within reach, as a time, plus what the posture itself lacks; s. Infinite
-    /// outside the limits.
+    /// Mean probability of being late over the reachable targets, as a time, plus the deficits of the posture itself; s. Infinite outside the
+    /// limits.
     pub(super) fn loss_s(&self, q: &JointPositions) -> f64 {
         let lack_s = self.lack_s(q);
         if !lack_s.is_finite() {
@@ -364,7 +363,7 @@ impl<'a> Problem<'a> {
         sum_s / weight + lack_s
     }
 
-    /// As [`loss_s`](Self::loss_s) with every way taken for clear and without what the posture lacks: cheaper.
+    /// As [`loss_s`](Self::loss_s), assuming clear paths and without the deficits of the posture: cheaper.
     pub(super) fn unblocked_s(&self, q: &JointPositions) -> f64 {
         let (mut sum_s, mut weight) = (0.0, 0.0);
         for place in &self.places {
@@ -377,7 +376,7 @@ impl<'a> Problem<'a> {
         sum_s / weight
     }
 
-    /// What the posture itself lacks: distance to surfaces, to its own body, to limits.
+    /// Price of the posture's own deficits: distance to surfaces, to its own body, to limits, s.
     pub(super) fn lack_s(&self, q: &JointPositions) -> f64 {
         let arm = self.passage.arm;
         if !arm.limits().iter().zip(q.0).all(|(l, q)| l.contains(q)) {
@@ -390,33 +389,33 @@ impl<'a> Problem<'a> {
         LACK_S_PER_M * lack_m + self.config.strain.price_of_s(arm, q)
     }
 
-    /// How likely it is to be late, as a time: `4 τ / (1 + exp((budget - t) / τ))`, the slope of which is 1 at the budget. What is
-    /// hopeless then counts no more than what is just too late, where a mean of lateness would serve the hopeless.
+    /// Probability of being late, as a time: `4 τ / (1 + exp((budget - t) / τ))`, with slope 1 at the budget. Hopeless targets then count no more
+    /// than those just too late, whereas mean lateness would favour the hopeless ones.
     fn soft_lateness_s(&self, time_s: f64) -> f64 {
         let softness_s = self.config.softness_s;
         4.0 * softness_s / (1.0 + ((self.config.budget_s - time_s) / softness_s).exp())
     }
 
-    /// Share of all targets, by weight, at which the board is expected in time: the chance that the budget is longer than the
-    /// way, ways that are not clear at their price.
+    /// Share of all targets, by weight, where the board is expected in time: the probability that the budget exceeds the time, including the price
+    /// of paths that are not clear.
     pub(super) fn in_time_share(&self, q: &JointPositions) -> f64 {
         let of_place = |place: &Place| place.weight * self.in_time(&self.arrival(place, q));
         self.places.iter().map(of_place).sum::<f64>() / self.total_weight
     }
 
-    /// How likely an arrival is in time.
+    /// Probability that an arrival is in time.
     pub(super) fn in_time(&self, arrival: &Arrival) -> f64 {
         let beyond_s = arrival.priced_s() - self.config.budget_s;
         1.0 / (1.0 + (beyond_s / self.config.softness_s).exp())
     }
 
-    /// How far behind the surfaces in front of it the board is, m.
+    /// Distance of the board behind the surfaces in front of it, m.
     pub(super) fn standoff_m(&self, q: &JointPositions) -> f64 {
         -self.passage.standing(q).face_m
     }
 }
 
-/// Sorts targets by the directions and distances of their walls, then by columns of a hand's breadth, then by height.
+/// Sort key of targets: direction and distance of the wall, then columns of a hand's breadth, then height.
 fn wall_order(target: &Target) -> [f64; 4] {
     const COLUMN_M: f64 = 0.1;
     let normal = target.normal.normalize_or_zero();
@@ -430,7 +429,7 @@ fn wall_order(target: &Target) -> [f64; 4] {
     ]
 }
 
-/// Rejects targets that make no sense.
+/// Rejects invalid targets.
 pub(crate) fn check_targets(targets: &[WeightedTarget]) -> Result<(), ArrivalError> {
     if targets.is_empty() {
         return Err(ArrivalError::Empty { what: "targets" });

@@ -1,4 +1,4 @@
-//! The search for the posture: starts made from the targets, followed by steps of single joints and pairs.
+//! The search for the posture: starts made from the targets, improved by steps of single joints and pairs.
 
 use super::problem::Problem;
 use crate::presentation::Holding;
@@ -7,19 +7,19 @@ use hwall_geometry::Pose;
 use hwall_kinematics::{ArmKinematics, ArmScratch, JointPositions, MOST_JOINTS, NearestConfig};
 use std::f64::consts::FRAC_PI_4;
 
-/// How far starts are drawn back from a target, m.
+/// Distances by which starts are pulled back from a target, m.
 const DRAWN_BACK_M: [f64; 2] = [0.12, 0.2];
 
-/// Targets from which starts are made.
+/// Number of targets from which starts are made.
 const START_PLACES: usize = 12;
 
-/// Starts left after each comparison: by what they lack themselves, by times alone, by the loss.
+/// Number of starts left after each comparison: by own deficits, then by times alone; the loss decides at the end.
 const LEFT: [usize; 2] = [1500, 80];
 
-/// Starts that differ by less than this in every joint are one, rad.
+/// Starts that differ by less than this in every joint count as one, rad.
 const ALIKE_RAD: f64 = 0.5;
 
-/// Joints that are turned together, besides each alone: those that swap in the arm's poses.
+/// Pairs of joints that are turned together, besides each alone: joints that compensate each other in the arm's poses.
 const PAIRS: [[usize; 2]; 4] = [[0, 2], [2, 4], [4, 6], [1, 3]];
 
 /// The most promising starts, best first: configurations that hold the board behind a target.
@@ -63,7 +63,7 @@ pub(super) fn starts(
     best
 }
 
-/// The configurations of least price, in its order; of equal ones the first.
+/// The configurations of least price, sorted; stable for equal prices.
 fn best_of(
     found: Vec<JointPositions>,
     count: usize,
@@ -75,20 +75,20 @@ fn best_of(
     order.into_iter().map(|(_, q)| q).collect()
 }
 
-/// Arrange of step lengths of a descent, rad.
+/// A range of step lengths of a descent, rad.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StepRange {
     pub(super) first_rad: f64,
     pub(super) last_rad: f64,
 }
 
-/// The best posture that steps of single joints and of pairs lead to, and its loss.
+/// The best posture reached by steps of single joints, joint pairs and the board, and its loss.
 pub(super) fn descend(
     problem: &Problem,
     from: JointPositions,
     steps: StepRange,
 ) -> (JointPositions, f64) {
-    /// Moves tried at one step length; a descent that has not come to rest by then goes on with shorter steps.
+    /// Most rounds at one step length; a descent that has not converged by then continues with shorter steps.
     const MOST_ROUNDS: usize = 12;
     let mut best = from;
     let mut least = f64::INFINITY;
@@ -96,7 +96,7 @@ pub(super) fn descend(
     let arm = problem.passage.arm;
     let mut scratch = arm.scratch();
     while step_rad >= steps.last_rad {
-        // Only ways that can matter within a few steps from here.
+        // Only configurations that can matter within a few steps.
         let near = problem.near(&best, 0.15 + 1.5 * step_rad);
         least = near.loss_s(&best);
         for _ in 0..MOST_ROUNDS {
@@ -104,7 +104,7 @@ pub(super) fn descend(
             for direction in directions() {
                 for sign in [1.0, -1.0] {
                     let mut length_rad = sign * step_rad;
-                    // As long as it helps, twice as far.
+                    // Double the step while it helps.
                     loop {
                         let moved = along(&best, &direction, length_rad);
                         let loss = near.loss_s(&moved);
@@ -141,8 +141,7 @@ pub(super) fn descend(
     (best, least)
 }
 
-/// The nearest configuration with the board elsewhere: single joints cannot move it along a surface that it must not
-/// come nearer to.
+/// The nearest configuration with the board shifted: single joints cannot move it along a surface without coming nearer to it.
 fn shifted(
     arm: &dyn ArmKinematics,
     q: &JointPositions,
@@ -200,7 +199,7 @@ fn along(q: &JointPositions, direction: &[f64; MOST_JOINTS], length_rad: f64) ->
     moved
 }
 
-/// The presenter that starts are made with: few arm angles will do.
+/// Arm angle step of the presenter for starts: coarse.
 pub(super) fn start_angle_step_rad() -> f64 {
     FRAC_PI_4
 }

@@ -1,4 +1,4 @@
-//! Atlases: what they hold is exact, nearly as fast as can be, smooth, and found without a search.
+//! Atlases: exact, nearly the fastest, smooth, and looked up without a search.
 
 use crate::common::{self, BOARD, arm, atlas_with, coarse, limits, maps_of, room, waiting, wall};
 use glam::{DMat3, DVec3};
@@ -39,7 +39,7 @@ fn check_nodes(atlas: &Atlas) {
     }
 }
 
-/// Least time to a place of all branches, of arm angles two degrees apart and of quarter turns.
+/// Least time to a place over all branches, arm angles two degrees apart and quarter turns.
 fn least_time_s(arm: &SrsArm, plane: &WallPlane, point_m: DVec3) -> f64 {
     let mut least = f64::INFINITY;
     for roll in [0.0, FRAC_PI_2, PI, -FRAC_PI_2] {
@@ -82,7 +82,7 @@ fn a_tool_beside_the_axis_is_held_as_exactly() {
 #[test]
 fn times_are_near_the_least() {
     let arm = arm();
-    // Nothing but time counts: the least itself, but for the steps of arm angles.
+    // With time as the only price: the minimum, up to the steps of arm angles.
     let greedy = atlas_with(&AtlasConfig {
         seam_price_s: 0.0,
         blocked_s_per_m: 0.0,
@@ -128,7 +128,7 @@ fn neighbours_agree_but_for_few_seams() {
     });
     let seams = |atlas: &Atlas| -> usize { atlas.walls().iter().map(|w| w.seams().count()).sum() };
     let (nodes, joint, alone) = (joint.nodes().count(), seams(&joint), seams(&alone));
-    // Of about two pairs for each node.
+    // About two pairs per node.
     assert!(joint < nodes / 4, "{joint} of {nodes}");
     assert!(4 * joint < 3 * alone, "{joint} {alone}");
 }
@@ -161,7 +161,7 @@ fn look_ups_lead_to_the_place() {
         assert_eq!(atlas.walls()[entry.wall].plane().normal(), entry.normal);
     }
     assert!(smooth > 400, "{smooth}");
-    // A node is found as it is.
+    // A look-up at a node returns it exactly.
     let (wall, place) = places(&atlas)[0];
     let entry = atlas
         .look_up(wall.point_m(place), wall.plane().normal())
@@ -263,7 +263,7 @@ fn a_turned_base_sees_the_same_times() {
         let a = here.look_up(point_m, normal).expect("a node");
         let b = moved.look_up(turn * point_m, turn * normal);
         count += 1;
-        // The limits of joint 1 are others: where they matter, so may the choice be.
+        // The limits of joint 1 differ: where they matter, the choice may differ.
         differ += usize::from(b.is_none_or(|b| (a.arrival_s - b.arrival_s).abs() > 0.01));
     }
     assert!(10 * differ < count, "{differ} of {count}");
@@ -271,7 +271,7 @@ fn a_turned_base_sees_the_same_times() {
 
 #[test]
 fn clearance_is_what_is_asked_for() {
-    // The face may go anywhere: what is left is elbow and wrist. All is too near to the arm itself: nothing is clear.
+    // With an unlimited tolerance for the face, only elbow and wrist matter. If all is too near to the arm itself, nothing is clear.
     let lenient = ClearanceConfig {
         tolerance_m: 10.0,
         link_radius_m: 0.0,
@@ -293,13 +293,13 @@ fn clearance_is_what_is_asked_for() {
     let usual = share(ClearanceConfig::default());
     assert!(share(lenient) > 0.9 && share(strict) == 0.0);
     assert!(usual > 0.3 && usual < share(lenient), "{usual}");
-    // The middle of the wall in front is clear by default, from a posture drawn back.
+    // The middle of the front wall is clear by default, from a pulled-back posture.
     let atlas = atlas_with(&coarse());
     let entry = atlas
         .look_up(DVec3::new(0.62, 0.0, 0.6), DVec3::X)
         .expect("within reach");
     assert!(entry.clear && entry.overhang_m < 1e-6, "{entry:?}");
-    // Beside the corner the board stands out of the other wall's plane.
+    // Beside the corner the board sticks out of the other wall's plane.
     let entry = atlas
         .look_up(DVec3::new(0.62, 0.2, 0.6), DVec3::X)
         .expect("within reach");
@@ -342,7 +342,7 @@ fn bad_input_is_named() {
     );
     let none = WallMaps::build(&arm, &[far], WallMapsConfig::default()).expect("valid");
     assert_eq!(build(&none, &waiting(), &config), ArrivalError::NoWalls);
-    // Near enough in plan, but nowhere within reach.
+    // Near enough in plan, but out of reach everywhere.
     let above = wall(
         DVec3::new(1.2, -0.1, 0.0),
         DVec3::new(1.2, 0.1, 0.0),
@@ -401,7 +401,7 @@ fn bad_input_is_named() {
     assert!(matches!(error, Err(ArrivalError::Argument(_))));
 }
 
-/// The same arm as a chain: a search finds some of its configurations.
+/// The same arm as a chain: a numerical search finds some of its configurations.
 #[test]
 fn an_arm_without_a_closed_form_has_an_atlas_by_search() {
     let chain = ChainArm::new(Chain::iiwa7()).expect("seven joints");

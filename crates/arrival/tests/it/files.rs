@@ -1,4 +1,4 @@
-//! Atlases as files: all comes back, and nothing else is taken for an atlas.
+//! Atlas files: complete round trips, and rejection of everything else.
 
 use crate::common::{atlas_with, coarse};
 use hwall_arrival::reachability::BinaryFileError;
@@ -52,7 +52,7 @@ fn bad_files_are_named() {
     assert_eq!(error(b"HWALLMAP"), BinaryFileError::Foreign, "a map");
 }
 
-/// Changes in the body with a checksum that is right again: what comes through is an atlas, whatever was changed.
+/// Changes in the body with a corrected checksum: whatever is accepted is a valid atlas.
 #[test]
 fn forged_files_do_no_harm() {
     let bytes = small().to_bytes().unwrap();
@@ -73,6 +73,6 @@ fn forged_files_do_no_harm() {
         Verdict::Accepted
     });
     assert_eq!(report.findings, 0, "{report:?}");
-    // Most of the body is configurations, which must hold the board where they say.
+    // Most of the body is configurations, which must present the board at their nodes.
     assert!(report.refused > 2000, "{report:?}");
 }

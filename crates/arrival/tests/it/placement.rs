@@ -1,4 +1,4 @@
-//! The base's place by arrival.
+//! Base placement by arrival.
 
 use crate::common::{BOARD, arm, limits, wall};
 use glam::DVec3;
@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 
-/// A wall in the middle of a room; people touch it from its far side.
+/// A wall in the middle of a room; people touch its far side.
 fn scene() -> (Vec<WallFacet>, Vec<WeightedTarget>) {
     let heights = Interval::new(0.2, 1.0);
     let facets = vec![wall(
@@ -67,7 +67,7 @@ fn the_base_stands_behind_the_wall_and_looks_at_it() {
     }
 }
 
-/// A search of a minute said nothing.
+/// Regression test: a search of a minute reported no progress.
 #[test]
 fn a_search_tells_how_far_it_is_and_can_be_stopped() {
     let (facets, targets) = scene();
@@ -130,7 +130,7 @@ fn bad_input_is_named() {
         change(&mut config);
         place(&targets, &facets, &config);
     }
-    // Too high to be reached from the floor.
+    // Too high to reach from the floor.
     let high = wall(
         DVec3::new(2.0, 0.6, 0.0),
         DVec3::new(2.0, 1.4, 0.0),

@@ -1,4 +1,4 @@
-//! Arms without a closed form: six joints, a joint that slides, joints without an end.
+//! Arms without a closed form: six joints, a prismatic joint, unlimited joints.
 
 use crate::common::{BOARD, coarse, room};
 use glam::{DMat3, DVec3};
@@ -13,7 +13,7 @@ use hwall_arrival::{
 use hwall_testkit::Sampler;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Place in the link before, m, turn of it about x, rad, half the range, rad, and speed, rad/s; all axes are z.
+/// Position in the previous link, m, its rotation about x, rad, half the range, rad, and speed, rad/s; all axes are z.
 type Row = ([f64; 3], f64, f64, f64);
 
 /// The lengths of a UR5e.
@@ -26,7 +26,7 @@ const SIX: [Row; 6] = [
     ([0.0, 0.0996, 0.0], -FRAC_PI_2, TAU, PI),
 ];
 
-/// Seven joints in the order of a Gen3, every other one without an end.
+/// Seven joints in the order of a Gen3, every other one unlimited.
 const ENDLESS: [Row; 7] = [
     ([0.0, 0.0, 0.156], PI, f64::INFINITY, 1.39),
     ([0.0, 0.005, -0.128], FRAC_PI_2, 2.41, 1.39),
@@ -93,7 +93,7 @@ fn targets() -> Vec<WeightedTarget> {
     targets_of_facets(&room(), &range).expect("walls")
 }
 
-/// Fewer targets and starts: these tests are about what is found, not how well.
+/// Fewer targets and starts: these tests check what is found, not its quality.
 fn quick() -> WaitingConfig {
     WaitingConfig {
         most_targets: 12,
@@ -117,7 +117,7 @@ fn wait_of(arm: &ChainArm) -> JointPositions {
     found.q
 }
 
-/// Every node is held, within the limits, on the shorter way, and nearly as early as the earliest of many searches.
+/// Every node is presented, within the limits, by the shorter rotation, and nearly as early as the best of many searches.
 fn check_atlas(arm: &ChainArm) -> Atlas {
     let (limits, waiting) = (limits_of(arm), wait_of(arm));
     let atlas = Atlas::search(arm, &room(), BOARD, &limits, &waiting, &coarse());
@@ -146,7 +146,7 @@ fn check_atlas(arm: &ChainArm) -> Atlas {
                 let least_s = limits.travel_time_s(&waiting, &node.q);
                 assert_eq!(node.arrival_s.to_bits(), least_s.to_bits());
             }
-            // One in four places is searched from all over.
+            // One in four places is searched from everywhere.
             if sampler.index(4) > 0 {
                 continue;
             }
@@ -194,7 +194,7 @@ fn six_joints() {
 #[test]
 fn a_joint_that_slides() {
     let atlas = check_atlas(&on_a_rail());
-    // It is of use, and does not count as an angle.
+    // It is used, and does not count as an angle.
     let slides = atlas.nodes().map(|node| node.q[0]);
     let (low, high) = slides.fold((0.0_f64, 0.0_f64), |(l, h), q| (l.min(q), h.max(q)));
     assert!(
@@ -208,7 +208,7 @@ fn joints_without_an_end() {
     check_atlas(&endless());
 }
 
-/// A posture a turn further is the same one.
+/// A posture one full turn further is equivalent.
 #[test]
 fn full_turns_of_an_endless_joint_change_no_time() {
     let arm = endless();

@@ -1,4 +1,4 @@
-//! Where to wait, and what stands in front of what.
+//! Waiting postures, and occlusion between surfaces.
 
 use crate::common::{self, BOARD, arm, limits, maps_of, room, wall};
 use glam::DVec3;
@@ -10,7 +10,7 @@ use hwall_arrival::{
     waiting_posture_of_maps,
 };
 
-/// Fewer targets and starts: these tests are about what is found, not how well.
+/// Fewer targets and starts: these tests check what is found, not its quality.
 fn quick() -> WaitingConfig {
     WaitingConfig {
         most_targets: 20,
@@ -50,7 +50,7 @@ fn the_posture_is_behind_the_walls_and_in_time() {
     for point_m in BOARD.points_m(&arm.forward(&found.q)) {
         assert!(surfaces.intrusion_m(point_m) <= -found.standoff_m + 1e-12);
     }
-    // Not worse than postures that somebody would choose.
+    // Not worse than hand-picked postures.
     let targets = targets_of_maps(&maps, &range()).expect("within reach");
     let judged = |q: JointPositions| {
         judge_posture(&q, &arm, &targets, &surfaces, BOARD, &limits(), &config).expect("valid")
@@ -99,7 +99,7 @@ fn for_people_in_a_hurry_there_is_a_better_posture_nearby() {
     assert!(near.standoff_m > hurried.standoff_m - 0.005, "{near:?}");
     let away_s = limits.travel_time_s(&found.q, &near.q);
     assert!(away_s < 0.6, "{away_s}");
-    // Nowhere to begin from.
+    // No start available.
     for bad in [f64::NAN, 9.0] {
         assert!(from(&JointPositions([bad; 7]), &hurried).is_err(), "{bad}");
     }
@@ -110,7 +110,7 @@ fn arrivals_are_what_they_amount_to() {
     let arm = arm();
     let maps = maps_of(&arm, &room());
     let mut targets = targets_of_maps(&maps, &range()).expect("within reach");
-    // One that is out of reach, and one that does not count.
+    // One out of reach, and one with zero weight.
     targets.push(
         Target {
             point_m: DVec3::new(5.0, 0.0, 0.5),
@@ -149,7 +149,7 @@ fn arrivals_are_what_they_amount_to() {
     assert!(arrivals.quantile_s(0.5) <= arrivals.quantile_s(0.9));
     let middle = arrivals.quantile_s(0.5);
     assert!(arrivals.share_within(middle) >= 0.5);
-    // Expected in time: the chance that a budget is longer than the way, of all targets.
+    // Expected in time: the probability that a budget exceeds the time, over all targets.
     let priceless = WaitingConfig {
         blocked_s_per_m: 0.0,
         ..exact
@@ -173,7 +173,7 @@ fn arrivals_are_what_they_amount_to() {
     assert!(slack.posture.mean_arrival_s < arrivals.posture.mean_arrival_s - 0.01);
 }
 
-/// Lists go round the walls in turn; a sample of every second place left a wall out, and the arm waited far from it.
+/// Regression test: lists alternate between walls; sampling every second place left a wall out, and the arm waited far from it.
 #[test]
 fn the_order_of_the_targets_does_not_matter() {
     let arm = arm();
@@ -247,7 +247,7 @@ fn what_is_in_front_of_what() {
     let shelf = Interval::new(0.3, 0.6);
     let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
     facets.push(wall(at(0.74, -0.4, 0.0), at(0.74, -0.1, 0.0), shelf));
-    // Across the room: the base is on the side that is touched.
+    // Across the room: the base is on the touched side.
     facets.push(wall(at(3.0, 1.0, 0.0), at(3.0, -1.0, 0.0), shelf));
     let surfaces = Surfaces::from_facets(&facets, 0.05).expect("valid");
     assert_eq!(surfaces.len(), 3);
@@ -260,12 +260,12 @@ fn what_is_in_front_of_what() {
     };
     is(at(0.60, -0.5, 0.8), -0.02);
     is(at(0.65, -0.5, 0.8), 0.03);
-    // Inside the shelf, before it, behind wall and shelf, beside the shelf.
+    // Inside the shelf, in front of it, behind wall and shelf, beside the shelf.
     is(at(0.70, -0.2, 0.5), -0.04);
     is(at(0.75, -0.2, 0.5), 0.01);
     is(at(0.60, -0.2, 0.5), -0.14);
     is(at(0.70, 0.0, 0.5), 0.08);
-    // Beyond the left edge: before the other wall.
+    // Beyond the left edge: in front of the other wall.
     let off = 0.8 * 0.60 + 0.6 * 0.3 - (0.8 * 0.62 + 0.6 * 0.2);
     is(at(0.60, 0.3, 0.5), off);
     // Above all walls.
@@ -380,7 +380,7 @@ fn without_surfaces_nothing_is_in_the_way() {
     assert_eq!(found.standoff_m, f64::INFINITY);
 }
 
-/// The same arm as a chain: a search finds some of its configurations.
+/// The same arm as a chain: a numerical search finds some of its configurations.
 #[test]
 fn an_arm_without_a_closed_form_waits_nearly_as_well() {
     let arm = arm();
@@ -398,6 +398,6 @@ fn an_arm_without_a_closed_form_waits_nearly_as_well() {
     assert!(found.standoff_m >= config.standoff_m - 0.005, "{found:?}");
     let [best, in_time] = [exact.in_time_share, judged.in_time_share];
     assert!(in_time > best - 0.1, "{in_time} {best}");
-    // What was not found counts as late.
+    // Targets not found count as late.
     assert!(found.in_time_share < in_time + 0.02, "{found:?} {judged:?}");
 }

@@ -1,14 +1,14 @@
-//! How rows of evidence are folded into a square root: Householder reflections, two columns at a time.
+//! Folds rows of evidence into a square root by Householder reflections, two columns at a time.
 
 use super::rows::Rows;
 use super::tile::{AlignedTile, LANES, Tile, add_multiple, tiles};
 use hwall_numeric::dense::dot;
 use pulp::{Simd, WithSimd};
 
-/// Sums that are added up side by side.
+/// Number of independent sums.
 const CHAINS: usize = 4;
 
-/// What folding rows into a Gaussian says about them.
+/// Statistics of rows that were folded into a Gaussian.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Fold {
     /// Squared Mahalanobis distance of the rows from their prediction.
@@ -17,8 +17,8 @@ pub(crate) struct Fold {
     pub(crate) log_determinant: f64,
 }
 
-/// The work of [`SquareRoot::fold`](super::SquareRoot::fold), compiled once for any machine and once for wide vectors, chosen
-/// at run time. Machines with fused multiplication and addition round the last digits differently.
+/// The work of [`SquareRoot::fold`](super::SquareRoot::fold), compiled once for any machine and once for wide vectors, chosen at run time. On
+/// machines with fused multiply-add the last digits differ.
 pub(super) struct Folding<'a> {
     /// Number of variables.
     pub(super) n: usize,
@@ -46,8 +46,7 @@ impl WithSimd for Folding<'_> {
         let (v, u) = column.split_at_mut(capacity);
         let (v, u) = (&mut v[..m], &mut u[..m]);
         let mut growth = Growth::default();
-        // Two columns of a tile at a time: what is right of it is then read and written half as often. After an odd
-        // last one there is nothing.
+        // Two columns of a tile at a time: halves the memory traffic to the right of it. An odd last column has nothing to its right.
         for (pair, z) in z[..n].chunks_mut(2).enumerate() {
             let k = 2 * pair;
             let first = k / LANES;
@@ -86,21 +85,20 @@ impl WithSimd for Folding<'_> {
     }
 }
 
-/// `1 - beta [v0; v] [v0; v]ᵀ`: makes a column of evidence rows vanish. Without effect where `beta` is zero.
+/// `1 - beta [v0; v] [v0; v]ᵀ`: zeroes a column of evidence rows. Identity if `beta` is zero.
 #[derive(Clone, Copy)]
 struct Reflector {
     v0: f64,
     beta: f64,
-    /// By how much it lengthened the diagonal entry.
+    /// Growth of the diagonal entry.
     factor: f64,
 }
 
 impl Reflector {
-    /// What takes a column with `d` on the diagonal, and `below` the sum of the squares below it, to `norm` and zeros.
+    /// The reflection that maps a column with `d` on the diagonal and the sum of squares `below` under it to `norm` and zeros.
     #[inline(always)]
     fn new(d: f64, below: f64) -> (Self, f64) {
-        // Weaker than the rounding of the diagonal by twenty orders: nothing to reflect. What is not finite goes on, to
-        // be found in the results.
+        // Far below the rounding of the diagonal: nothing to reflect. Non-finite values pass on and are detected in the results.
         if below <= d * d * 1e-40 {
             let none = Self {
                 v0: 0.0,
@@ -113,14 +111,14 @@ impl Reflector {
         let reflector = Self {
             // d - norm without cancellation; this sign keeps the diagonal positive.
             v0: -below / (d + norm),
-            // 2 / (v0² + below), from quotients that do not wait for each other.
+            // 2 / (v0² + below), from independent quotients.
             beta: (1.0 / norm) * ((d + norm) / below),
             factor: norm / d,
         };
         (reflector, norm)
     }
 
-    /// The reflection of the right-hand sides.
+    /// Reflects the right-hand sides.
     #[inline(always)]
     fn reflect_scalars(&self, v: &[f64], z: &mut f64, e: &mut [f64]) {
         let w = self.beta * (self.v0 * *z + dot(v, e));
@@ -131,7 +129,7 @@ impl Reflector {
     }
 }
 
-/// The product of all factors of the diagonal, as it grows.
+/// The running product of all factors of the diagonal.
 struct Growth {
     logarithm: f64,
     product: f64,
@@ -161,8 +159,8 @@ impl Growth {
     }
 }
 
-/// Finds the reflection that clears column `k` below the diagonal, and applies it to the tile of that column: the
-/// diagonal row `r` and the evidence rows below it. Leaves the column in `v`.
+/// Finds the reflection that clears column `k` below the diagonal, and applies it to the tile of that column: the diagonal row `r` and the evidence
+/// rows below it. Stores the column in `v`.
 #[inline(always)]
 fn reflect_first<S: Simd>(
     simd: S,
@@ -172,7 +170,7 @@ fn reflect_first<S: Simd>(
     v: &mut [f64],
 ) -> Reflector {
     let lane = k % LANES;
-    // All products with the column, its own square among them, before anything waits for a root.
+    // All products with the column, including its own square, before anything waits for a root.
     let products = column_products(simd, lane, block);
     for (v, row) in v.iter_mut().zip(block.iter()) {
         *v = row[lane];
@@ -192,10 +190,9 @@ fn reflect_first<S: Simd>(
     reflector
 }
 
-/// Sum of the rows, each times its entry in `lane`. Several chains of additions, because each waits for the one before.
+/// Sum of the rows, each times its entry in `lane`. Uses several independent chains of additions.
 ///
-/// Where a vector holds a tile, it does by name: left to itself the compiler takes one column of many rows at a time
-/// there, which gathers and scatters.
+/// If a vector holds a tile, vectors are explicit: otherwise the compiler takes one column of many rows at a time, with gathers and scatters.
 #[inline(always)]
 fn column_products<S: Simd>(simd: S, lane: usize, block: &[AlignedTile]) -> Tile {
     let lane = lane % LANES;
@@ -229,7 +226,7 @@ fn column_products<S: Simd>(simd: S, lane: usize, block: &[AlignedTile]) -> Tile
     std::array::from_fn(|l| even[l] + odd[l])
 }
 
-/// Adds multiples of one row to all.
+/// Adds multiples of one row to all rows.
 #[inline(always)]
 fn add_to_rows<S: Simd>(simd: S, block: &mut [AlignedTile], v: &[f64], w: &Tile) {
     if S::F64_LANES == LANES {
@@ -245,7 +242,7 @@ fn add_to_rows<S: Simd>(simd: S, block: &mut [AlignedTile], v: &[f64], w: &Tile)
     }
 }
 
-/// The reflections of two neighbouring columns, one after the other.
+/// The reflections of two neighbouring columns in sequence.
 struct Pair<'a> {
     one: Reflector,
     two: Reflector,
@@ -256,7 +253,7 @@ struct Pair<'a> {
 }
 
 impl Pair<'_> {
-    /// Both on `LANES` columns: the diagonal rows `r` and `s`, and the evidence rows.
+    /// Applies both to `LANES` columns: the diagonal rows `r` and `s`, and the evidence rows.
     #[inline(always)]
     fn reflect<S: Simd>(&self, simd: S, r: &mut Tile, s: &mut Tile, block: &mut [AlignedTile]) {
         if S::F64_LANES == LANES {
@@ -288,7 +285,7 @@ impl Pair<'_> {
         }
     }
 
-    /// The same by name where a vector holds a tile.
+    /// The same with explicit vectors, if a vector holds a tile.
     #[inline(always)]
     fn reflect_at_once<S: Simd>(
         &self,
@@ -361,7 +358,7 @@ mod tests {
         rows
     }
 
-    /// The whole square root, what was folded, and the change of the mean.
+    /// The whole square root, the fold, and the change of the mean.
     fn folded(rows: &Rows, with: impl FnOnce(Folding<'_>) -> Fold) -> (Vec<f64>, Fold, Vec<f64>) {
         let deviations: Vec<f64> = (0..N).map(|k| 10_f64.powi(k as i32 % 5 - 2)).collect();
         let mut root = SquareRoot::from_deviations(&deviations);
@@ -387,7 +384,7 @@ mod tests {
         assert!(close(a.1.log_determinant, b.1.log_determinant));
     }
 
-    /// Every kind of machine, and what is below the diagonal stays zero.
+    /// All machine types agree, and the entries below the diagonal stay zero.
     #[test]
     fn narrow_and_wide_vectors_fold_alike() {
         let mut sampler = Sampler::new(12);

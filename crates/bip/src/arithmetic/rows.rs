@@ -7,7 +7,7 @@ use super::tile::{AlignedTile, LANES, Tile, lane_sum, tiles};
 pub(crate) struct Rows {
     capacity: usize,
     pub(super) len: usize,
-    /// The tile of all rows for the first columns, then that for the next ...
+    /// The tiles of all rows for the first columns, then those for the next ...
     pub(super) a: Vec<AlignedTile>,
     /// Right-hand sides.
     pub(crate) e: Vec<f64>,
@@ -23,18 +23,18 @@ impl Rows {
         }
     }
 
-    /// Takes `len` rows, whose old contents stay until they are overwritten.
+    /// Takes `len` rows; their old contents stay until overwritten.
     pub(crate) fn reset(&mut self, len: usize) {
         debug_assert!(len <= self.capacity);
         self.len = len;
     }
 
-    /// Most rows that there is room for.
+    /// Largest number of rows.
     pub(crate) fn capacity(&self) -> usize {
         self.capacity
     }
 
-    /// Makes a row zero.
+    /// Zeroes a row.
     pub(crate) fn clear(&mut self, row: usize) {
         for column in self.a.chunks_exact_mut(self.capacity) {
             column[row] = AlignedTile::ZERO;
@@ -64,8 +64,7 @@ impl Rows {
         self.tile_mut(row, column / LANES)[column % LANES] = value;
     }
 
-    /// Divides rows by a lower triangular matrix (row-major, `len × len`) from the left, which
-    /// gives evidence with covariance `L Lᵀ` unit noise.
+    /// Divides rows by a lower triangular matrix (row-major, `len × len`) from the left: converts evidence with covariance `L Lᵀ` to unit noise.
     pub(crate) fn whiten(&mut self, lower: &[f64]) {
         let m = self.len;
         for column in self.a.chunks_exact_mut(self.capacity) {

@@ -1,7 +1,7 @@
 //! A Gaussian as a square root of its information matrix, updated by reflections.
 //!
-//! `R` is upper triangular with a positive diagonal and `(Rᵀ R)⁻¹` is the covariance: symmetric
-//! and positive definite whatever happens, because nothing is ever subtracted from it.
+//! `R` is upper triangular with a positive diagonal and `(Rᵀ R)⁻¹` is the covariance. It is symmetric and positive definite by construction,
+//! because nothing is ever subtracted.
 //!
 //! Source: [Bierman 1977], chapters II and VI (Householder measurement update).
 
@@ -20,7 +20,7 @@ pub(crate) struct SquareRoot {
 }
 
 impl Clone for SquareRoot {
-    /// With the same room, so that what a copy is overwritten with allocates no more than in the original.
+    /// Keeps the capacity, so that overwriting the copy allocates no more than in the original.
     fn clone(&self) -> Self {
         let mut r = Vec::with_capacity(self.r.capacity());
         r.extend_from_slice(&self.r);
@@ -49,7 +49,7 @@ impl SquareRoot {
         }
     }
 
-    /// `|R x|²` of a padded vector: its squared distance from zero in standard deviations.
+    /// `|R x|²` of a padded vector: its squared Mahalanobis distance from zero.
     pub(crate) fn distance_squared(&self, x: &[Tile]) -> f64 {
         (0..self.n)
             .map(|k| {
@@ -68,7 +68,7 @@ impl SquareRoot {
         })
     }
 
-    /// Does not allocate where there was room for as many variables before.
+    /// Does not allocate if there is capacity for as many variables.
     pub(crate) fn copy_from(&mut self, other: &Self) {
         self.n = other.n;
         self.r.clear();
@@ -91,8 +91,8 @@ impl SquareRoot {
         self.r[..2 * width].split_at_mut(width)
     }
 
-    /// Adds rows of evidence. `z` gathers the right-hand side of `R δ = z` for the change of the mean
-    /// since `z` was zero; `column` is scratch of twice the capacity of the rows.
+    /// Adds rows of evidence. `z` accumulates the right-hand side of `R δ = z` for the change of the mean since `z` was zero; `column` is scratch
+    /// of twice the capacity of the rows.
     pub(crate) fn fold(&mut self, rows: &mut Rows, z: &mut [f64], column: &mut [f64]) -> Fold {
         Arch::new().dispatch(Folding {
             n: self.n,
@@ -112,9 +112,8 @@ impl SquareRoot {
         });
     }
 
-    /// Solves `Rᵀ y = h` in place for every row `h`, all of them zero before entry `from`; the
-    /// dot products of what is left are the covariances of the rows. `column` is scratch of the
-    /// capacity of the rows.
+    /// Solves `Rᵀ y = h` in place for every row `h`, all zero before entry `from`; the dot products of the results are the covariances of the rows.
+    /// `column` is scratch of the capacity of the rows.
     pub(crate) fn solve_transposed(&self, rows: &mut Rows, from: usize, column: &mut [f64]) {
         vectorize(SolvingTransposed {
             root: self,
@@ -176,7 +175,7 @@ impl WithSimd for Solving<'_> {
         let (n, width) = (root.n, tiles(root.n));
         padded.fill([0.0; LANES]);
         for first in (0..width).rev() {
-            // What the later tiles take off, for all rows of this one: none waits for another.
+            // Contributions of the later tiles to all rows of this one: independent of each other.
             let in_tile = first * LANES..n.min((first + 1) * LANES);
             let mut left: Tile = [0.0; LANES];
             let mut inverse: Tile = [0.0; LANES];
@@ -230,7 +229,7 @@ impl WithSimd for SolvingTransposed<'_> {
             for (y, row) in y.iter_mut().zip(here) {
                 *y = row[lane] * inverse;
             }
-            // Before any evidence the coefficients are independent: nothing to take off the others.
+            // Before any evidence the coefficients are independent: nothing to subtract from the others.
             let mut beside = r.iter().flat_map(|tile| tile.0).skip(lane + 1);
             if beside.any(|x| x != 0.0) {
                 for (t, r) in (first..width).zip(r) {

@@ -1,15 +1,14 @@
-//! Vectors padded to whole tiles, which compilers turn into wide instructions.
+//! Vectors padded to whole tiles, for vectorisation by the compiler.
 
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::{Deref, DerefMut};
 
-/// Doubles handled together.
+/// Number of doubles in a tile.
 pub(crate) const LANES: usize = 8;
 /// `LANES` neighbouring columns of one row.
 pub(crate) type Tile = [f64; LANES];
 
-/// A tile on a line of the cache, for the matrices that are read and written most: elsewhere each wide access may
-/// touch two lines.
+/// A tile aligned to a cache line, for the most used matrices: otherwise each wide access may touch two lines.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 pub(crate) struct AlignedTile(pub(crate) Tile);
@@ -32,8 +31,8 @@ impl DerefMut for AlignedTile {
     }
 }
 
-/// In vectors of 256 bits at most: with wider ones the compiler takes one column of many tiles at a time, which gathers and
-/// scatters. What names its vectors itself is dispatched to the widest.
+/// Limited to 256-bit vectors: with wider ones the compiler takes one column of many tiles at a time, with gathers and scatters. Code with explicit
+/// vectors is dispatched to the widest.
 pub(crate) fn vectorize<O: WithSimd>(operation: O) -> O::Output {
     #[cfg(target_arch = "x86_64")]
     if let Some(simd) = pulp::x86::V3::try_new() {
@@ -47,7 +46,7 @@ pub(crate) fn tiles(n: usize) -> usize {
     n.div_ceil(LANES)
 }
 
-/// `to += factor · from`, fused where the machine does that in one instruction.
+/// `to += factor · from`, fused if the machine has such an instruction.
 #[inline(always)]
 pub(crate) fn add_multiple<S: Simd>(to: &mut Tile, factor: f64, from: &Tile) {
     for l in 0..LANES {
@@ -59,7 +58,7 @@ pub(crate) fn add_multiple<S: Simd>(to: &mut Tile, factor: f64, from: &Tile) {
     }
 }
 
-/// `to += a b`, lane by lane, fused likewise.
+/// `to += a b`, lane by lane, fused in the same cases.
 #[inline(always)]
 pub(super) fn add_product<S: Simd>(to: &mut Tile, a: &Tile, b: &Tile) {
     for l in 0..LANES {
@@ -71,7 +70,7 @@ pub(super) fn add_product<S: Simd>(to: &mut Tile, a: &Tile, b: &Tile) {
     }
 }
 
-/// Sum of the lanes, by pairs.
+/// Sum of the lanes, pairwise.
 #[inline(always)]
 pub(crate) fn lane_sum(t: &Tile) -> f64 {
     let mut t = *t;
@@ -96,7 +95,7 @@ pub(super) fn tile_dot(a: &[AlignedTile], b: &[Tile]) -> f64 {
     lane_sum(&sum)
 }
 
-/// Are all values finite? 0 x is zero or NaN, so a sum tells without a branch for each value.
+/// Are all values finite? 0 x is zero or NaN, so the sum needs no branch per value.
 pub(crate) fn all_finite(values: &[f64]) -> bool {
     values.iter().map(|x| 0.0 * x).sum::<f64>() == 0.0
 }

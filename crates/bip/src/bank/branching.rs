@@ -1,4 +1,4 @@
-//! How hypotheses branch, and how their number stays small.
+//! Branching of hypotheses, and the limit on their number.
 
 use super::component::ComponentFilter;
 use super::config::BankConfig;
@@ -7,27 +7,27 @@ use crate::error::BipError;
 use crate::filter::{PhaseEstimate, Posterior};
 use crate::model::PhaseVelocity;
 
-/// Hypotheses lighter than this are dropped.
+/// Hypotheses with a lower weight are dropped.
 const NEGLIGIBLE: f64 = 1e-7;
 
-/// What may have happened in a hypothesis since the last branching.
+/// Event in a hypothesis since the last branching.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Event {
     None,
     Pause,
     Resume,
-    /// A stop or a start that takes its time begins.
+    /// A gradual stop or start begins.
     ChangeOfSpeed,
     ChangeOfMind,
 }
 
-/// How long a gradual stop or start takes on average, as a share of a motion: about a tenth of a second of a reach.
+/// Mean duration of a gradual stop or start, as a share of a motion: about a tenth of a second of a reach.
 pub(super) const CHANGE_OF_SPEED: f64 = 0.1;
 
 /// Share of the stops and starts that are gradual.
 const GRADUAL: f64 = 0.5;
 
-/// The velocity with which a gradual start begins, as a share of the usual one: mean and standard deviation.
+/// Initial velocity of a gradual start, as a share of the mean velocity: mean and standard deviation.
 const STARTS_WITH: f64 = 0.25;
 
 /// A hypothesis that may be kept.
@@ -35,17 +35,17 @@ const STARTS_WITH: f64 = 0.25;
 struct Candidate {
     from: usize,
     event: Event,
-    /// Component it has afterwards.
+    /// Component after the event.
     component: usize,
     weight: f64,
 }
 
-/// How many hypotheses are kept.
+/// Number of hypotheses to keep.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Room {
     pub any: usize,
-    /// Beside them, of those that began on the way and have not branched since: one sample does not tell a place on the way
-    /// from another shape. What branches off them has no room of its own, or all of it would be full of that.
+    /// Additional places for hypotheses that joined the motion under way and have not branched since, as one sample cannot distinguish a late phase
+    /// from another shape. Their branches get no additional places, which they would fill.
     pub joining: usize,
 }
 
@@ -54,7 +54,7 @@ impl Room {
         self.any.saturating_add(self.joining)
     }
 
-    /// Gives a place away, if there is one.
+    /// Takes a place if one is free.
     fn take(&mut self, joins: bool) -> bool {
         let places = match self.any {
             0 if joins => &mut self.joining,
@@ -66,19 +66,19 @@ impl Room {
     }
 }
 
-/// All hypotheses, with scratch that is allocated once.
+/// All hypotheses, with scratch allocated once.
 #[derive(Debug)]
 pub(super) struct Hypotheses {
     pub list: Vec<Hypothesis>,
-    /// Posteriors of dropped hypotheses, for the next ones.
+    /// Posteriors of dropped hypotheses, for reuse.
     spare: Vec<Posterior>,
-    /// One of the component of largest rank: all others are made from it, so that each has room for any component.
+    /// A posterior of the component of largest rank; all others are made from it, so that each has capacity for any component.
     largest: Posterior,
     candidates: Vec<Candidate>,
 }
 
 impl Clone for Hypotheses {
-    /// With the same room: the steps of a copy allocate no more than those of the original.
+    /// Keeps the capacity, so that steps of a copy allocate no more than those of the original.
     fn clone(&self) -> Self {
         let mut list = Vec::with_capacity(self.list.capacity());
         list.extend(
@@ -97,7 +97,7 @@ impl Clone for Hypotheses {
     }
 }
 
-/// A copy of a posterior with the room of a larger one.
+/// A copy of a posterior with the capacity of a larger one.
 fn roomy(largest: &Posterior, posterior: &Posterior) -> Posterior {
     let mut copy = largest.clone();
     copy.copy_from(posterior);
@@ -105,7 +105,7 @@ fn roomy(largest: &Posterior, posterior: &Posterior) -> Posterior {
 }
 
 impl Hypotheses {
-    /// The first component has been found to exist.
+    /// At least one component is required.
     pub(super) fn new(
         mut list: Vec<Hypothesis>,
         components: &[ComponentFilter],
@@ -118,7 +118,7 @@ impl Hypotheses {
         for h in &mut list {
             h.posterior = roomy(&largest, &h.posterior);
         }
-        // Each dropped hypothesis is kept for the next: as many parents and as many children.
+        // Each dropped hypothesis is kept for reuse: as many parents as children.
         list.reserve(2 * capacity);
         let mut spare = Vec::with_capacity(4 * capacity);
         spare.resize(2 * capacity, largest.clone());
@@ -130,7 +130,7 @@ impl Hypotheses {
         }
     }
 
-    /// Becomes as others of the same components are, with the posteriors that it has.
+    /// Copies the state of other hypotheses of the same components, reusing its own posteriors.
     pub(super) fn copy_from(&mut self, other: &Self) {
         while let Some(last) = self.list.len().checked_sub(1) {
             self.discard(last);
@@ -142,7 +142,7 @@ impl Hypotheses {
         }
     }
 
-    /// A posterior with room for any component.
+    /// A posterior with capacity for any component.
     pub(super) const fn largest(&self) -> &Posterior {
         &self.largest
     }
@@ -161,8 +161,7 @@ impl Hypotheses {
             .max_by(|a, b| a.weight.total_cmp(&b.weight))
     }
 
-    /// Lets every event happen in each hypothesis within a `share` of a motion, and keeps the most
-    /// probable hypotheses, as many as there is room for.
+    /// Applies every possible event to each hypothesis within a `share` of a motion, and keeps the most probable hypotheses that fit.
     pub(super) fn branch(
         &mut self,
         share: f64,
@@ -191,7 +190,7 @@ impl Hypotheses {
                 self.add(candidate, components);
             }
         }
-        // From the last, so that what is swapped in has been looked at.
+        // Backwards, so that swapped-in elements have been visited.
         for at in (0..parents).rev() {
             if self.list[at].weight == 0.0 {
                 self.discard(at);
@@ -209,7 +208,7 @@ impl Hypotheses {
         let pause = at_least_one(config.pauses);
         let change = (1.0 - pause) * at_least_one(config.changes);
         let resume = at_least_one(1.0 / config.pause_length);
-        // Either way it ends: at rest or at full speed.
+        // It ends either way: at rest or at full speed.
         let settled = at_least_one(1.0 / CHANGE_OF_SPEED);
         self.candidates.clear();
         for (from, h) in self.list.iter().enumerate() {
@@ -244,7 +243,7 @@ impl Hypotheses {
         }
     }
 
-    /// Adds the hypothesis that follows from an event.
+    /// Adds the hypothesis that results from an event.
     fn add(&mut self, candidate: Candidate, components: &mut [ComponentFilter]) {
         let component = candidate.component;
         let mode = match candidate.event {
@@ -256,7 +255,7 @@ impl Hypotheses {
         let parent = &mut self.list[candidate.from];
         let rested = parent.mode == Mode::Resting;
         if candidate.event == Event::ChangeOfMind {
-            // The shape of the old component means nothing in the new one.
+            // The coefficients of the old component are meaningless in the new one.
             let phase: PhaseEstimate = components[parent.component]
                 .with(&mut parent.posterior, |filter| filter.phase_estimate());
             posterior.copy_from(&components[component].blank);
@@ -286,7 +285,7 @@ impl Hypotheses {
         self.spare.push(dropped.posterior);
     }
 
-    /// Gives the weight of a hypothesis to a heavier one that says about the same.
+    /// Merges a hypothesis into a heavier one that is nearly the same.
     fn merge(&mut self, components: &mut [ComponentFilter]) {
         let list = &mut self.list;
         list.sort_unstable_by(|a, b| b.weight.total_cmp(&a.weight));
@@ -309,14 +308,13 @@ impl Hypotheses {
         }
     }
 
-    /// Turns scores into weights, drops what has become impossible and returns the logarithm of
-    /// the sum of the weights.
+    /// Turns scores into weights, drops impossible hypotheses and returns the logarithm of the sum of the weights.
     ///
     /// # Errors
-    /// Everything has become impossible: the failure, if there is one, else an overflow. The weights stay.
+    /// All hypotheses are impossible: the given failure, if any, else an overflow. The weights stay.
     pub(super) fn adopt_scores(&mut self, failed: Option<BipError>) -> Result<f64, BipError> {
         let scores = self.list.iter().map(|h| h.score);
-        // NaN counts as impossible: `max` passes over it, and its weight becomes zero below.
+        // NaN counts as impossible: `max` skips it, and its weight becomes zero below.
         let best = scores.fold(f64::NEG_INFINITY, f64::max);
         if !best.is_finite() {
             let phase = self.heaviest().map_or(0.0, |h| h.posterior.phase());

@@ -11,14 +11,14 @@ use hwall_numeric::check;
 pub struct Component<'a> {
     /// The model.
     pub model: &'a Model,
-    /// Its probability; those of all components are scaled to a sum of 1.
+    /// Its probability; those of all components are normalised.
     pub probability: f64,
 }
 
-/// A component at work.
+/// A component with its filter.
 #[derive(Debug, Clone)]
 pub(super) struct ComponentFilter {
-    /// Serves the posteriors of all hypotheses of this component in turn.
+    /// Processes the posteriors of all hypotheses of this component in turn.
     pub filter: Filter,
     pub velocity: PhaseVelocity,
     pub probability: f64,
@@ -27,7 +27,7 @@ pub(super) struct ComponentFilter {
 }
 
 impl ComponentFilter {
-    /// Of components whose probabilities have this sum.
+    /// `total`: sum of the probabilities of all components.
     pub(super) fn new(
         component: &Component<'_>,
         total: f64,
@@ -42,7 +42,7 @@ impl ComponentFilter {
         })
     }
 
-    /// Lets the filter work on a posterior of this component.
+    /// Runs the filter on a posterior of this component.
     pub(super) fn with<T>(
         &mut self,
         posterior: &mut Posterior,

@@ -3,32 +3,30 @@
 use crate::filter::{FilterConfig, Gate};
 use hwall_numeric::{ArgumentError, check};
 
-/// Hypotheses or components beyond which the number given must be a mistake.
+/// Largest plausible number of hypotheses or components.
 pub(super) const MOST: usize = 10_000;
 
-/// Parameters of a bank. Rates are expected numbers in a motion; times are shares of a motion of
-/// average duration.
+/// Parameters of a bank. Rates are expected counts per motion; times are shares of a motion of average duration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BankConfig {
-    /// Filter of every hypothesis; its default here refuses outliers.
+    /// Filter of every hypothesis; by default it rejects outliers.
     pub filter: FilterConfig,
-    /// Split the prior of the phase velocity into a slow, a usual and a fast hypothesis. Default
-    /// `true`.
+    /// Split the prior of the phase velocity into a slow, a mean and a fast hypothesis. Default `true`.
     pub split_velocity: bool,
     /// Expected number of pauses. Default 0.3.
     pub pauses: f64,
-    /// Expected length of a pause. Default 0.3.
+    /// Mean duration of a pause. Default 0.3.
     pub pause_length: f64,
-    /// Expected number of changes of mind: the shape of the motion is drawn anew from the prior of
-    /// all components, the phase goes on; evidence about the old end is forgotten. Default 0.2.
+    /// Expected number of changes of mind: the shape of the motion is drawn again from the prior of all components, the phase continues; evidence
+    /// about the old end is forgotten. Default 0.2.
     pub changes: f64,
     /// Probability that the motion has not begun when the filter starts. Default 0.2.
     pub not_begun: f64,
-    /// Probability that it is well under way by then, at any phase. Default 0.05. With the observation noise of the fit alone, one
-    /// late start in twenty is lost all the same: a linearised phase is further off than that noise.
+    /// Probability that it is well under way then, at any phase. Default 0.05. With the observation noise of the fit alone, one late start in
+    /// twenty is still lost: the linearisation error of the phase exceeds that noise.
     pub under_way: f64,
-    /// Most hypotheses kept. Default 8; the time of a step grows in proportion. In the first tenth
-    /// of a motion two for each component are kept, if that is more, and up to eighteen beside them that began on the way.
+    /// Most hypotheses kept. Default 8; the time of a step grows in proportion. In the first tenth of a motion at least two per component are kept,
+    /// and up to eighteen more that joined under way.
     pub hypotheses: usize,
 }
 

@@ -1,4 +1,4 @@
-//! The bank: hypotheses, weighted by how well they predict.
+//! The bank: hypotheses weighted by their predictive density.
 
 use super::branching::{CHANGE_OF_SPEED, Hypotheses, Room};
 use super::component::{Component, ComponentFilter, total_probability};
@@ -9,26 +9,25 @@ use crate::filter::{Filter, FilterConfig, Health, Observation, Update};
 use crate::model::{Model, PhaseVelocity};
 use hwall_numeric::check;
 
-/// Where a motion that is under way may be, and how far from there.
+/// Initial phases of hypotheses for a motion under way.
 const UNDER_WAY: [f64; 18] = [
     0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85,
     0.9,
 ];
-/// Close enough for one linearisation: from a tenth of a motion away the shape takes the blame for the phase.
+/// Their variance: small enough for linearisation, because from a tenth of a motion away the shape is adapted instead of the phase.
 const UNDER_WAY_VARIANCE: f64 = 0.000_625;
 
-/// Share of a motion in which two hypotheses for each component have room, and those of a motion under way.
+/// Share of a motion in which two hypotheses per component and those under way have places.
 const SETTLING: f64 = 0.1;
 
-/// An estimate as a mixture over components of the prior and over what the person is doing.
+/// An estimate as a mixture over components of the prior and over modes of the motion.
 ///
-/// A jump Markov system: at every step a moving hypothesis may pause, at once or by slowing down, or change its mind, and a resting one may go on with a velocity drawn anew or gather speed, each as a new
-/// hypothesis; those that say about the same are merged, the lightest are dropped. An interacting multiple
-/// model would instead mix all histories of a mode into one Gaussian at every step. A change of
-/// mind, before and after which the ends lie far apart, does not survive that.
+/// A jump Markov system: at every step a moving hypothesis may pause, at once or by slowing down, or change its mind, and a resting one may
+/// continue with a new random velocity or gather speed, each as a new hypothesis. Nearly equal hypotheses are merged, the lightest are dropped. An
+/// interacting multiple model would instead mix all histories of a mode into one Gaussian at every step, which fails after a change of mind, where
+/// the ends lie far apart.
 ///
-/// Steps do not allocate. An error leaves the bank as it was, unless the arithmetic overflows in some of the
-/// hypotheses, which are then dropped.
+/// Steps do not allocate. After an error the bank is unchanged, unless the arithmetic overflows in some hypotheses, which are then dropped.
 #[derive(Debug, Clone)]
 pub struct Bank {
     pub(super) components: Vec<ComponentFilter>,
@@ -39,13 +38,13 @@ pub struct Bank {
     /// Shares of a motion since the last branching, and since the start.
     since_branching: f64,
     elapsed: f64,
-    /// Was there evidence since the last branching? Without it, those that were unlikely before would be dropped unheard.
+    /// Has there been evidence since the last branching? Without it, hypotheses that were unlikely before would be dropped untested.
     weighed: bool,
     health: Health,
 }
 
 impl Bank {
-    /// Of one model.
+    /// A bank of one model.
     ///
     /// # Errors
     /// As [`Filter::new`]; rates and times that are negative or not finite, no hypothesis.
@@ -57,7 +56,7 @@ impl Bank {
         Self::of_components(&[component], config)
     }
 
-    /// Of several models with the same degrees of freedom, with their prior probabilities.
+    /// A bank of several models with the same degrees of freedom, with prior probabilities.
     ///
     /// # Errors
     /// As [`new`](Self::new); no model, different degrees of freedom, probabilities that are
@@ -68,7 +67,7 @@ impl Bank {
     ) -> Result<Self, BipError> {
         config.validate()?;
         let total = total_probability(components)?;
-        // With several components there are hypotheses enough to begin with.
+        // With several components there are enough hypotheses initially.
         let split = config.split_velocity && components.len() == 1;
         let (mut filters, mut list) = (Vec::new(), Vec::new());
         for (at, component) in components.iter().enumerate() {
@@ -94,8 +93,8 @@ impl Bank {
         })
     }
 
-    /// Forgets what was observed and becomes as another bank of the same components is: a copy without allocation. That the components
-    /// are of the same models is up to the caller.
+    /// Forgets all observations and copies the state of another bank of the same components, without allocation. The caller must ensure that the
+    /// components have the same models.
     ///
     /// # Errors
     /// A bank with another number of components, or of other sizes.
@@ -132,7 +131,7 @@ impl Bank {
             check::all_finite("dt", &[moved, noise * noise, noise * dt])?;
         }
         self.since_branching += dt * mean;
-        // Waiting before the first evidence settles nothing.
+        // Waiting before the first evidence does not count.
         if self.weighed || self.elapsed > 0.0 {
             self.elapsed += dt * mean;
         }
@@ -194,8 +193,7 @@ impl Bank {
         self.weigh(|filter| filter.observe_phase(phase, variance))
     }
 
-    /// What happened since the start; values accepted and refused are those of the hypothesis that
-    /// was the most probable one at the time.
+    /// Statistics since the start; accepted and rejected values are those of the most probable hypothesis at each time.
     #[must_use]
     pub fn health(&self) -> Health {
         let heaviest = self.hypotheses.heaviest();
@@ -205,7 +203,7 @@ impl Bank {
         }
     }
 
-    /// Hypotheses, in no order; probabilities add up to one.
+    /// Hypotheses, in no order; their probabilities sum to one.
     pub fn hypotheses(&self) -> impl Iterator<Item = HypothesisView> + '_ {
         self.hypotheses.list.iter().map(|h| HypothesisView {
             probability: h.weight,
@@ -216,7 +214,7 @@ impl Bank {
         })
     }
 
-    /// Updates every hypothesis, and its weight by the density that it gave to the evidence.
+    /// Updates every hypothesis and its weight, by the density of the evidence.
     fn weigh(
         &mut self,
         mut update: impl FnMut(&mut Filter) -> Result<Update, BipError>,
@@ -232,12 +230,12 @@ impl Bank {
                         best = (h.score, update);
                     }
                 }
-                // Of a hypothesis that has run away; the others go on.
+                // This hypothesis has diverged; the others continue.
                 Err(error @ BipError::Overflow { .. }) => {
                     h.score = f64::NEG_INFINITY;
                     failed = Some(error);
                 }
-                // Bad evidence is refused by the first hypothesis, before anything has changed.
+                // The first hypothesis rejects invalid evidence before anything has changed.
                 Err(error) => return Err(error),
             }
         }
@@ -252,12 +250,12 @@ impl Bank {
     }
 }
 
-/// Acceleration of the phase that a gradual stop from this velocity needs, 1/time².
+/// Phase acceleration of a gradual stop from this velocity, 1/time².
 fn change_of_speed(velocity: f64) -> f64 {
     velocity.powi(2) / CHANGE_OF_SPEED
 }
 
-/// How many hypotheses are kept after a share of a motion.
+/// Number of hypotheses to keep after a share of a motion.
 fn room(config: &BankConfig, components: usize, elapsed: f64) -> Room {
     if elapsed < SETTLING {
         Room {
@@ -276,7 +274,7 @@ fn room(config: &BankConfig, components: usize, elapsed: f64) -> Room {
     }
 }
 
-/// What a component may be doing when the bank starts.
+/// Initial hypotheses of a component.
 fn add_first_hypotheses(
     list: &mut Vec<Hypothesis>,
     at: usize,
@@ -314,16 +312,14 @@ fn add_first_hypotheses(
     Ok(())
 }
 
-/// A part of the prior of the phase velocity.
+/// A component of the prior of the phase velocity.
 struct VelocityPart {
     share: f64,
     velocity: PhaseVelocity,
 }
 
-/// Phase velocity of each hypothesis at the start. Three normal
-/// distributions one standard deviation apart, with half the variance each, have the mean and the
-/// variance of the one they replace; phase and position are much less linear in the velocity than
-/// one filter can follow.
+/// Phase velocity of each hypothesis at the start. Three normal distributions one standard deviation apart, with half the variance each, have the
+/// mean and the variance of the one they replace; phase and position are too nonlinear in the velocity for a single filter.
 fn velocity_parts(velocity: PhaseVelocity, split: bool) -> Vec<VelocityPart> {
     if !split {
         return vec![VelocityPart {

@@ -1,15 +1,15 @@
-//! One hypothesis about what a person is doing.
+//! One hypothesis about the motion.
 
 use crate::filter::Posterior;
 
-/// What a hypothesis says the person is doing.
+/// Mode of the motion in a hypothesis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
-    /// The motion goes on, at a velocity that changes as in the demonstrations.
+    /// The motion continues, with a velocity that changes as in the demonstrations.
     Moving,
-    /// The hand slows down or gathers speed, as it does before and after a pause.
+    /// The hand slows down or gathers speed, before or after a pause.
     ChangingSpeed,
-    /// The hand rests; the phase stands still.
+    /// The hand rests; the phase is constant.
     Resting,
 }
 
@@ -18,13 +18,13 @@ pub enum Mode {
 pub struct HypothesisView {
     /// Probability.
     pub probability: f64,
-    /// What the person is doing.
+    /// Mode of the motion.
     pub mode: Mode,
     /// Component of the prior, from 0.
     pub component: usize,
     /// Mean of the phase.
     pub phase: f64,
-    /// Mean of the phase velocity, 1/time; while resting, the one before.
+    /// Mean of the phase velocity, 1/time; while resting, that before the rest.
     pub phase_velocity: f64,
 }
 
@@ -33,11 +33,11 @@ pub struct HypothesisView {
 pub(super) struct Hypothesis {
     pub posterior: Posterior,
     pub weight: f64,
-    /// Logarithm of the weight after the evidence of this step, before it is scaled.
+    /// Log weight after the evidence of this step, before normalisation.
     pub score: f64,
     pub mode: Mode,
     pub component: usize,
-    /// Began on the way, at a motion that may have been under way at the start.
+    /// Joined a motion that may have been under way at the start.
     pub joins: bool,
 }
 

@@ -1,7 +1,7 @@
 //! Several priors instead of one: by target or by person.
 //!
-//! One normal distribution over many targets and people is a blurred prior. A mixture keeps the mean
-//! (and, if asked, the covariance) of each group; a [`Bank`] weighs the components while it observes.
+//! One normal distribution over many targets and people is a blurred prior. A mixture keeps the mean (and optionally the covariance) of each group;
+//! a [`Bank`] weights the components online.
 
 use super::component::Component;
 use super::config::BankConfig;
@@ -10,16 +10,15 @@ use crate::error::{BipError, length};
 use crate::model::{Model, Tuning};
 use crate::train::{Demonstration, Trainer, TrainingConfig};
 
-/// Whose covariance a component has.
+/// The covariance of a component.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Covariance {
-    /// That of all demonstrations around the means of their groups: with a few dozen
-    /// demonstrations the better choice, because none of the directions in which people differ is
-    /// lost.
+    /// That of all demonstrations around the means of their groups: better with a few dozen demonstrations, because no direction in which people
+    /// differ is lost.
     #[default]
     Shared,
-    /// That of its own group, which needs many demonstrations in each group, at least two.
+    /// That of its own group; needs many demonstrations in each group, at least two.
     Own,
 }
 
@@ -32,12 +31,11 @@ pub struct Mixture {
 }
 
 impl Mixture {
-    /// Trains one model for each group; its probability is its share of the demonstrations.
-    /// `labels` has one number for each demonstration, such as its target or its person.
+    /// Trains one model for each group; its probability is its share of the demonstrations. `labels` has one number per demonstration, e.g. its
+    /// target or its person.
     ///
     /// # Errors
-    /// No demonstration, another number of labels than demonstrations, with
-    /// [`Covariance::Own`] a group of one demonstration, whatever [`Model::train`] refuses.
+    /// No demonstration, a wrong number of labels, a group of one demonstration with [`Covariance::Own`], errors of [`Model::train`].
     pub fn train(
         demonstrations: &[Demonstration],
         config: &TrainingConfig,
@@ -98,13 +96,13 @@ impl Mixture {
         &self.models
     }
 
-    /// Prior probabilities of the components; they add up to one.
+    /// Prior probabilities of the components; they sum to one.
     #[must_use]
     pub fn probabilities(&self) -> &[f64] {
         &self.probabilities
     }
 
-    /// Numbers of the demonstrations of each component.
+    /// Indices of the demonstrations of each component.
     #[must_use]
     pub fn members(&self) -> &[Vec<usize>] {
         &self.members

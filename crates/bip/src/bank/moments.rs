@@ -1,4 +1,4 @@
-//! What a bank predicts: moments of the mixture of its hypotheses.
+//! Predictions of a bank: moments of the mixture of its hypotheses.
 
 use super::filter_bank::Bank;
 use super::hypothesis::{Hypothesis, Mode};
@@ -6,7 +6,7 @@ use crate::error::{BipError, length};
 use crate::filter::{Filter, TimeToEnd};
 use hwall_numeric::check;
 
-/// Times to the end beyond this, in motions of average duration, are not counted.
+/// Longest time to the end that counts, in motions of average duration.
 const LONGEST: f64 = 5.0;
 
 impl Bank {
@@ -81,7 +81,7 @@ impl Bank {
         )
     }
 
-    /// Mean and variance of what will be measured at a phase; see [`Filter::predict_at`].
+    /// Mean and variance of a measurement at a phase; see [`Filter::predict_at`].
     ///
     /// # Errors
     /// As [`Filter::moments_at`].
@@ -102,9 +102,9 @@ impl Bank {
         )
     }
 
-    /// Mean and covariance (row-major) of some degrees of freedom at a phase, over the hypotheses of one component; `false`, and
-    /// nothing is written, if none of them is left. Use it where components stand for motions that exclude each other, such as
-    /// configurations of an arm on different branches: the mean over all of them is none of these.
+    /// Mean and covariance (row-major) of some degrees of freedom at a phase, over the hypotheses of one component; returns `false` without writing
+    /// if none of them is left. Use it if components are mutually exclusive motions, e.g. configurations of an arm on different branches, whose
+    /// overall mean is none of them.
     ///
     /// # Errors
     /// As [`Filter::covariance_at`].
@@ -131,7 +131,7 @@ impl Bank {
         Ok(true)
     }
 
-    /// Moments of a mixture of the hypotheses that count, from those that `each` gives of one.
+    /// Moments of a mixture of the hypotheses that count, from their own moments by `each`.
     fn mix(
         &mut self,
         counts: impl Fn(&Hypothesis) -> bool,
@@ -159,7 +159,7 @@ impl Bank {
         second.fill(0.0);
         let [part, part_second] = &mut self.moments;
         let (part, part_second) = (&mut part[..m], &mut part_second[..second.len()]);
-        // Shifted by the mean so far, so that nothing cancels (West's way of adding up variances).
+        // Shifted by the mean so far, so that nothing cancels (West's algorithm for variances).
         let mut weight = 0.0;
         for h in self.hypotheses.list.iter_mut().filter(|h| counts(h)) {
             self.components[h.component].with(&mut h.posterior, |f| each(f, part, part_second))?;
@@ -181,9 +181,8 @@ impl Bank {
         Ok(check::all_finite("variance", second)?)
     }
 
-    /// Time left until phase 1. A hand at rest, or on its way to or from rest, is expected to rest for the average pause and to
-    /// go on at the average velocity. `None` unless hypotheses with more than half of the probability say
-    /// when the motion ends.
+    /// Time left until phase 1. A hand at rest, or slowing down or gathering speed, is expected to rest for the average pause and to continue at
+    /// the average velocity. `None` unless hypotheses with more than half of the probability predict the end.
     #[must_use]
     pub fn time_to_end(&mut self) -> Option<TimeToEnd> {
         let (mut weight, mut mean, mut variance) = (0.0, 0.0, 0.0);
@@ -191,7 +190,7 @@ impl Bank {
             let component = &mut self.components[h.component];
             let usual = component.velocity;
             let left = match h.mode {
-                // One that hardly moves would give a division by nearly nothing.
+                // For very small velocities the quotient is meaningless.
                 Mode::Moving => component
                     .with(&mut h.posterior, |f| f.time_to_end())
                     .filter(|t| t.mean.max(t.sd) * usual.mean < LONGEST),

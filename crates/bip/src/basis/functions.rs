@@ -6,32 +6,30 @@ use hwall_numeric::check;
 use hwall_numeric::dense::Matrix;
 use std::fmt;
 
-/// More functions than this are a mistake, and would take minutes to make orthonormal.
+/// Larger counts are a mistake, and would take minutes to orthonormalise.
 const MAX_COUNT: usize = 1024;
 
 /// A family of functions of the phase; the motion is `0` at its start and `1` at its end.
 ///
-/// Centres are spread evenly over `[0, 1]`, both ends included (a single one sits at 0). All
-/// functions are finite at any phase in and near `[0, 1]`; far outside, polynomials of degree d
-/// grow like `phase^d` and reach infinity only past about `1e300^(1/d)`.
+/// Centres are spread evenly over `[0, 1]`, including both ends (a single one is at 0). All functions are finite at any phase in and near `[0, 1]`;
+/// far outside, polynomials of degree d grow like `phase^d` and overflow only past about `1e300^(1/d)`.
 ///
-/// Source: the conventions of the published implementation, [Campbell 2017]; Legendre and
-/// Chebyshev polynomials are those of `2 phase - 1`.
+/// Source: conventions of the published implementation, [Campbell 2017]; Legendre and Chebyshev polynomials have the argument `2 phase - 1`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case", tag = "kind"))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 #[non_exhaustive]
 pub enum Basis {
-    /// `exp(-(phase - centre)² / (2 variance))`. On data far from zero its sum ripples and the
-    /// ripple is mistaken for phase: centre the data, or take the normalised form.
+    /// `exp(-(phase - centre)² / (2 variance))`. On data far from zero its sum ripples, and the ripple is mistaken for phase: centre the data, or
+    /// use the normalised form.
     Gaussian {
         /// Number of functions.
         count: usize,
         /// Variance of each bell, phase².
         variance: f64,
     },
-    /// Gaussians divided by their sum, so that they add up to one at every phase.
+    /// Gaussians divided by their sum, so that they sum to one at every phase.
     NormalizedGaussian {
         /// Number of functions.
         count: usize,
@@ -81,7 +79,7 @@ impl fmt::Display for Basis {
 }
 
 impl Basis {
-    /// Gaussians whose standard deviation is the distance of their centres.
+    /// Gaussians whose standard deviation is the spacing of their centres.
     #[must_use]
     pub fn gaussian(count: usize) -> Self {
         Self::Gaussian {
@@ -90,7 +88,7 @@ impl Basis {
         }
     }
 
-    /// Normalised Gaussians whose standard deviation is the distance of their centres.
+    /// Normalised Gaussians whose standard deviation is the spacing of their centres.
     #[must_use]
     pub fn normalized_gaussian(count: usize) -> Self {
         Self::NormalizedGaussian {
@@ -118,8 +116,8 @@ impl Basis {
     /// Error: derivatives agree with central differences to 1e-8 of the largest one.
     ///
     /// # Errors
-    /// A phase that is not finite or so far out that a function overflows, a slice of another
-    /// length, a width below 1e-6 or a variance below its square.
+    /// A phase that is not finite or so far out that a function overflows, a slice of wrong length, a width below 1e-6 or a variance below its
+    /// square.
     pub fn evaluate_into(
         &self,
         phase: f64,
@@ -148,7 +146,7 @@ impl Basis {
         rows
     }
 
-    /// Rejects an empty or absurdly large family and functions that are too narrow.
+    /// Rejects an empty or absurdly large family and too narrow functions.
     pub(super) fn validate(&self) -> Result<(), ArgumentError> {
         check::that(
             (1..=MAX_COUNT).contains(&self.count()),
@@ -165,7 +163,7 @@ impl Basis {
         }
     }
 
-    /// As [`evaluate_into`](Self::evaluate_into), for checked arguments.
+    /// As [`evaluate_into`](Self::evaluate_into), without checks.
     pub(super) fn fill(&self, phase: f64, values: &mut [f64], derivatives: &mut [f64]) {
         match *self {
             Self::Gaussian { count, variance } => {
@@ -182,7 +180,7 @@ impl Basis {
                 for i in 0..count {
                     let u = (phase - centre(i, count)) / width;
                     values[i] = logistic(u);
-                    // Not values (1 - values): that loses all digits where the step is over.
+                    // Not values (1 - values), which loses all digits beyond the step.
                     derivatives[i] = logistic(u) * logistic(-u) / width;
                 }
             }
@@ -193,7 +191,7 @@ impl Basis {
     }
 }
 
-/// A bell or step narrower than this, in phase, falls between the samples of any recording.
+/// A narrower bell or step, in phase, falls between the samples of any recording.
 const NARROWEST: f64 = 1e-6;
 
 fn wide_enough(what: &'static str, value: f64, least: f64) -> Result<(), ArgumentError> {
@@ -202,7 +200,7 @@ fn wide_enough(what: &'static str, value: f64, least: f64) -> Result<(), Argumen
     Ok(())
 }
 
-/// Distance of neighbouring centres; 1 where there is only one.
+/// Distance of neighbouring centres; 1 for a single one.
 fn spacing(count: usize) -> f64 {
     if count > 1 {
         1.0 / (count - 1) as f64
@@ -219,8 +217,8 @@ fn logistic(u: f64) -> f64 {
     1.0 / (1.0 + (-u).exp())
 }
 
-/// Softmax of the exponents, shifted by the largest: the sum never vanishes, however far away
-/// the phase is. With `g` the values, `g_i' = g_i (c_i - Σ g_j c_j) / variance`.
+/// Softmax of the exponents, shifted by the largest: the sum never vanishes, even at remote phases. With `g` the values,
+/// `g_i' = g_i (c_i - Σ g_j c_j) / variance`.
 fn normalized(phase: f64, count: usize, variance: f64, values: &mut [f64], slopes: &mut [f64]) {
     let nearest = (phase.clamp(0.0, 1.0) * (count - 1) as f64).round() as usize;
     let base = centre(nearest, count);
@@ -240,7 +238,7 @@ fn normalized(phase: f64, count: usize, variance: f64, values: &mut [f64], slope
     }
 }
 
-/// By recurrence, so that the middle of the motion, `x = 0`, is an ordinary point.
+/// By recurrence, so that `x = 0`, in the middle of the motion, is not singular.
 fn powers(x: f64, values: &mut [f64], derivatives: &mut [f64]) {
     let (mut power, mut below) = (1.0, 0.0);
     for (d, (value, derivative)) in values.iter_mut().zip(derivatives).enumerate() {

@@ -1,4 +1,4 @@
-//! Functions of the phase that a motion is composed of.
+//! Basis functions of the phase.
 
 mod functions;
 mod orthonormal;

@@ -1,20 +1,18 @@
-//! The same functions in coordinates in which they are orthonormal over the motion.
+//! The basis in coordinates in which it is orthonormal over the motion.
 
 use super::functions::Basis;
 use crate::error::BipError;
 use hwall_numeric::dense::{Matrix, Svd, dot};
 
-/// Phases over which the functions are made orthonormal.
+/// Number of phases for the orthonormalisation.
 const GRID: usize = 257;
-/// Directions below this share of the largest singular value are dropped: in them the rounding of the
-/// basis functions, 1e-16, would grow past 1e-6.
+/// Directions below this share of the largest singular value are dropped: in them the rounding of the basis functions, 1e-16, would grow past 1e-6.
 const DEPENDENT: f64 = 1e-10;
-/// Stored functions may be this far from orthonormal: rounding over [`DEPENDENT`], with a margin
-/// for exponential functions of other machines.
+/// Largest deviation of stored functions from orthonormality: rounding over [`DEPENDENT`], with a margin for exponential functions of other
+/// machines.
 #[cfg(feature = "serde")]
 const STORED: f64 = 1e-4;
-/// Functions made here are at most this far from orthonormal: directions are dropped until they are. With a margin of
-/// ten, what was made on one machine can be read on every other.
+/// Largest deviation of computed functions; directions are dropped until it holds. The margin of ten makes files readable on every machine.
 const MADE: f64 = 1e-5;
 
 /// Number of phases for this number of functions.
@@ -24,7 +22,7 @@ fn grid(count: usize) -> usize {
 
 /// A basis `Φ` and the change of coordinates `Ψ = Φ T` with `mean(Ψᵀ Ψ) = 1` on `[0, 1]`.
 ///
-/// Weights of `Ψ` are of the size of the data whatever the condition number of `Φ`.
+/// The weights of `Ψ` have the size of the data, whatever the condition number of `Φ`.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct OrthonormalBasis {
     basis: Basis,
@@ -60,15 +58,14 @@ impl OrthonormalBasis {
             inverse: Matrix::from_fn(size, count, |j, i| right[(i, j)] * singular[j]),
         };
         let mut made = of_size(svd.rank(DEPENDENT));
-        // The functions are rounded where they are steep, too, which no singular value shows.
+        // Rounding errors where the functions are steep do not show in the singular values.
         while made.size > 1 && made.deviation() > MADE {
             made = of_size(made.size - 1);
         }
         Ok(made)
     }
 
-    /// As it was stored: the same functions on every machine, whatever signs and last digits the
-    /// decomposition has there.
+    /// From stored values: the same functions on every machine, although signs and last digits of the decomposition differ.
     #[cfg(feature = "serde")]
     pub(crate) fn stored(
         basis: Basis,
@@ -112,7 +109,7 @@ impl OrthonormalBasis {
         }
     }
 
-    /// How far the functions are from orthonormal, and the inverse from one.
+    /// Largest deviation of the functions from orthonormality, and of the inverse from a left inverse.
     fn deviation(&self) -> f64 {
         let (count, size) = (self.basis.count(), self.size);
         let grid = grid(count);
@@ -132,7 +129,7 @@ impl OrthonormalBasis {
                     (inverse - one) / sizes.max(1.0),
                 ];
                 for x in apart {
-                    // NaN is as far away as can be.
+                    // NaN counts as infinite.
                     largest = if x.is_nan() {
                         f64::INFINITY
                     } else {
@@ -156,7 +153,7 @@ impl OrthonormalBasis {
         &self.inverse
     }
 
-    /// The functions as the user named them.
+    /// The basis chosen by the user.
     pub(crate) fn basis(&self) -> Basis {
         self.basis
     }
@@ -166,17 +163,17 @@ impl OrthonormalBasis {
         self.size
     }
 
-    /// Condition number of the functions as the user named them.
+    /// Condition number of the basis chosen by the user.
     pub(crate) fn condition(&self) -> f64 {
         self.condition
     }
 
-    /// Numbers that [`evaluate_into`](Self::evaluate_into) needs as scratch.
+    /// Scratch length for [`evaluate_into`](Self::evaluate_into).
     pub(crate) fn scratch_len(&self) -> usize {
         2 * self.basis.count()
     }
 
-    /// `Ψ` and its derivative at a finite phase; `scratch` has [`scratch_len`](Self::scratch_len) or more.
+    /// `Ψ` and its derivative at a finite phase; `scratch` has at least [`scratch_len`](Self::scratch_len) entries.
     pub(crate) fn evaluate_into(
         &self,
         phase: f64,

@@ -13,29 +13,23 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
 
-/// An estimate of one motion in progress, as an ensemble of phases, phase velocities and
-/// coefficients.
+/// An estimate of one motion in progress, as an ensemble of phases, phase velocities and coefficients.
 ///
-/// The same model, observations, units and errors as [`Filter`](crate::filter::Filter); the first
-/// members are drawn from its prior. The difference: each member predicts the observation at its own phase, so nothing is
-/// linearised, and mean and covariance are those of a sample, with its sampling error.
-/// With [`FilterConfig::clip_phase`](crate::filter::FilterConfig::clip_phase), the mean of the
-/// phases is kept within `[0, 1]`, and a member beyond that predicts that the motion rests at its start
-/// or end.
+/// Same model, observations, units and errors as [`Filter`](crate::filter::Filter); the initial members are drawn from its prior. The difference:
+/// each member predicts the observation at its own phase, so nothing is linearised, and mean and covariance are those of a sample, with its
+/// sampling error. With [`FilterConfig::clip_phase`](crate::filter::FilterConfig::clip_phase), the mean of the phases is kept within `[0, 1]`, and
+/// a member beyond that predicts that the motion rests at its start or end.
 ///
-/// When to take it: where the phase is so uncertain that a linearisation at its mean misleads, or
-/// where the shape of the distribution itself is of interest ([`phases`](Self::phases)). It takes tens of
-/// times as long as the exact filter. On 18 reaches with 47 demonstrations, 300 members with the deterministic
-/// update were a little more accurate than the exact filter, their intervals no better; 50
-/// members with perturbed observations, about as many as state variables, diverged by metres in
-/// some runs.
+/// Use it if the phase is so uncertain that linearisation at its mean fails, or if the shape of the distribution itself is of interest
+/// ([`phases`](Self::phases)). It takes tens of times as long as the exact filter. On 18 reaches with 47 demonstrations, 300 members with the
+/// deterministic update were a little more accurate than the exact filter, with intervals of the same quality; 50 members with perturbed
+/// observations, about as many as state variables, diverged by metres in some runs.
 ///
-/// [`predict`](Self::predict), [`observe`](Self::observe) and [`observe_at`](Self::observe_at) do
-/// not allocate. An error leaves members and draws as they were. The same seed gives the same
-/// answer on machines with the same vector instructions.
+/// [`predict`](Self::predict), [`observe`](Self::observe) and [`observe_at`](Self::observe_at) do not allocate. After an error, members and random
+/// generator are unchanged. The same seed gives the same answer on machines with the same vector instructions.
 ///
-/// Source: [Campbell 2019] (ensemble Bayesian interaction primitives), in the span of the
-/// demonstrations, with rows of the innovation only for observed degrees of freedom.
+/// Source: [Campbell 2019] (ensemble Bayesian interaction primitives), in the span of the demonstrations, with innovation rows only for observed
+/// degrees of freedom.
 #[derive(Debug, Clone)]
 pub struct EnsembleFilter {
     predictor: Predictor,
@@ -49,13 +43,11 @@ pub struct EnsembleFilter {
 }
 
 impl EnsembleFilter {
-    /// Members drawn from the prior, before anything is seen.
+    /// Draws members from the prior.
     ///
     /// # Errors
-    /// Fewer than two members, a gate, a correlation time (also one that
-    /// the model was tuned with: see
-    /// [`TuningConfig::correlation_times`](crate::judge::TuningConfig)); as
-    /// [`Filter::new`](crate::filter::Filter::new).
+    /// Fewer than two members, a gate, a correlation time (also from a tuned model: see
+    /// [`TuningConfig::correlation_times`](crate::judge::TuningConfig)); as [`Filter::new`](crate::filter::Filter::new).
     pub fn new(model: &Model, config: &EnsembleConfig) -> Result<Self, BipError> {
         let members = config.members;
         check::that(members > 1, "members", members as f64, "at least 2")?;
@@ -83,7 +75,7 @@ impl EnsembleFilter {
             for x in state.row_mut(k) {
                 *x = StandardNormal.sample(&mut generator);
             }
-            // Their mean is that of the prior.
+            // Shift their mean to that of the prior.
             state.centre(k);
             for x in state.row_mut(k) {
                 *x = mean + sd * *x;
@@ -103,8 +95,7 @@ impl EnsembleFilter {
         Ok(filter)
     }
 
-    /// Lets `dt` pass: every member moves on at its own velocity with an acceleration drawn for
-    /// it, whatever the update.
+    /// Lets `dt` pass: every member moves at its own velocity with its own random acceleration, whatever the update.
     ///
     /// # Errors
     /// A `dt` that is negative or not finite.
@@ -132,8 +123,8 @@ impl EnsembleFilter {
     /// Takes an observation of the present: each member compares it with its own phase.
     ///
     /// # Errors
-    /// As [`Filter::observe`](crate::filter::Filter::observe); a noise so small beside the spread of the members that their
-    /// covariance has no positive definite rest.
+    /// As [`Filter::observe`](crate::filter::Filter::observe); a noise so small relative to the spread of the members that the innovation
+    /// covariance is not positive definite.
     pub fn observe(&mut self, observation: &Observation<'_>) -> Result<Update, BipError> {
         let at = if self.dynamics.clip {
             PredictedPhase::OwnWithin
@@ -143,8 +134,8 @@ impl EnsembleFilter {
         self.observe_rows(at, observation)
     }
 
-    /// Takes evidence about another phase, such as an end point. The members are asked there, so
-    /// with [`EnsembleUpdate::Deterministic`] this is the exact update of their mean and covariance.
+    /// Takes evidence about another phase, such as an end point. The members predict there, so with [`EnsembleUpdate::Deterministic`] this is the
+    /// exact update of their mean and covariance.
     ///
     /// # Errors
     /// As [`observe`](Self::observe); a phase that is not finite or so far out that a basis overflows.
@@ -234,7 +225,7 @@ impl EnsembleFilter {
         [0, 1].map(|i| [0, 1].map(|j| self.state.covariance(i, j)))
     }
 
-    /// Phases of the members: a sample of the distribution, which may lean to one side or have two humps.
+    /// Phases of the members: a sample of the distribution, which may be skewed or bimodal.
     #[must_use]
     pub fn phases(&self) -> &[f64] {
         self.state.row(0)
@@ -253,8 +244,7 @@ impl EnsembleFilter {
             .collect()
     }
 
-    /// Mean and variance of what will be measured at a phase; see
-    /// [`Filter::predict_at`](crate::filter::Filter::predict_at).
+    /// Mean and variance of a measurement at a phase; see [`Filter::predict_at`](crate::filter::Filter::predict_at).
     ///
     /// # Errors
     /// As [`Filter::moments_at`](crate::filter::Filter::moments_at).

@@ -1,4 +1,4 @@
-//! What the members of an ensemble predict.
+//! Predictions of the members of an ensemble.
 
 use super::table::Table;
 use crate::arithmetic::{LANES, Tile, add_multiple, vectorize};
@@ -6,7 +6,7 @@ use crate::filter::PHASE_STATES;
 use crate::model::Model;
 use pulp::{Simd, WithSimd};
 
-/// The model as members use it, with the scratch that their predictions need.
+/// The model with scratch for the predictions of members.
 #[derive(Debug, Clone)]
 pub(super) struct Predictor {
     model: Model,
@@ -20,14 +20,14 @@ pub(super) struct Predictor {
     raw: Vec<f64>,
 }
 
-/// Phase at which members predict.
+/// Phase of the predictions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum PredictedPhase {
-    /// Each at its own.
+    /// Each at its own phase.
     Own,
-    /// Each at its own; the motion rests before its start and after its end.
+    /// Each at its own phase; the motion rests before its start and after its end.
     OwnWithin,
-    /// All at this one.
+    /// All at this phase.
     Given(f64),
 }
 
@@ -51,7 +51,7 @@ impl Predictor {
         self.model.dofs()
     }
 
-    /// Degree of freedom `dofs[i]` of every member of `state` into row `i` of `out`.
+    /// Writes degree of freedom `dofs[i]` of every member of `state` to row `i` of `out`.
     pub(super) fn predict(
         &mut self,
         state: &Table,
@@ -90,7 +90,7 @@ impl Predictor {
         }
     }
 
-    /// Functions of all groups that are needed, the same phase in several lanes.
+    /// Evaluates the functions of all required groups, at the same phase in several lanes.
     fn evaluate(&mut self, lanes: std::ops::Range<usize>, phase: f64) {
         for (group, basis) in self.model.parts().layout.bases().iter().enumerate() {
             if !self.needed[group] {
@@ -143,8 +143,7 @@ impl WithSimd for Eight<'_> {
     }
 }
 
-/// `value += Σ_n functions[n] · w_n` with the weights `w = mean + U c` of eight members, `N` of
-/// them at a time because each is a chain of additions that wait for each other.
+/// `value += Σ_n functions[n] · w_n` with the weights `w = mean + U c` of eight members, in `N` independent chains of additions.
 #[inline(always)]
 fn add_weighted<S: Simd, const N: usize>(
     value: &mut Tile,

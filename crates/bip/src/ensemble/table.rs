@@ -1,10 +1,10 @@
-//! The members of an ensemble side by side: one row for each variable, eight members to a tile.
+//! The members of an ensemble: one row per variable, eight members per tile.
 
 use crate::arithmetic::{LANES, Tile, add_multiple, all_finite, lane_sum, tiles, vectorize};
 use pulp::{Simd, WithSimd};
 
-/// A table with one row for each variable and one column for each member. Columns are padded to whole
-/// tiles; only [`Table::product`] reads the padding, and needs zeros there.
+/// A table with one row per variable and one column per member. Columns are padded to whole tiles; only [`Table::product`] reads the padding, which
+/// must be zero there.
 #[derive(Debug, Clone)]
 pub(super) struct Table {
     members: usize,
@@ -127,7 +127,7 @@ impl Table {
         }
     }
 
-    /// Sum over the members of the products of a row of this table and one of another.
+    /// Sum over the members of the products of a row of this table and a row of another.
     pub(super) fn product(&self, row: usize, other: &Self, other_row: usize) -> f64 {
         vectorize(Dot {
             a: self.tiles(row),
@@ -135,8 +135,7 @@ impl Table {
         })
     }
 
-    /// Divides the first `m` rows by a lower triangular `m × m` matrix from the left, to whose
-    /// diagonal `shift` is added.
+    /// Divides the first `m` rows by a lower triangular `m × m` matrix from the left, with `shift` added to its diagonal.
     pub(super) fn divide_lower(&mut self, m: usize, lower: &[f64], shift: f64) {
         for i in 0..m {
             for j in 0..i {

@@ -8,7 +8,7 @@ use hwall_numeric::dense::{cholesky_in_place, solve_lower, solve_lower_transpose
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-/// What an innovation says about the members.
+/// Statistics of an innovation.
 pub(super) struct Innovation {
     /// Squared length in units of the innovation covariance `S`.
     pub distance_squared: f64,
@@ -20,9 +20,9 @@ pub(super) struct Innovation {
 #[derive(Debug, Clone)]
 pub(super) struct Scratch {
     pub state: Table,
-    /// What the members expect: deviations from their mean, in units of the noise.
+    /// Predictions of the members: deviations from their mean, in units of the noise.
     pub expected: Table,
-    /// By how much each observed row moves each member.
+    /// Change of each member by each observed row.
     pub change: Table,
     /// Covariance of one state variable with each row of `expected`.
     pub gain: Vec<f64>,
@@ -52,8 +52,8 @@ impl Scratch {
         }
     }
 
-    /// From what the members expect to deviations and innovations in units of the noise; returns
-    /// half the logarithm of the determinant of the noise.
+    /// Converts predictions of the members to deviations and innovations in units of the noise; returns half the logarithm of the determinant of
+    /// the noise.
     pub(super) fn innovations(
         &mut self,
         observation: &Observation<'_>,
@@ -102,8 +102,7 @@ impl Scratch {
         log_sd
     }
 
-    /// Factors the innovation covariance in units of the noise, `S = scale · Y Yᵀ + 1`; returns the
-    /// what it says about the innovation.
+    /// Factors the innovation covariance in units of the noise, `S = scale · Y Yᵀ + 1`; returns the statistics of the innovation.
     pub(super) fn factor(&mut self, m: usize, scale: f64) -> Result<Innovation, BipError> {
         let root = &mut self.root[..m * m];
         for i in 0..m {
@@ -124,8 +123,8 @@ impl Scratch {
         })
     }
 
-    /// What the gain multiplies: for each member `S⁻¹` times its own innovation, or the common one
-    /// for the mean and the reduced one `-L⁻ᵀ (L + 1)⁻¹ Y` for the deviations, `S = L Lᵀ`.
+    /// The factor of the gain: for each member `S⁻¹` times its own innovation, or the common one for the mean and the reduced one
+    /// `-L⁻ᵀ (L + 1)⁻¹ Y` for the deviations, `S = L Lᵀ`.
     pub(super) fn changes(&mut self, m: usize, update: EnsembleUpdate) {
         let root = &self.root[..m * m];
         if update == EnsembleUpdate::Deterministic {

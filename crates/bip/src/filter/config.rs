@@ -2,29 +2,28 @@
 
 use hwall_numeric::{ArgumentError, check};
 
-/// Which measurement noise a filter starts with.
+/// The initial measurement noise of a filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum NoiseSource {
-    /// Residual of the fit: the published convention. Too small for a new person.
+    /// Residual of the fit: the published convention. Too small for an unseen person.
     Fit,
     /// Residual of held-out demonstrations.
     HeldOut,
-    /// Held out where the model has it, else the fit.
+    /// Held-out noise if the model has it, else that of the fit.
     Best,
 }
 
-/// When a value is an outlier.
+/// Criterion for outliers.
 ///
-/// Each value is judged by itself, against its own prediction and the variance of that, so that
-/// one lost finger does not cost the others.
+/// Each value is tested by itself, against its own prediction and variance, so that one lost finger does not discard the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gate {
-    /// Largest distance of a value from its prediction, in standard deviations of the innovation.
-    /// Default 5: one good value in two million is refused.
+    /// Largest distance of a value from its prediction, in standard deviations of the innovation. Default 5: one good value in two million is
+    /// rejected.
     pub deviations: f64,
-    /// After this many observations in a row of which more than half was refused, the next one is
-    /// accepted as a whole: then it is the estimate that is wrong. Default 5.
+    /// After this many consecutive observations with more than half of the values rejected, the next one is accepted as a whole, because then the
+    /// estimate must be wrong. Default 5.
     pub patience: usize,
 }
 
@@ -44,24 +43,20 @@ pub struct FilterConfig {
     pub phase: f64,
     /// Variance of the phase at the start. Default 1e-4: one hundredth of the motion.
     pub phase_variance: f64,
-    /// Variance of the random acceleration of the phase, 1/time⁴, constant within a step: a step
-    /// of length dt adds `[dt⁴/4, dt³/2; dt³/2, dt²]` times it. Default `None`: as the model was
-    /// [tuned](crate::judge::tune), else such that in one sampling period the phase velocity
-    /// changes by one hundredth of its mean.
+    /// Variance of the random acceleration of the phase, 1/time⁴, constant within a step: a step of length dt adds `[dt⁴/4, dt³/2; dt³/2, dt²]`
+    /// times it. Default `None`: as [tuned](crate::judge::tune), else such that the phase velocity changes by one hundredth of its mean per
+    /// sampling period.
     pub acceleration_variance: Option<f64>,
     /// Measurement noise. Default [`NoiseSource::Best`].
     pub noise: NoiseSource,
-    /// Factor on the variance of that noise. A person deviates from the demonstrations in the same
-    /// direction for many samples; noise that is independent must be larger to make up for that.
-    /// Default `None`: as the model was [tuned](crate::judge::tune) (for held-out noise), else 1.
+    /// Factor on the variance of that noise. A person deviates from the demonstrations in the same direction for many samples; independent noise
+    /// must be larger to compensate. Default `None`: as [tuned](crate::judge::tune) (for held-out noise), else 1.
     pub noise_factor: Option<f64>,
-    /// Refusal of outliers. Default `None`: every value is accepted.
+    /// Rejection of outliers. Default `None`: every value is accepted.
     pub gate: Option<Gate>,
-    /// Time for which the motion goes on deviating from what the model can express: deviations
-    /// are a first-order Markov process with the variance of the noise, beside independent
-    /// noise with the variance of the fit. Default `None`: as the model was
-    /// [tuned](crate::judge::tune), else 0, independent from sample to sample. Observations with
-    /// their own noise count as independent.
+    /// Correlation time of deviations from the model: a first-order Markov process with the variance of the noise, plus independent noise with the
+    /// variance of the fit. Default `None`: as [tuned](crate::judge::tune), else 0, i.e. independent from sample to sample. Observations with their
+    /// own noise count as independent.
     pub correlation_time: Option<f64>,
     /// Keep the mean of the phase within `[0, 1]`. Default `true`.
     pub clip_phase: bool,

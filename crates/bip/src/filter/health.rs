@@ -1,24 +1,23 @@
-//! Does a filter still fit what it observes?
+//! Statistics on how well a filter fits its observations.
 
 use super::observation::Update;
 
-/// Updates over which [`Health::recent_distance`] forgets.
+/// Memory of [`Health::recent_distance`], in updates.
 const MEMORY: f64 = 20.0;
 
-/// What happened to a filter since its start.
+/// Statistics of a filter since its start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Health {
     /// Observations taken.
     pub updates: u64,
     /// Values accepted.
     pub rows: u64,
-    /// Values refused as outliers.
+    /// Values rejected as outliers.
     pub gated: u64,
-    /// Sum of the logarithms of the densities of all observations, each given those before.
+    /// Sum of the log densities of all observations, each given the earlier ones.
     pub log_likelihood: f64,
-    /// Squared Mahalanobis distance per value, over about the last twenty observations: around 1
-    /// where the noise is right, far below where it is deliberately large, far above where the
-    /// model does not know such motions.
+    /// Squared Mahalanobis distance per value, over about the last twenty observations: around 1 if the noise is right, far below if it is
+    /// deliberately large, far above if the model does not fit the motion.
     pub recent_distance: f64,
     /// Lower bound of the condition number of the information matrix.
     pub condition: f64,

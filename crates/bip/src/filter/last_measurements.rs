@@ -1,4 +1,4 @@
-//! What was measured last, and the time since.
+//! The last measurements and their ages.
 
 /// The last measurement of a degree of freedom.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,7 +13,7 @@ pub(super) struct LastMeasurement {
 pub(super) struct LastMeasurements {
     /// Time since the start.
     clock: f64,
-    /// The part of it in which the phase moved.
+    /// The part of it during which the phase moved.
     travelled: f64,
     last: Vec<Option<LastMeasurement>>,
 }
@@ -37,13 +37,13 @@ impl LastMeasurements {
         self.travelled = other.travelled;
     }
 
-    /// Lets time pass in which the phase moves.
+    /// Lets time pass while the phase moves.
     pub(super) fn travel(&mut self, dt: f64) {
         self.clock += dt;
         self.travelled += dt;
     }
 
-    /// Lets time pass in which it rests.
+    /// Lets time pass while the phase rests.
     pub(super) fn rest(&mut self, dt: f64) {
         self.clock += dt;
     }
@@ -57,7 +57,7 @@ impl LastMeasurements {
         self.clock - last.clock
     }
 
-    /// Time since then in which the phase moved.
+    /// Time since then during which the phase moved.
     pub(super) fn travelled_since(&self, last: &LastMeasurement) -> f64 {
         self.travelled - last.travelled
     }
@@ -70,12 +70,12 @@ impl LastMeasurements {
         });
     }
 
-    /// For another shape of the motion: old deviations say nothing about it.
+    /// After a change of shape: old deviations are void.
     pub(super) fn forget(&mut self) {
         self.last.fill(None);
     }
 
-    /// For another velocity: it does not lead back to where the phase was.
+    /// After a change of velocity, which cannot be extrapolated back to the last measurement.
     pub(super) fn forget_travel(&mut self) {
         for last in self.last.iter_mut().flatten() {
             last.travelled = self.travelled;

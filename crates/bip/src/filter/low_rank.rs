@@ -13,7 +13,7 @@ use crate::model::Model;
 #[derive(Debug, Clone)]
 pub(super) struct Scratch {
     pub rows: Rows,
-    /// Rows of all values at the state, before they are scaled, and what they predict; for the gate.
+    /// Rows of all values at the state, before scaling, and their predictions; for the gate.
     pub plain: Rows,
     pub predicted: Vec<Predicted>,
     pub root: SquareRoot,
@@ -22,19 +22,17 @@ pub(super) struct Scratch {
     pub padded: Vec<Tile>,
     pub lower: Vec<f64>,
     pub seen: Vec<bool>,
-    /// Places in an observation of the values that are accepted.
+    /// Indices of the accepted values of an observation.
     pub kept: Vec<usize>,
 }
 
 /// An estimate of one motion in progress.
 ///
-/// State: phase, phase velocity, coefficients `c`. Their posterior is kept as a square root
-/// of the information matrix, so it stays symmetric and positive definite by construction.
-/// [`predict`](Self::predict) moves the phase on, [`observe`](Self::observe) and its siblings take
-/// evidence; neither allocates. An error leaves the filter as it was.
+/// State: phase, phase velocity, coefficients `c`. Their posterior is stored as a square root of the information matrix, so it stays symmetric and
+/// positive definite by construction. [`predict`](Self::predict) advances the phase, [`observe`](Self::observe) and related methods take evidence;
+/// neither allocates. After an error the filter is unchanged.
 ///
-/// Source: [Campbell 2017]; the restriction to the span of the demonstrations is exact because
-/// the weights have no process noise.
+/// Source: [Campbell 2017]; the restriction to the span of the demonstrations is exact because the weights have no process noise.
 #[derive(Debug, Clone)]
 pub struct Filter {
     pub(super) projector: Projector,
@@ -47,10 +45,10 @@ pub struct Filter {
 }
 
 impl Filter {
-    /// The prior, before anything is observed.
+    /// Starts with the prior.
     ///
     /// # Errors
-    /// Parameters outside their ranges; held-out noise that the model does not have.
+    /// Parameters outside their ranges; held-out noise if the model has none.
     pub fn new(model: &Model, config: &FilterConfig) -> Result<Self, BipError> {
         config.validate()?;
         let dynamics = PhaseDynamics::new(model, config)?;
@@ -64,7 +62,7 @@ impl Filter {
             gate: config.gate,
             health: Health::NEW,
             scratch: Scratch {
-                // Two at least, for the phase and its velocity.
+                // At least two, for the phase and its velocity.
                 rows: Rows::new(size, dofs.max(2)),
                 plain: Rows::new(size, dofs),
                 predicted: vec![Predicted::default(); dofs],
@@ -74,14 +72,14 @@ impl Filter {
                 padded: vec![[0.0; LANES]; tiles(size)],
                 lower: vec![0.0; dofs * dofs],
                 seen: vec![false; dofs],
-                // Full, so that a copy has room for all.
+                // Full, so that a copy has capacity for all.
                 kept: (0..dofs).collect(),
             },
             posterior,
         })
     }
 
-    /// Forgets what was observed and becomes as another filter of the same model is: a copy without allocation.
+    /// Forgets all observations and copies the state of another filter of the same model, without allocation.
     ///
     /// # Errors
     /// A filter of another size.
@@ -93,10 +91,9 @@ impl Filter {
         Ok(())
     }
 
-    /// Lets `dt` pass: the phase moves on at its velocity, and both become less certain.
+    /// Lets `dt` pass: the phase advances at its velocity, and both become less certain.
     ///
-    /// Steps may have any length. Two steps of half the length add less uncertainty than one,
-    /// because each draws its own acceleration.
+    /// Steps may have any length. Two half steps add less uncertainty than one step, because each draws its own acceleration.
     ///
     /// # Errors
     /// A `dt` that is negative or not finite, or so long that something overflows.
@@ -116,8 +113,8 @@ impl Filter {
         self.posterior.phase_velocity()
     }
 
-    /// Means of the coefficients, one for each direction in which the demonstrations differ; before
-    /// any evidence they are independent standard normal variables.
+    /// Means of the coefficients, one for each direction in which the demonstrations differ; before any evidence they are independent standard
+    /// normal.
     pub fn coefficients(&self) -> impl Iterator<Item = f64> + '_ {
         let state = self.posterior.mean.as_flattened();
         state[PHASE_STATES..self.posterior.size()].iter().copied()
@@ -135,7 +132,7 @@ impl Filter {
         self.noise.sd.get(dof).map(|sd| sd * sd)
     }
 
-    /// What happened since the start of the filter.
+    /// Statistics since the start of the filter.
     #[must_use]
     pub fn health(&self) -> Health {
         Health {
@@ -157,19 +154,19 @@ impl Filter {
         &self.posterior
     }
 
-    /// Puts another posterior of the same model into the filter and takes the present one out.
+    /// Swaps the posterior with another one of the same model.
     pub(crate) fn exchange(&mut self, posterior: &mut Posterior) {
         std::mem::swap(&mut self.posterior, posterior);
     }
 
-    /// Gives the scratch that becomes part of posteriors the room of a larger one.
+    /// Gives the scratch that is swapped into posteriors the capacity of a larger one.
     pub(crate) fn make_room_for(&mut self, largest: &Posterior) {
         let mut root = largest.root.clone();
         root.copy_from(&self.scratch.root);
         self.scratch.root = root;
     }
 
-    /// Do two posteriors of this model say about the same?
+    /// Are two posteriors of this model nearly the same?
     pub(crate) fn are_alike(&mut self, a: &Posterior, b: &Posterior) -> bool {
         a.is_like(b, &mut self.scratch.padded)
     }

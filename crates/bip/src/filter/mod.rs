@@ -2,22 +2,22 @@
 //!
 //! # How it works
 //!
-//! - N demonstrations differ in at most N - 1 directions, and weights have no process noise. The filter therefore runs on
-//!   phase, phase velocity and N - 1 coefficients instead of all weights. This is exact, not an approximation.
-//! - The posterior is the triangular square root of an information matrix, updated by reflections: symmetric and positive
-//!   definite after any number of updates. Its prediction step changes two rows, because only the phase has noise.
-//! - Inside, each basis is replaced by an orthonormal one of the same span: ill-conditioned choices cost no accuracy.
-//! - Evidence may concern the present (`observe`), any other phase (`observe_at`) or the phase itself (`observe_phase`),
-//!   with the noise of the model, variances of your own or a full covariance.
-//! - Deviations that last (`correlation_time`) are a Markov process beside the motion. It needs no further state: a share
-//!   of the last measurement is subtracted from each new one, and the rows then depend on two phases. On recorded hands
-//!   this halves the error once 90 % of a reach is observed; a step takes half as long again.
-//! - An `EnsembleFilter` carries members drawn from the prior and linearises nothing. It has two updates: perturbed
-//!   observations, and a deterministic square root, the default. With no more perturbed members than state variables it can diverge.
-//! - Model files are JSON with a version and a digest; they give back every bit, on any machine, because the change to
-//!   orthonormal functions is stored and not computed again.
-//! - AIC and BIC count all parameters and estimate the noise. The published forms count too few and fix the noise, so that
-//!   on data in metres the edge of the grid decides.
+//! - N demonstrations differ in at most N - 1 directions, and weights have no process noise. So the filter uses phase, phase velocity and N - 1
+//!   coefficients instead of all weights. This is exact.
+//! - The posterior is the triangular square root of an information matrix, updated by reflections: symmetric and positive definite after any number
+//!   of updates. The prediction step changes two rows, because only the phase has noise.
+//! - Internally, each basis is replaced by an orthonormal one of the same span, so ill-conditioned choices do not cost accuracy.
+//! - Evidence may concern the present (`observe`), any other phase (`observe_at`) or the phase itself (`observe_phase`), with the noise of the
+//!   model, your own variances or a full covariance.
+//! - Persistent deviations (`correlation_time`) are a Markov process in addition to the motion. They need no further state: a share of the last
+//!   measurement is subtracted from each new one, and the rows then depend on two phases. On recorded hands this halves the error once 90 % of a
+//!   reach is observed; a step takes half as long again.
+//! - An `EnsembleFilter` carries members drawn from the prior and linearises nothing. It has two updates: perturbed observations, and a
+//!   deterministic square root, the default. With no more perturbed members than state variables it can diverge.
+//! - Model files are JSON with a version and a digest; they restore every bit, on any machine, because the change to orthonormal functions is
+//!   stored instead of recomputed.
+//! - AIC and BIC count all parameters and estimate the noise. The published forms count too few and fix the noise, so that on data in metres the
+//!   edge of the grid decides.
 
 mod config;
 mod health;

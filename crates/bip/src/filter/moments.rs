@@ -1,4 +1,4 @@
-//! What a filter predicts: for now, for any phase, for any later time, for the end.
+//! Predictions of a filter: for the present, any phase, any later time, and the end.
 
 use super::low_rank::Filter;
 use super::noise::Lasting;
@@ -12,14 +12,14 @@ use hwall_numeric::check;
 pub struct TimeToEnd {
     /// `(1 - phase) / phase velocity`, in the unit of the demonstrations.
     pub mean: f64,
-    /// Its standard deviation, by linearisation: too small where the velocity is uncertain, unless the model was
-    /// [tuned](crate::judge::tune), which makes up for that.
+    /// Its standard deviation, by linearisation: too small if the velocity is uncertain, unless the model was [tuned](crate::judge::tune), which
+    /// compensates for that.
     pub sd: f64,
 }
 
-/// Variances here are those of the trajectory itself, unless stated otherwise; a measurement of it
-/// adds the noise of [`noise_variance`](Filter::noise_variance). Queries with variances borrow the
-/// filter mutably because they use its scratch; they do not change the estimate.
+/// Variances are those of the trajectory itself, unless stated otherwise; a measurement adds the noise of
+/// [`noise_variance`](Filter::noise_variance). Queries with variances borrow the filter mutably because they use its scratch; they do not change
+/// the estimate.
 impl Filter {
     /// Covariance of phase and phase velocity.
     #[must_use]
@@ -46,10 +46,10 @@ impl Filter {
 
     /// Mean and variance of some degrees of freedom at a phase: 1 is the end point.
     ///
-    /// The phase is taken as given; the uncertainty is that of the shape of the motion.
+    /// The phase is given; the uncertainty is that of the shape of the motion.
     ///
     /// # Errors
-    /// A phase that is not finite or overflows, an unknown degree of freedom, other lengths.
+    /// A phase that is not finite or overflows, an unknown degree of freedom, wrong lengths.
     pub fn moments_at(
         &mut self,
         phase: f64,
@@ -61,7 +61,7 @@ impl Filter {
         length("mean", dofs.len(), mean.len())?;
         length("variance", dofs.len(), variance.len())?;
         self.known(dofs)?;
-        // As many at once as there is scratch for: one degree of freedom may be asked for twice.
+        // In chunks of the scratch capacity: a degree of freedom may be repeated.
         let capacity = self.scratch.rows.capacity();
         for (dofs, (mean, variance)) in dofs
             .chunks(capacity)
@@ -76,7 +76,7 @@ impl Filter {
         finite(phase, mean, variance)
     }
 
-    /// Rows of some degrees of freedom at a phase, as many as there is scratch for, and their means.
+    /// Rows of some degrees of freedom at a phase, at most the scratch capacity, and their means.
     fn set_rows(&mut self, phase: f64, dofs: &[usize], mean: &mut [f64]) {
         self.projector.set_phase(phase);
         let rows = &mut self.scratch.rows;
@@ -89,7 +89,7 @@ impl Filter {
         }
     }
 
-    /// Makes the products of the rows their covariances; the rows are zero before entry `from`.
+    /// Replaces the rows so that their products are their covariances; the rows are zero before entry `from`.
     fn solve_rows(&mut self, from: usize) {
         let scratch = &mut self.scratch;
         let root = &self.posterior.root;
@@ -100,8 +100,8 @@ impl Filter {
         self.scratch.rows.dot(i, j, self.posterior.mean.len())
     }
 
-    /// Mean and variance of what will be measured at a later phase: the mean motion, the part of
-    /// the present deviation that lasts until then, and the noise that cannot be predicted.
+    /// Mean and variance of a measurement at a later phase: the mean motion, the part of the present deviation that persists until then, and
+    /// unpredictable noise.
     ///
     /// # Errors
     /// As [`moments_at`](Self::moments_at).
@@ -161,7 +161,7 @@ impl Filter {
         finite(phase, mean, variance)
     }
 
-    /// Refuses degrees of freedom that the model does not have.
+    /// Rejects unknown degrees of freedom.
     fn known(&self, dofs: &[usize]) -> Result<(), BipError> {
         let count = self.projector.dofs();
         match dofs.iter().find(|d| **d >= count) {
@@ -170,8 +170,7 @@ impl Filter {
         }
     }
 
-    /// Mean and covariance (row-major) of some degrees of freedom at a given phase, such as the
-    /// three coordinates of a contact point at phase 1.
+    /// Mean and covariance (row-major) of some degrees of freedom at a given phase, e.g. the three coordinates of a contact point at phase 1.
     ///
     /// # Errors
     /// As [`moments_at`](Self::moments_at); more degrees of freedom than the model has.

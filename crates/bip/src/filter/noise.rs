@@ -1,9 +1,8 @@
-//! How measurements differ from what the model can express of a motion.
+//! Deviations of measurements from what the model can express.
 //!
-//! They differ in the same direction for many samples: as a Markov process
-//! `r(t + dt) = a r(t) + noise`, `a = exp(-dt / correlation time)`. That needs no further state:
-//! the difference of a measurement and a share of the one before it has nearly independent noise,
-//! and it depends on the motion at two phases [Bryson 1968].
+//! They have the same direction for many samples: a Markov process `r(t + dt) = a r(t) + noise`, `a = exp(-dt / correlation time)`. It needs no
+//! further state: the difference of a measurement and a share of the previous one has nearly independent noise, and depends on the motion at two
+//! phases [Bryson 1968].
 
 use super::config::{FilterConfig, NoiseSource};
 use crate::error::BipError;
@@ -17,24 +16,24 @@ pub(crate) struct NoiseModel {
     pub sd: Vec<f64>,
     /// Their logarithms.
     pub ln_sd: Vec<f64>,
-    /// The same as held-out demonstrations have it, without the factor.
+    /// The same from held-out demonstrations, without the factor.
     pub residual_sd: Vec<f64>,
     /// Factor on the standard deviations of predicted measurements.
     pub spread: f64,
-    /// The same on that of the time to the end.
+    /// Factor on the standard deviation of the time to the end.
     pub time_spread: f64,
-    /// Time for which deviations last; 0 for none.
+    /// Correlation time of deviations; 0 for none.
     pub correlation_time: f64,
     /// Variance of the independent part.
     independent: Vec<f64>,
 }
 
-/// What a measurement says about a later deviation.
+/// Prediction of a later deviation from a measurement.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lasting {
-    /// Share of the present deviation that is expected then.
+    /// Expected share of the present deviation at that time.
     pub share: f64,
-    /// Variance of the deviation then.
+    /// Variance of the deviation at that time.
     pub variance: f64,
 }
 
@@ -73,8 +72,8 @@ impl NoiseModel {
         })
     }
 
-    /// Best linear prediction of a deviation after a time, from one measurement. The variance of the
-    /// fit is independent, the rest of the noise lasts.
+    /// Best linear prediction of a deviation after a time, from one measurement. The variance of the fit is independent, the rest of the noise
+    /// persists.
     pub(super) fn lasting(&self, dof: usize, time: f64) -> Lasting {
         let all = self.sd[dof].powi(2);
         let lasting = (all - self.independent[dof]).max(0.0);

@@ -1,10 +1,10 @@
-//! Evidence: which degrees of freedom were measured, with which values and which noise.
+//! Evidence: the measured degrees of freedom, their values and noise.
 
 use crate::error::{BipError, length};
 use hwall_numeric::check;
 use hwall_numeric::dense::cholesky_in_place;
 
-/// Values of some degrees of freedom. What is not listed is not observed.
+/// Values of some degrees of freedom. Degrees of freedom that are not listed are not observed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Observation<'a> {
     pub(crate) dofs: &'a [usize],
@@ -12,7 +12,7 @@ pub struct Observation<'a> {
     pub(crate) noise: Noise<'a>,
 }
 
-/// Whose noise an observation has.
+/// Noise of an observation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Noise<'a> {
     Model,
@@ -21,7 +21,7 @@ pub(crate) enum Noise<'a> {
 }
 
 impl<'a> Observation<'a> {
-    /// With the measurement noise of the filter.
+    /// Uses the measurement noise of the filter.
     #[must_use]
     pub fn new(dofs: &'a [usize], values: &'a [f64]) -> Self {
         Self {
@@ -31,7 +31,7 @@ impl<'a> Observation<'a> {
         }
     }
 
-    /// The degrees of freedom observed, for filters of other crates.
+    /// The observed degrees of freedom, for filters of other crates.
     #[must_use]
     pub const fn dofs(&self) -> &'a [usize] {
         self.dofs
@@ -43,7 +43,7 @@ impl<'a> Observation<'a> {
         self.values
     }
 
-    /// With a variance for each value instead, in the squared unit of the degree of freedom.
+    /// Uses a variance for each value instead, in the squared unit of the degree of freedom.
     #[must_use]
     pub fn with_variances(self, variances: &'a [f64]) -> Self {
         Self {
@@ -52,7 +52,7 @@ impl<'a> Observation<'a> {
         }
     }
 
-    /// With a covariance of all values instead, row-major. Its lower triangle is read.
+    /// Uses a covariance of all values instead, row-major. Only its lower triangle is read.
     #[must_use]
     pub fn with_covariance(self, covariance: &'a [f64]) -> Self {
         Self {
@@ -61,7 +61,7 @@ impl<'a> Observation<'a> {
         }
     }
 
-    /// Checks everything but the covariance; `seen` is scratch with one entry for each degree of freedom.
+    /// Checks everything but the covariance; `seen` is scratch with one entry per degree of freedom.
     pub(crate) fn validate(&self, seen: &mut [bool]) -> Result<(), BipError> {
         length("values", self.dofs.len(), self.values.len())?;
         check::all_finite("values", self.values)?;
@@ -93,7 +93,7 @@ impl<'a> Observation<'a> {
         }
     }
 
-    /// Lower Cholesky factor of the noise into `lower` where it is a full covariance.
+    /// Writes the lower Cholesky factor of the noise to `lower` if it is a full covariance.
     pub(crate) fn factor_noise(&self, lower: &mut [f64]) -> Result<(), BipError> {
         if let Noise::Covariance(c) = self.noise {
             let lower = &mut lower[..c.len()];
@@ -104,7 +104,7 @@ impl<'a> Observation<'a> {
         Ok(())
     }
 
-    /// The same for some of the values, by their places.
+    /// The same for some of the values, by their indices.
     pub(super) fn factor_noise_of(
         &self,
         kept: &[usize],
@@ -124,23 +124,21 @@ impl<'a> Observation<'a> {
     }
 }
 
-/// What an observation says about the estimate before it.
+/// Statistics of an observation, relative to the estimate before it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Update {
     /// Values accepted.
     pub rows: usize,
-    /// Values refused as outliers.
+    /// Values rejected as outliers.
     pub gated: usize,
-    /// Squared Mahalanobis distance of the observation from its prediction; its mean is `rows`
-    /// where the model is right.
+    /// Squared Mahalanobis distance of the observation from its prediction; its mean is `rows` if the model is right.
     pub distance_squared: f64,
-    /// Natural logarithm of the density of the observation; a refused value counts as if it lay
-    /// at the gate.
+    /// Natural log density of the observation; a rejected value counts as if it were at the gate.
     pub log_likelihood: f64,
 }
 
 impl Update {
-    /// An observation of nothing.
+    /// An empty observation.
     pub(crate) const NOTHING: Self = Self {
         rows: 0,
         gated: 0,

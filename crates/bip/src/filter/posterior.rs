@@ -1,4 +1,4 @@
-//! What a filter knows of a motion, and how that changes while time passes.
+//! The posterior of a motion, and its prediction over time.
 
 use super::config::FilterConfig;
 use super::last_measurements::LastMeasurements;
@@ -7,16 +7,15 @@ use crate::error::BipError;
 use crate::model::{Model, PhaseVelocity};
 use hwall_numeric::check;
 
-/// Entries of the state before the coefficients: phase and phase velocity.
+/// Number of states before the coefficients: phase and phase velocity.
 pub(crate) const PHASE_STATES: usize = 2;
 
-/// Two posteriors are alike if their means are closer than this, in squared standard deviations of
-/// the first, ...
+/// Two posteriors are alike if the squared Mahalanobis distance of their means, by the first one, is below this ...
 const SAME_MEAN: f64 = 0.25;
 /// ... and no diagonal entry of their square roots differs by more than this, as a logarithm.
 const SAME_SPREAD: f64 = 0.3;
 
-/// How the phase moves on.
+/// Dynamics of the phase.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PhaseDynamics {
     /// Standard deviation of the acceleration.
@@ -48,7 +47,7 @@ impl PhaseDynamics {
         }
     }
 
-    /// A phase, held within the motion if that is asked for.
+    /// The phase, clamped to the motion if configured.
     pub(crate) fn clipped(&self, phase: f64) -> f64 {
         if self.clip {
             phase.clamp(0.0, 1.0)
@@ -65,20 +64,19 @@ pub(crate) struct PhaseEstimate {
     pub covariance: [[f64; 2]; 2],
 }
 
-/// Phase, phase velocity and coefficients: their mean, the square root of their information
-/// matrix, and what was measured last.
+/// Phase, phase velocity and coefficients: mean, square root of the information matrix, and last measurements.
 #[derive(Debug, Clone)]
 pub(crate) struct Posterior {
     /// Padded.
     pub(super) mean: Vec<Tile>,
     pub(super) root: SquareRoot,
     pub(super) last: LastMeasurements,
-    /// Observations in a row that were mostly refused.
+    /// Number of consecutive observations that were mostly rejected.
     pub(super) refused: usize,
 }
 
 impl Posterior {
-    /// Before any evidence: coefficients are independent standard normal variables.
+    /// Prior: coefficients are independent standard normal variables.
     pub(super) fn new(model: &Model, config: &FilterConfig) -> Self {
         let size = PHASE_STATES + model.rank();
         let velocity = model.phase_velocity();
@@ -114,12 +112,12 @@ impl Posterior {
         self.root.condition()
     }
 
-    /// Holds the mean of the phase within the motion if that is asked for.
+    /// Clamps the mean of the phase to the motion if configured.
     pub(super) fn clip_phase(&mut self, dynamics: PhaseDynamics) {
         self.mean[0][0] = dynamics.clipped(self.mean[0][0]);
     }
 
-    /// Does not allocate where there was room for as many variables before.
+    /// Does not allocate if there is capacity for as many variables.
     pub(crate) fn copy_from(&mut self, other: &Self) {
         self.mean.clear();
         self.mean.extend_from_slice(&other.mean);
@@ -132,8 +130,7 @@ impl Posterior {
         self.last.copy_time_from(&other.last);
     }
 
-    /// Does another posterior of the same model say about the same? `away` is scratch of the
-    /// length of the mean.
+    /// Is another posterior of the same model nearly the same? `away` is scratch of the length of the mean.
     pub(crate) fn is_like(&self, other: &Self, away: &mut [Tile]) -> bool {
         let means = self
             .mean
@@ -147,7 +144,7 @@ impl Posterior {
             && self.root.distance_squared(away) < SAME_MEAN
     }
 
-    /// Lets `dt` pass: the phase moves on at its velocity, and both become less certain.
+    /// Lets `dt` pass: the phase advances at its velocity, and both become less certain.
     ///
     /// # Errors
     /// A `dt` that is negative or not finite, or so long that something overflows.
@@ -187,11 +184,9 @@ impl Posterior {
         self.last.rest(dt);
     }
 
-    /// Forgets the velocity, which becomes independent of the rest. What was known
-    /// of phase and shape without it is kept.
+    /// Forgets the velocity, which becomes independent of the other variables. Marginal information about phase and shape is kept.
     pub(crate) fn redraw_velocity(&mut self, velocity: PhaseVelocity) {
-        // With the velocity as the first variable one rotation makes the two top rows triangular
-        // again; the row of the velocity is then dropped, which is marginalisation.
+        // With the velocity as the first variable, one rotation makes the two top rows triangular again; dropping the velocity row marginalises it.
         let (top, second) = self.root.top_two_mut();
         let h = top[0][1].hypot(second[0][1]);
         let (c, s) = (top[0][1] / h, second[0][1] / h);
@@ -207,11 +202,10 @@ impl Posterior {
         self.last.forget_travel();
     }
 
-    /// Forgets the shape: the coefficients become those of the prior, with this phase and velocity, of
-    /// which they are independent.
+    /// Forgets the shape: the coefficients return to their prior, independent of this phase and velocity.
     pub(crate) fn begin_with_phase(&mut self, estimate: &PhaseEstimate) {
         let [[variance, covariance], [_, velocity_variance]] = estimate.covariance;
-        // Variance of the phase where the velocity is known: positive however closely the two are tied.
+        // Variance of the phase given the velocity: positive even if they are almost fully correlated.
         let tied = covariance / velocity_variance;
         let phase_alone = (variance - tied * covariance).max(variance * f64::EPSILON);
         self.root.set_diagonal(|k| match k {
@@ -234,7 +228,7 @@ mod tests {
     use crate::model::{Group, Model, PhaseVelocity};
     use crate::train::{Demonstration, TrainingConfig};
 
-    /// A filter some way into a motion, so that everything is correlated.
+    /// A filter partway into a motion, so that everything is correlated.
     fn under_way() -> Filter {
         let demonstrations: Vec<Demonstration> = (0..6_u32)
             .map(|i| {

@@ -1,4 +1,4 @@
-//! Rows of the measurement matrix: only what is observed, only in the span of the demonstrations.
+//! Rows of the measurement matrix, only for observed values, in the span of the demonstrations.
 
 use super::posterior::PHASE_STATES;
 use crate::arithmetic::{AlignedTile, LANES, Tile, add_multiple, lane_sum, tiles};
@@ -6,21 +6,21 @@ use crate::model::{Model, WeightLayout};
 use hwall_numeric::dense::dot;
 use pulp::{Arch, Simd, WithSimd};
 
-/// Prediction of one degree of freedom at one phase, and its derivative by phase.
+/// Prediction of one degree of freedom at one phase, and its derivative with respect to phase.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Predicted {
     pub value: f64,
     pub slope: f64,
 }
 
-/// The model laid out for fast rows, with the scratch that evaluating a basis needs.
+/// The model laid out for fast rows, with scratch for evaluating a basis.
 #[derive(Debug, Clone)]
 pub(super) struct Projector {
     width: usize,
     layout: WeightLayout,
     offset: Vec<f64>,
     mean: Vec<f64>,
-    /// Factor in state columns. For each degree of freedom: tile after tile, in each the weights in order.
+    /// Factor in state columns. For each degree of freedom: tile by tile, with the weights in order.
     factor: Vec<AlignedTile>,
     values: Vec<Vec<f64>>,
     slopes: Vec<Vec<f64>>,
@@ -62,7 +62,7 @@ impl Projector {
         self.layout.dofs()
     }
 
-    /// Evaluates all bases; the rows are then those at this phase.
+    /// Evaluates all bases; subsequent rows are those at this phase.
     pub(super) fn set_phase(&mut self, phase: f64) {
         for (group, basis) in self.layout.bases().iter().enumerate() {
             basis.evaluate_into(
@@ -74,8 +74,8 @@ impl Projector {
         }
     }
 
-    /// Row of degree of freedom `d` on the coefficients, handed out tile by tile, and its
-    /// prediction for the padded `state` (whose first two entries do not matter).
+    /// Row of degree of freedom `d` on the coefficients, passed tile by tile, and its prediction for the padded `state` (whose first two entries
+    /// are ignored).
     pub(super) fn row(&self, d: usize, state: &[Tile], tile: impl FnMut(usize, Tile)) -> Predicted {
         Arch::new().dispatch(Row {
             projector: self,
@@ -122,7 +122,7 @@ impl<F: FnMut(usize, Tile)> WithSimd for Row<'_, F> {
     }
 }
 
-/// The sums of the tiles of a block, each times its value and times its slope.
+/// The sums of the tiles of a block, weighted by values and by slopes.
 #[inline(always)]
 fn combined<S: Simd>(
     simd: S,
@@ -133,7 +133,7 @@ fn combined<S: Simd>(
     let mut h: Tile = [0.0; LANES];
     let mut g: Tile = [0.0; LANES];
     if S::F64_LANES == LANES {
-        // By name, as in the update.
+        // Explicit vectors, as in the update.
         let splat = |x: f64| simd.splat_f64s(x);
         let (mut by_value, mut by_slope) = (splat(0.0), splat(0.0));
         for ((u, v), s) in block.iter().zip(values).zip(slopes) {

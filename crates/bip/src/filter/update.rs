@@ -1,4 +1,4 @@
-//! How a filter takes evidence.
+//! Measurement updates of a filter.
 
 use super::low_rank::Filter;
 use super::observation::{Noise, Observation, Update};
@@ -10,16 +10,14 @@ impl Filter {
     /// Takes an observation of the present, at the estimated phase.
     ///
     /// # Errors
-    /// Numbers that are not finite, unknown or repeated degrees of freedom, a noise that is not
-    /// positive (definite).
+    /// Numbers that are not finite, unknown or repeated degrees of freedom, a noise that is not positive (definite).
     pub fn observe(&mut self, observation: &Observation<'_>) -> Result<Update, BipError> {
         self.observe_rows(None, observation)
     }
 
-    /// Takes evidence about another phase: a via-point, or an end point estimated elsewhere.
-    /// It concerns the shape of the motion only, not the present phase. Each call is new
-    /// evidence: an estimate that is renewed at every frame from the same samples must be given
-    /// only once, or to a copy of the filter.
+    /// Takes evidence about another phase: a via-point, or an end point estimated elsewhere. It concerns the shape of the motion only, not the
+    /// present phase. Each call counts as new evidence: an estimate that is recomputed at every frame from the same samples must only be given
+    /// once, or to a copy of the filter.
     ///
     /// # Errors
     /// As [`observe`](Self::observe); a phase that is not finite or so far out that a basis overflows.
@@ -79,7 +77,7 @@ impl Filter {
         Ok(self.accept(update))
     }
 
-    /// Rows of the kept values: slopes in the state and residuals. Returns the sum of the logarithms of the standard deviations.
+    /// Rows of the kept values: slopes in the state and residuals. Returns the sum of the log standard deviations.
     fn linearize(&mut self, at_phase: bool, phase: f64, observation: &Observation<'_>) -> f64 {
         let present = if at_phase { 0.0 } else { 1.0 };
         let state = &self.posterior.mean;
@@ -87,7 +85,7 @@ impl Filter {
         let rows = &mut scratch.rows;
         let m = scratch.kept.len();
         rows.reset(m);
-        // The gate has looked at the same rows.
+        // The gate has evaluated the same rows.
         let known = self.gate.is_some();
         if !known {
             self.projector.set_phase(phase);
@@ -126,8 +124,7 @@ impl Filter {
         log_sd
     }
 
-    /// Turns the prepared rows of an observation into differences to the last measurements.
-    /// Returns the sum of the logarithms of the standard deviations.
+    /// Converts the prepared rows of an observation to differences from the last measurements. Returns the sum of the log standard deviations.
     fn subtract_lasting(&mut self, observation: &Observation<'_>) -> f64 {
         let scratch = &mut self.scratch;
         let state = &self.posterior.mean;
@@ -148,7 +145,7 @@ impl Filter {
             let time = self.posterior.last.time_since(&last);
             let lasting = self.noise.lasting(d, time);
             let sd = lasting.variance.sqrt();
-            // The rows were made for the noise of the model.
+            // The rows were scaled for the noise of the model.
             let scale = self.noise.sd[d] / sd;
             let old = lasting.share / sd;
             let rows = &mut scratch.rows;
@@ -157,7 +154,7 @@ impl Filter {
                     *r = *r * scale - old * h;
                 }
             });
-            // That phase is the present one less the distance since: d/dphase 1, d/dvelocity -age.
+            // That phase is the present one minus the distance since: d/dphase 1, d/dvelocity -age.
             let slope = old * predicted.slope;
             let first = rows.tile_mut(i, 0);
             first[0] -= slope;
@@ -168,7 +165,7 @@ impl Filter {
         log_sd
     }
 
-    /// Leaves in `kept` the places of the values that lie within the gate.
+    /// Keeps in `kept` the indices of the values within the gate.
     fn refuse_outliers(
         &mut self,
         fixed: Option<f64>,
@@ -194,7 +191,7 @@ impl Filter {
                 *plain.tile_mut(at, t) = tile;
             });
             scratch.predicted[at] = predicted;
-            // That of the prediction only adds to the variance.
+            // The prediction only adds to the variance, so this test is sufficient.
             within &= (y - predicted.value).powi(2) <= limit * noise_variance(at);
         }
         if within {
@@ -248,7 +245,7 @@ impl Filter {
         Ok(refused)
     }
 
-    /// Folds the prepared rows into a copy of the posterior, which [`accept`](Self::accept) adopts.
+    /// Folds the prepared rows into a copy of the posterior; [`accept`](Self::accept) adopts it.
     fn fold(&mut self, m: usize, phase: f64) -> Result<Update, BipError> {
         let scratch = &mut self.scratch;
         scratch.root.copy_from(&self.posterior.root);
@@ -286,11 +283,11 @@ impl Filter {
     }
 }
 
-/// Values that were refused, and the density they would have had at the gate.
+/// Rejected values, and their density at the gate.
 #[derive(Debug, Clone, Copy, Default)]
 struct Refused {
     rows: usize,
-    /// Observations in a row that were mostly refused, with this one.
+    /// Consecutive observations that were mostly rejected, including this one.
     in_a_row: usize,
     log_likelihood: f64,
 }

@@ -1,4 +1,4 @@
-//! How well a filter predicts the end of motions it was not trained on.
+//! Evaluates how well a filter predicts the end of unseen motions.
 
 use super::map_indexed;
 use super::motion_filter::MotionFilter;
@@ -8,10 +8,10 @@ use crate::model::{Model, Role};
 use crate::train::{Demonstration, DemonstrationId, Trainer, TrainingConfig};
 use hwall_numeric::{ArgumentError, check};
 
-/// What is observed and what is judged.
+/// Observed and evaluated quantities.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EvaluationConfig {
-    /// Shares of the samples after which the end is predicted, in `(0, 1]`, increasing.
+    /// Shares of the samples at which the end is predicted, in `(0, 1]`, increasing.
     pub fractions: Vec<f64>,
     /// Degrees of freedom that the filter observes.
     pub observed: Vec<usize>,
@@ -20,7 +20,7 @@ pub struct EvaluationConfig {
 }
 
 impl EvaluationConfig {
-    /// Ten fractions; observed is what is not [`Controlled`](Role::Controlled), scored is everything.
+    /// Ten fractions; observes everything that is not [`Controlled`](Role::Controlled), scores everything.
     #[must_use]
     pub fn new(training: &TrainingConfig) -> Self {
         let roles: Vec<Role> = training
@@ -54,34 +54,34 @@ impl EvaluationConfig {
     }
 }
 
-/// A prediction of the end of one motion after a share of it was observed, beside the truth.
+/// A prediction of the end of one motion after a share of it was observed, with the truth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EndPrediction {
-    /// Number of the motion.
+    /// Index of the motion.
     pub motion: usize,
     /// Share of the samples observed.
     pub fraction: f64,
     /// Mean of every scored degree of freedom.
     pub mean: Vec<f64>,
-    /// Standard deviation of a measurement there: of the shape and the residual together.
+    /// Standard deviation of a measurement there, from shape and residual.
     pub sd: Vec<f64>,
-    /// What was measured in the last sample.
+    /// Measurement of the last sample.
     pub actual: Vec<f64>,
-    /// Time left until the end, as it was foreseen and as it was; `None` where nothing was foreseen.
+    /// Time left until the end, predicted and true; `None` without a prediction.
     pub time: Option<TimePrediction>,
 }
 
-/// A prediction of the time until the end, beside the truth.
+/// A prediction of the time until the end, with the truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimePrediction {
-    /// What was foreseen, in the unit of the demonstrations.
+    /// Prediction, in the unit of the demonstrations.
     pub left: TimeToEnd,
-    /// What was left.
+    /// True time left.
     pub actual: f64,
 }
 
 impl TimePrediction {
-    /// Distance of the truth from the mean, in standard deviations.
+    /// Normalised error: truth minus mean, in standard deviations.
     #[must_use]
     pub fn z(&self) -> f64 {
         (self.actual - self.left.mean) / self.left.sd
@@ -89,8 +89,7 @@ impl TimePrediction {
 }
 
 impl EndPrediction {
-    /// Distance of the truth from the mean of a scored degree of freedom (its place in
-    /// [`EvaluationConfig::scored`]), in standard deviations.
+    /// Normalised error of a scored degree of freedom (by index in [`EvaluationConfig::scored`]): truth minus mean, in standard deviations.
     #[must_use]
     pub fn z(&self, at: usize) -> f64 {
         (self.actual[at] - self.mean[at]) / self.sd[at]
@@ -111,7 +110,7 @@ impl EndPrediction {
         libm::erf(self.z(at).abs() / std::f64::consts::SQRT_2) <= probability
     }
 
-    /// Logarithm of the density at the truth; larger is better.
+    /// Log density at the truth; larger is better.
     #[must_use]
     pub fn log_score(&self, at: usize) -> f64 {
         -0.5 * (self.z(at).powi(2) + std::f64::consts::TAU.ln()) - self.sd[at].ln()
@@ -130,11 +129,9 @@ impl EndPrediction {
     }
 }
 
-/// All predictions of an evaluation, and averages over them; for one fraction, keep those of
-/// [`at`](Self::at).
+/// All predictions of an evaluation, with averages over them; for one fraction, keep those of [`at`](Self::at).
 ///
-/// The averages take places `at` among the scored degrees of freedom; they panic where there is no
-/// such place, like an index.
+/// The averages take indices `at` among the scored degrees of freedom, and panic if out of range.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Evaluation {
     /// By motion, then by fraction.
@@ -149,28 +146,26 @@ impl Evaluation {
             .filter(move |p| (p.fraction - fraction).abs() < 1e-9)
     }
 
-    /// Share of central intervals of this probability that contain the truth, over some scored
-    /// degrees of freedom and all fractions and motions; NaN where there is none.
+    /// Coverage of central intervals of this probability, over some scored degrees of freedom and all fractions and motions; NaN if there are none.
     #[must_use]
     pub fn coverage(&self, at: &[usize], probability: f64) -> f64 {
         self.average(at, |p, i| f64::from(u8::from(p.covered(i, probability))))
     }
 
-    /// Mean log score over some scored degrees of freedom; NaN where there is none.
+    /// Mean log score over some scored degrees of freedom; NaN if there are none.
     #[must_use]
     pub fn log_score(&self, at: &[usize]) -> f64 {
         self.average(at, EndPrediction::log_score)
     }
 
-    /// Mean continuous ranked probability score; NaN where there is none.
+    /// Mean continuous ranked probability score; NaN if there are none.
     #[must_use]
     pub fn crps(&self, at: &[usize]) -> f64 {
         self.average(at, EndPrediction::crps)
     }
 
-    /// Factor on the standard deviations with which central intervals of this probability would
-    /// contain exactly that share of the truth, and more where much of it is equally far off; `None` where there is no
-    /// prediction or no such probability.
+    /// Factor on the standard deviations that would give central intervals of this probability exactly that coverage, and more if many errors are
+    /// of equal size; `None` without predictions or for an invalid probability.
     #[must_use]
     pub fn spread(&self, at: &[usize], probability: f64) -> Option<f64> {
         let predictions = self.predictions.iter();
@@ -178,7 +173,7 @@ impl Evaluation {
         spread_of(distances.collect(), probability, self.motions())
     }
 
-    /// The same for the times to the end, foreseen before it.
+    /// The same for the times to the end, predicted before it.
     #[must_use]
     pub fn time_spread(&self, probability: f64) -> Option<f64> {
         let before = self.predictions.iter().filter(|p| p.fraction < 1.0);
@@ -203,13 +198,13 @@ impl Evaluation {
     }
 }
 
-/// Distances closer to each other than this share are equal but for rounding.
+/// Relative difference below which distances are equal up to rounding.
 const TIE: f64 = 1e-6;
 
-/// Factor with which central intervals would hold distances, in standard deviations, with exactly this probability.
+/// Factor that gives central intervals exactly this coverage of distances, in standard deviations.
 ///
-/// Distances that differ show how far that of the next motion may lie. Those that are equal show only their size: for their share it
-/// counts as a scale estimated from so many motions, with the quantiles of Student's t.
+/// Different distances show the spread for the next motion. Equal ones only show its scale: their share counts as a scale estimated from that many
+/// motions, with the quantiles of Student's t.
 fn spread_of(mut distances: Vec<f64>, probability: f64, motions: usize) -> Option<f64> {
     if !(probability > 0.0 && probability < 1.0) {
         return None;
@@ -219,7 +214,7 @@ fn spread_of(mut distances: Vec<f64>, probability: f64, motions: usize) -> Optio
     let z = *distances.get(below)?;
     let inside = distances.partition_point(|d| *d < z * (1.0 - TIE));
     let tied = below.saturating_sub(inside) as f64 / below.max(1) as f64;
-    // The quantile of the normal distribution, by bisection of what `covered` uses.
+    // The quantile of the normal distribution, by bisection of the function in `covered`.
     let (mut low, mut high) = (0.0, 40.0);
     for _ in 0..60 {
         let middle: f64 = 0.5 * (low + high);
@@ -233,7 +228,7 @@ fn spread_of(mut distances: Vec<f64>, probability: f64, motions: usize) -> Optio
     Some(z / high * (1.0 + tied * (student_ratio(high, degrees) - 1.0)))
 }
 
-/// Quantile of Student's t distribution over that of the normal one, `z`. Error: below 1.3 % from two degrees of freedom on, at 90 %.
+/// Ratio of the quantiles of Student's t and the normal distribution, `z`. Error: below 1.3 % for at least two degrees of freedom, at 90 %.
 ///
 /// Source: [Abramowitz 1972], 26.7.5.
 fn student_ratio(z: f64, degrees: f64) -> f64 {
@@ -248,7 +243,7 @@ fn student_ratio(z: f64, degrees: f64) -> f64 {
 /// The filter must be new. The time before the first sample is taken as the mean period.
 ///
 /// # Errors
-/// Fractions out of order, unknown degrees of freedom, whatever the filter refuses.
+/// Fractions out of order, unknown degrees of freedom, errors of the filter.
 pub fn follow(
     filter: &mut impl MotionFilter,
     number: usize,
@@ -282,7 +277,7 @@ pub fn follow(
             &pick(k, &config.observed),
         ))?;
         while let Some(&fraction) = config.fractions.get(predictions.len()) {
-            // Rounded up, with room for the rounding of the product.
+            // Rounded up, tolerating rounding of the product.
             let needed = ((fraction * samples as f64) - 1e-9).ceil().max(1.0) as usize;
             if k + 1 < needed {
                 break;
@@ -324,12 +319,11 @@ fn predict_end(
     })
 }
 
-/// Leave-one-out cross-validation: every demonstration is followed by a filter that was trained on
-/// the others; with [`TrainingConfig::onset`], the rest before and after is cut off both. With the
-/// feature `parallel` it runs on all cores; the result does not depend on that.
+/// Leave-one-out cross-validation: every demonstration is followed by a filter trained on the others; with [`TrainingConfig::onset`], the rest
+/// before and after is cut off both. With the feature `parallel` it runs on all cores, with the same result.
 ///
 /// # Errors
-/// Fewer than two demonstrations, whatever training or filtering refuses.
+/// Fewer than two demonstrations, errors of training or filtering.
 pub fn leave_one_out<F: MotionFilter>(
     demonstrations: &[Demonstration],
     training: &TrainingConfig,
@@ -357,7 +351,7 @@ pub fn leave_one_out<F: MotionFilter>(
     Ok(evaluation)
 }
 
-/// Models of all demonstrations but one, each of which is fitted once.
+/// Models of all demonstrations but one; each demonstration is fitted once.
 pub(super) struct AllButOne {
     all: Trainer,
     ids: Vec<DemonstrationId>,

@@ -1,13 +1,13 @@
-//! How good a filter is, and which basis and parameters are best.
+//! Evaluation of filters, and selection of basis and parameters.
 //!
-//! # Which noise, and what is judged
+//! # Which noise, and what is evaluated
 //!
-//! There are three noises: the residual of the fit (the published convention, far too small for a new person), the residual of
-//! held-out demonstrations, and the latter times the factor found by `tune`, which filters use where the model has it. A person
-//! deviates in the same direction for many samples; a filter that counts each as new evidence needs the larger noise.
+//! There are three noises: the residual of the fit (the published convention, far too small for an unseen person), the residual of held-out
+//! demonstrations, and the latter times the factor found by `tune`, which filters use if the model has it. A person deviates in the same direction
+//! for many samples; a filter that counts each as new evidence needs the larger noise.
 //!
-//! `follow` and `leave_one_out` judge `predict_at`. Filters of a tuned model use its tuning by default; `leave_one_out` trains models
-//! anew, so give it `|m| Filter::new(&m.clone().with_tuning(t)?, &config)` to judge a tuning.
+//! `follow` and `leave_one_out` evaluate `predict_at`. Filters of a tuned model use its tuning by default; `leave_one_out` trains new models, so
+//! pass `|m| Filter::new(&m.clone().with_tuning(t)?, &config)` to evaluate a tuning.
 
 mod evaluation;
 mod motion_filter;

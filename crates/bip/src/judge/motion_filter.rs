@@ -1,4 +1,4 @@
-//! What all filters of this crate have in common, so that they can be compared.
+//! Common interface of all filters of this crate, for comparisons.
 
 use crate::bank::Bank;
 use crate::ensemble::EnsembleFilter;
@@ -16,13 +16,13 @@ pub trait MotionFilter {
     /// Takes an observation of the present.
     ///
     /// # Errors
-    /// Bad evidence; the filter stays as it was.
+    /// Invalid evidence; the filter is then unchanged.
     fn observe(&mut self, observation: &Observation<'_>) -> Result<(), BipError>;
 
     /// Mean and variance of some degrees of freedom at a phase.
     ///
     /// # Errors
-    /// A phase that is not finite, an unknown degree of freedom, other lengths.
+    /// A phase that is not finite, an unknown degree of freedom, wrong lengths.
     fn moments_at(
         &mut self,
         phase: f64,
@@ -31,7 +31,7 @@ pub trait MotionFilter {
         variance: &mut [f64],
     ) -> Result<(), BipError>;
 
-    /// Mean and variance of what will be measured at a phase.
+    /// Mean and variance of a measurement at a phase.
     ///
     /// # Errors
     /// As [`moments_at`](Self::moments_at).
@@ -43,7 +43,7 @@ pub trait MotionFilter {
         variance: &mut [f64],
     ) -> Result<(), BipError>;
 
-    /// Time left until the end; `None` where it is not foreseen, or by a filter that does not foresee it.
+    /// Time left until the end; `None` if it cannot be predicted, or the filter does not support it.
     fn time_to_end(&mut self) -> Option<TimeToEnd> {
         None
     }
@@ -58,7 +58,7 @@ pub trait MotionFilter {
     fn phase_covariance(&mut self) -> [[f64; 2]; 2];
 }
 
-/// Calls the methods with the same names that each filter has itself.
+/// Forwards to the methods of the same names of each filter.
 macro_rules! motion_filter {
     ($filter:ty $(, $time_to_end:ident)?) => {
         impl MotionFilter for $filter {

@@ -1,4 +1,4 @@
-//! Which basis, and how many functions: scores of candidates on the demonstrations themselves.
+//! Selection of basis and size by scores on the demonstrations themselves.
 
 use crate::basis::Basis;
 use crate::error::BipError;
@@ -9,28 +9,25 @@ use std::ops::Range;
 
 const TAU: f64 = std::f64::consts::TAU;
 
-/// How to choose a basis.
+/// Criterion for choosing a basis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Criterion {
-    /// Akaike's information criterion, the smallest. Its penalty does not grow with the samples, so
-    /// it takes as many functions as [`Bic`](Self::Bic) or more, and sooner ends at the upper edge of
-    /// a narrow grid.
+    /// Smallest Akaike information criterion. Its penalty does not grow with the samples, so it selects at least as many functions as
+    /// [`Bic`](Self::Bic), and more often ends at the upper edge of a narrow grid.
     Aic,
-    /// Schwarz's (Bayesian) information criterion, the smallest: a larger penalty, hence fewer functions.
+    /// Smallest Schwarz (Bayesian) information criterion: a larger penalty, hence fewer functions.
     Bic,
-    /// Density of demonstrations that were held out, the largest: counts no parameters and judges the
-    /// prior that a filter will use, not only the fit.
+    /// Largest density of held-out demonstrations: counts no parameters and evaluates the prior that a filter will use, not only the fit.
     LeaveOneOut,
 }
 
-/// What candidates are scored with. The fields of [`TrainingConfig`] of the same names.
+/// Settings for scoring candidates; as the fields of [`TrainingConfig`] of the same names.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SelectionConfig {
     /// Subtract the mean over all samples before the fit. Default `true`.
     pub centre: bool,
-    /// Lowest standard deviation of the residual as a share of the range. Default 1e-4: below,
-    /// more functions explain nothing that matters.
+    /// Lowest standard deviation of the residual as a share of the range. Default 1e-4: below that, more functions explain nothing relevant.
     pub noise_floor: f64,
     /// Demonstrations to hold out one at a time for [`Criterion::LeaveOneOut`], spread evenly.
     /// Default 64.
@@ -47,8 +44,8 @@ impl Default for SelectionConfig {
     }
 }
 
-/// Legendre polynomials with 3 to 16 functions and normalised Gaussians with 4 to 16, as wide as
-/// their distance. Other polynomials span the same functions as the Legendre ones.
+/// Legendre polynomials with 3 to 16 functions and normalised Gaussians with 4 to 16, with widths equal to their spacing. Other polynomials span
+/// the same functions as the Legendre ones.
 #[must_use]
 pub fn default_candidates() -> Vec<Basis> {
     (3..=16)
@@ -59,10 +56,9 @@ pub fn default_candidates() -> Vec<Basis> {
 
 /// The groups, each with the best basis for its own degrees of freedom.
 ///
-/// A controlled group, too, is judged by its own motion, not by how well it follows from the
-/// observed ones. Fits are those of [`Model::train`](crate::model::Model::train). Time grows with
-/// candidates, degrees of freedom and, for [`Criterion::LeaveOneOut`], with the cube of the number of
-/// demonstrations (up to 64). Of equally good candidates the first is taken.
+/// A controlled group is also scored by its own motion, not by how well it follows from the observed ones. Fits are those of
+/// [`Model::train`](crate::model::Model::train). Time grows with candidates, degrees of freedom and, for [`Criterion::LeaveOneOut`], with the cube
+/// of the number of demonstrations (up to 64). Ties go to the first candidate.
 ///
 /// # Errors
 /// No demonstration, degrees of freedom that a demonstration does not have, bad parameters; no
@@ -121,8 +117,7 @@ fn columns(demonstration: &Demonstration, dofs: Range<usize>) -> Result<Demonstr
     Demonstration::from_timestamps(demonstration.times().to_vec(), dofs.len(), values)
 }
 
-/// The number that the criterion makes small: the density of held-out demonstrations with its sign
-/// changed, for each of them on average.
+/// The value that the criterion minimises; for held-out demonstrations the mean negative log density.
 fn loss(
     demonstrations: &[Demonstration],
     basis: Basis,
@@ -154,15 +149,14 @@ fn loss(
     let fits = trainer.fit_qualities(&model);
     let samples: usize = fits.iter().map(|f| f.samples).sum();
     let n = samples as f64;
-    // Under the fits, with one variance for each degree of freedom, the most likely one.
+    // Under the fits, with the most likely variance for each degree of freedom.
     let mut log_likelihood = 0.0;
     for d in 0..dofs {
         let squares: f64 = fits.iter().map(|f| f.residual[d] * f.samples as f64).sum();
         let variance = (squares / n).max(trainer.noise_floor(d));
         log_likelihood -= 0.5 * (n * (TAU * variance).ln() + squares / variance);
     }
-    // A weight for each demonstration, degree of freedom and function that its samples tell apart,
-    // and a variance for each degree of freedom.
+    // A weight for each demonstration, degree of freedom and function that its samples resolve, and a variance for each degree of freedom.
     let weights: usize = fits.iter().map(|f| f.functions).sum();
     let parameters = dofs * (weights + 1);
     Ok(penalty(n) * parameters as f64 - 2.0 * log_likelihood)
@@ -200,8 +194,7 @@ mod tests {
         }
     }
 
-    /// Three straight lines of two samples each: the density of the third under the prior of the
-    /// first two, written out.
+    /// Three straight lines of two samples each: the density of the third under the prior of the first two, computed by hand.
     #[test]
     fn leave_one_out_by_hand() {
         // The fit is exact, so weights and noise follow from the samples alone.

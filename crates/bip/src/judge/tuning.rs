@@ -1,9 +1,7 @@
-//! Noise, variation of the phase velocity and correlation time, chosen by how well held-out motions
-//! are predicted.
+//! Noise, variation of the phase velocity and correlation time, chosen for the best prediction of held-out motions.
 //!
-//! A person deviates from the demonstrations in the same direction for many samples; the filter
-//! counts every sample as new evidence. The noise has to be larger to make up for that, and only
-//! motions that the model was not trained on can show by how much.
+//! A person deviates from the demonstrations in the same direction for many samples, but the filter counts every sample as new evidence. Larger
+//! noise compensates for that, and only unseen motions can show by how much.
 
 use super::evaluation::{AllButOne, Evaluation, EvaluationConfig, follow};
 use super::map_indexed;
@@ -13,7 +11,7 @@ use crate::model::{Model, ModelParts, Tuning};
 use crate::train::{Demonstration, HELD_OUT, TrainingConfig};
 use hwall_numeric::check;
 
-/// What [`tune`] tries.
+/// Settings of [`tune`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct TuningConfig {
     /// Factors on the variance of the held-out noise, increasing. Default 1, 2, 4 ... 1024.
@@ -21,13 +19,12 @@ pub struct TuningConfig {
     /// Changes of the phase velocity within one sampling period, as shares of its mean,
     /// increasing. Default 0.003, 0.01, 0.03, 0.1.
     pub velocity_changes: Vec<f64>,
-    /// What is observed and judged.
+    /// Observed and evaluated quantities.
     pub evaluation: EvaluationConfig,
     /// Demonstrations to hold out one at a time, spread evenly. Default 48.
     pub folds: usize,
-    /// Times for which deviations last, as multiples of the sampling period, increasing; 0:
-    /// independent from sample to sample, which makes a step a third faster and is all that an
-    /// [ensemble](crate::ensemble::EnsembleFilter) can use. Default 0, 3, 10, 30, 100.
+    /// Correlation times of deviations, as multiples of the sampling period, increasing; 0: independent from sample to sample, which makes a step a
+    /// third faster and is the only choice for an [ensemble](crate::ensemble::EnsembleFilter). Default 0, 3, 10, 30, 100.
     pub correlation_times: Vec<f64>,
     /// Parameters that are not tuned, such as the variance of the phase at the start.
     pub filter: FilterConfig,
@@ -75,7 +72,7 @@ pub struct Trial {
     pub tuning: Tuning,
     /// Mean log score of the ends of the held-out motions, with the spread; larger is better.
     pub log_score: f64,
-    /// Share of 90 % intervals that contain the truth without the spread.
+    /// Coverage of the 90 % intervals without the spread.
     pub coverage_90: f64,
 }
 
@@ -91,11 +88,11 @@ pub struct Tuned {
 /// Trains a model and chooses noise factor, acceleration variance and correlation time by the
 /// leave-one-out log score of the end of the motion.
 ///
-/// The search goes along the noise with the second of the velocity changes, then along the velocity
-/// changes, then along the noise for each of the correlation times.
+/// The search varies the noise with the second of the velocity changes, then the velocity changes, then the noise again, and for each of the
+/// correlation times.
 ///
 /// # Errors
-/// Fewer than three demonstrations, empty or bad lists, whatever training or filtering refuses.
+/// Fewer than three demonstrations, empty or bad lists, errors of training or filtering.
 pub fn tune(
     demonstrations: &[Demonstration],
     training: &TrainingConfig,
@@ -165,7 +162,7 @@ pub fn tune(
         Ok(score)
     };
     let start = 1.min(config.velocity_changes.len() - 1);
-    // Every third first: the score may have more than one maximum along the noise.
+    // Every third first: the score may have several maxima along the noise.
     let mut coarse = (0, f64::NEG_INFINITY);
     for i in (0..config.noise_factors.len()).step_by(3) {
         let score = search(i, start, 0)?;
@@ -192,8 +189,8 @@ pub fn tune(
     Ok(Tuned { model, trials })
 }
 
-/// Places of the degrees of freedom that move: the others would be predicted without error, and
-/// make the intervals of the rest look too wide. All of them if none moves.
+/// Indices of the degrees of freedom that move: the others would be predicted without error, and make the intervals of the rest look too wide. All
+/// of them if none moves.
 fn moving(demonstrations: &[Demonstration], scored: &[usize]) -> Vec<usize> {
     let moves = |dof: usize| {
         let values = demonstrations
@@ -212,7 +209,7 @@ fn moving(demonstrations: &[Demonstration], scored: &[usize]) -> Vec<usize> {
     }
 }
 
-/// Place of the highest value of a list with one maximum, found uphill from a start.
+/// Index of the highest value of a unimodal list, by hill climbing.
 fn climb(
     count: usize,
     start: usize,
@@ -265,8 +262,7 @@ impl<'a> Folds<'a> {
         let models = map_indexed(folds, |f| {
             let left_out = f * n / folds;
             let model = all_but_one.model(left_out)?;
-            // The noise is one number for each degree of freedom: that the motion left out
-            // has a share of one in n in it does not matter, and n² fits are saved.
+            // The noise is one number per degree of freedom: the share of one in n of the motion left out is negligible, and n² fits are saved.
             let model = Model::from_parts(ModelParts {
                 noise_held_out: all.parts().noise_held_out.clone(),
                 ..model.parts().clone()

@@ -1,4 +1,4 @@
-//! Model files: versioned JSON that gives back the model bit by bit, or says what is wrong.
+//! Model files: versioned JSON that restores the model bit by bit, or an error that names the fault.
 
 use super::group::{Group, Role};
 use super::layout::WeightLayout;
@@ -13,20 +13,20 @@ use hwall_numeric::dense::Matrix;
 use serde::{Deserialize, Serialize};
 use std::io::{Read, Write};
 
-/// What a file of this crate calls itself, and the version written.
+/// Format name and version written.
 const FORMAT: Format = Format {
     name: "hwall-bip model",
     version: 2,
 };
 
-/// A whole file. Numbers are those of the filter, not of the named bases: the change of
-/// coordinates is stored too, because another machine may compute it with other signs.
+/// A whole file. Numbers are those of the filter, not of the named bases: the change of coordinates is stored too, because another machine may
+/// compute it with other signs.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
     format: String,
     version: u64,
-    /// Digest of all that follows, hexadecimal.
+    /// Digest of all fields below, hexadecimal.
     digest: String,
     demonstrations: usize,
     sampling_period: f64,
@@ -58,9 +58,8 @@ struct FileGroup {
     inverse: Vec<f64>,
 }
 
-/// Writing and reading, with the feature `serde`.
 impl Model {
-    /// The model as a file: reading it gives an equal model, every number to the last bit.
+    /// The model as JSON: reading it gives an equal model, to the last bit.
     #[must_use]
     pub fn to_json(&self) -> String {
         // Strings and finite numbers only: nothing that could fail.
@@ -78,8 +77,8 @@ impl Model {
     /// Reads what [`to_json`](Self::to_json) wrote, on any machine. White space does not matter.
     ///
     /// # Errors
-    /// Not JSON, another format, a newer version; a file that was cut off or edited: each number is
-    /// checked by itself, and all together against the digest.
+    /// The text is not JSON, has another format or a newer version, or was truncated or edited: each number is checked by itself, and all together
+    /// against the digest.
     pub fn from_json(text: &str) -> Result<Self, BipError> {
         FORMAT.parse::<File>(text)?.into_model()
     }
@@ -135,7 +134,7 @@ impl File {
         file
     }
 
-    /// Lengths before anything is allocated by them; then every number; then the digest.
+    /// Checks lengths before allocating, then every number, then the digest.
     fn into_model(self) -> Result<Model, BipError> {
         let dofs = self
             .groups

@@ -2,14 +2,14 @@
 
 use crate::basis::Basis;
 
-/// What the degrees of freedom of a group are for.
+/// Role of the degrees of freedom of a group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Role {
-    /// Measured while filtering, such as a hand.
+    /// Measured while filtering, e.g. a hand.
     Observed,
-    /// Inferred while filtering, such as the arm that answers the hand.
+    /// Inferred while filtering, e.g. the arm that responds to the hand.
     Controlled,
     /// Measured in some frames, inferred in others.
     Either,
@@ -24,7 +24,7 @@ pub struct Group {
     pub dofs: usize,
     /// Basis of each of them.
     pub basis: Basis,
-    /// What they are for.
+    /// Their role.
     pub role: Role,
 }
 

@@ -1,4 +1,4 @@
-//! The place of every degree of freedom among the weights.
+//! Layout of the weights by degree of freedom.
 
 use super::group::{Group, Role};
 use crate::basis::OrthonormalBasis;
@@ -6,8 +6,7 @@ use crate::error::BipError;
 use hwall_numeric::check;
 use std::ops::Range;
 
-/// Groups with their bases, and which weights belong to which degree of freedom: all weights of
-/// degree of freedom 0 first.
+/// Groups with their bases, and the weights of each degree of freedom: all weights of degree of freedom 0 first.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct WeightLayout {
     groups: Vec<Group>,
@@ -17,7 +16,7 @@ pub(crate) struct WeightLayout {
     weights: usize,
 }
 
-/// Where one degree of freedom lies.
+/// Location of one degree of freedom.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Place {
     group: usize,
@@ -34,7 +33,7 @@ impl WeightLayout {
         Self::from_bases(groups.to_vec(), bases)
     }
 
-    /// With bases that are orthonormal already.
+    /// With bases that are already orthonormal.
     pub(super) fn from_bases(
         groups: Vec<Group>,
         bases: Vec<OrthonormalBasis>,

@@ -1,4 +1,4 @@
-//! What training leaves behind: everything that a filter needs.
+//! The result of training: everything that a filter needs.
 
 #[cfg(feature = "serde")]
 mod file;

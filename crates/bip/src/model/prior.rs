@@ -1,10 +1,10 @@
-//! A prior in the weights of the bases that the user named.
+//! A prior in the weights of the bases named by the user.
 
 use super::group::Group;
 use crate::error::{BipError, length};
 use hwall_numeric::{ArgumentError, check};
 
-/// Mean and variance of the phase velocity, share of the motion per unit of time.
+/// Mean and variance of the phase velocity, in motions per unit of time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhaseVelocity {
     /// Mean, 1/time.
@@ -16,14 +16,14 @@ pub struct PhaseVelocity {
 impl PhaseVelocity {
     /// Rejects a mean that is not finite and a variance that is not positive.
     pub(super) fn validate(&self) -> Result<(), ArgumentError> {
-        // A motion takes one over it: zero and negative ones make durations that are none.
+        // The duration is the inverse: zero or negative values are invalid.
         check::positive("mean phase velocity", self.mean)?;
         check::positive("variance of the phase velocity", self.variance)?;
         Ok(())
     }
 }
 
-/// A prior that was computed elsewhere, in the weights of the named bases.
+/// A prior computed elsewhere, in the weights of the named bases.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prior {
     /// Groups in the order of their degrees of freedom.
@@ -34,13 +34,13 @@ pub struct Prior {
     pub factor: Vec<f64>,
     /// Columns of the factor; may be 0.
     pub rank: usize,
-    /// What is added to the sum of the functions in each degree of freedom.
+    /// Offset added to the sum of the functions in each degree of freedom.
     pub offset: Vec<f64>,
     /// Variance of the measurement noise of each degree of freedom; positive.
     pub noise: Vec<f64>,
     /// Phase velocity.
     pub phase_velocity: PhaseVelocity,
-    /// Usual time between two samples; scales the default process noise.
+    /// Typical time between two samples; scales the default process noise.
     pub sampling_period: f64,
 }
 

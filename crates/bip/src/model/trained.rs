@@ -10,19 +10,19 @@ use hwall_numeric::dense::{Matrix, dot};
 
 /// A trained model: `x_d(phase) = offset_d + Ψ(phase)ᵀ (mean_d + U_d c)` with `c ~ N(0, 1)`.
 ///
-/// `Ψ` is an orthonormal basis of the span of the named one. `c` has as many entries as the
-/// demonstrations have independent differences: one less than there are demonstrations, or fewer.
-/// Weights have no process noise, so filtering `c` instead of all weights loses nothing.
+/// `Ψ` is an orthonormal basis of the span of the named one. The number of entries of `c` is the number of independent differences of the
+/// demonstrations: at most one less than there are demonstrations. Weights have no process noise, so filtering `c` instead of all weights loses
+/// nothing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
     parts: ModelParts,
 }
 
-/// What a model consists of.
+/// Parts of a model.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ModelParts {
     pub layout: WeightLayout,
-    /// What is subtracted from each degree of freedom.
+    /// Offset subtracted from each degree of freedom.
     pub offset: Vec<f64>,
     /// Mean of the weights.
     pub mean: Vec<f64>,
@@ -34,7 +34,7 @@ pub(crate) struct ModelParts {
     pub phase_velocity: PhaseVelocity,
     pub sampling_period: f64,
     pub demonstrations: usize,
-    /// By how much older versions shrank the prior's covariance; 0 in models trained now.
+    /// Shrinkage of the prior's covariance by older versions; 0 in models trained now.
     pub shrinkage: f64,
     pub tuning: Option<Tuning>,
 }
@@ -48,7 +48,7 @@ impl Model {
         &self.parts
     }
 
-    /// From a prior that was computed elsewhere.
+    /// From a prior computed elsewhere.
     ///
     /// # Errors
     /// Lengths that do not fit the groups, numbers that are not finite, variances that are not
@@ -91,8 +91,7 @@ impl Model {
         }))
     }
 
-    /// The prior in the weights of the named bases, with the noise of the fit. It has no place for
-    /// held-out noise and tuning.
+    /// The prior in the weights of the named bases, with the noise of the fit. It does not contain held-out noise and tuning.
     #[must_use]
     pub fn to_prior(&self) -> Prior {
         let ModelParts { layout, factor, .. } = &self.parts;
@@ -122,7 +121,7 @@ impl Model {
         }
     }
 
-    /// The same model with these parameters for its filters.
+    /// The same model with these filter parameters.
     ///
     /// # Errors
     /// A factor that is not positive, a variance or time that is negative.
@@ -144,8 +143,8 @@ impl Model {
         self.parts.layout.dofs()
     }
 
-    /// Independent directions in which the demonstrations, and so the motions of the prior, differ.
-    /// The state of a filter has two variables more.
+    /// Number of independent directions in which the demonstrations, and so the motions of the prior, differ. The state of a filter has two more
+    /// variables.
     #[must_use]
     pub fn rank(&self) -> usize {
         self.parts.factor.columns()
@@ -157,16 +156,15 @@ impl Model {
         self.parts.demonstrations
     }
 
-    /// Variance of the measurement noise of each degree of freedom according to the residual of the
-    /// fit: mean over the demonstrations of their mean squared residuals.
+    /// Variance of the measurement noise of each degree of freedom from the residual of the fit: mean over the demonstrations of their mean squared
+    /// residuals.
     #[must_use]
     pub fn noise_fit(&self) -> &[f64] {
         &self.parts.noise_fit
     }
 
-    /// The same according to demonstrations that were held out: what the model cannot express of a
-    /// motion it was not trained on. `None` where it was not asked for or where there was only one
-    /// demonstration.
+    /// The same from held-out demonstrations: deviations that the model cannot express in unseen motions. `None` if not requested or if there was
+    /// only one demonstration.
     #[must_use]
     pub fn noise_held_out(&self) -> Option<&[f64]> {
         self.parts.noise_held_out.as_deref()
@@ -184,20 +182,19 @@ impl Model {
         self.parts.sampling_period
     }
 
-    /// What [`tune`](crate::judge::tune) found; `None` if the model was not tuned.
+    /// The result of [`tune`](crate::judge::tune); `None` if the model was not tuned.
     #[must_use]
     pub fn tuning(&self) -> Option<Tuning> {
         self.parts.tuning
     }
 
-    /// What was subtracted from each degree of freedom before the fit; zero without centring.
+    /// Offset subtracted from each degree of freedom before the fit; zero without centring.
     #[must_use]
     pub fn offset(&self) -> &[f64] {
         &self.parts.offset
     }
 
-    /// Mean trajectory at a phase, before anything is observed; `mean` has one entry for each
-    /// degree of freedom. Allocates.
+    /// Mean trajectory at a phase, before any observation; `mean` has one entry per degree of freedom. Allocates.
     ///
     /// # Errors
     /// A phase that is not finite or so far out that a polynomial overflows, another length.

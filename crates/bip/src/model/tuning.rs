@@ -1,8 +1,8 @@
-//! Parameters of a filter that training cannot know.
+//! Filter parameters that training cannot determine.
 
 use hwall_numeric::{ArgumentError, check};
 
-/// Parameters of a filter that were chosen on held-out demonstrations.
+/// Filter parameters chosen on held-out demonstrations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -11,14 +11,13 @@ pub struct Tuning {
     pub noise_factor: f64,
     /// Variance of the random acceleration of the phase, 1/time⁴.
     pub acceleration_variance: f64,
-    /// Factor on the standard deviations of predictions: with it, 90 % intervals held 90 % of the
-    /// ends of held-out motions, and more where these are all equally far off. Used by `predict_at`, not by moments.
+    /// Factor on the standard deviations of predictions, which gave 90 % intervals a coverage of 90 % on the ends of held-out motions, and more
+    /// where their errors are all of equal size. Used by `predict_at`, not by moments.
     pub spread: f64,
-    /// Time for which deviations last; 0: independent from sample to sample.
+    /// Correlation time of deviations; 0: independent from sample to sample.
     pub correlation_time: f64,
-    /// Factor on the standard deviation of the time to the end: with it, 90 % intervals held 90 % of the ends of held-out
-    /// motions. The velocity of the phase varies in longer waves than the random acceleration of the filter. Files of
-    /// version 1 have none.
+    /// Factor on the standard deviation of the time to the end, which gave 90 % intervals a coverage of 90 % on held-out motions. It accounts for
+    /// variations of the phase velocity that are slower than the random acceleration of the filter. Absent in files of version 1.
     #[cfg_attr(feature = "serde", serde(default = "unit_spread"))]
     pub time_spread: f64,
 }

@@ -1,4 +1,4 @@
-//! How a model is made of demonstrations.
+//! Training settings.
 
 use super::demonstration::Demonstration;
 use super::onset::Onset;
@@ -7,10 +7,10 @@ use crate::model::Group;
 use hwall_numeric::check;
 use std::borrow::Cow;
 
-/// Demonstrations held out by default.
+/// Default number of held-out demonstrations.
 pub(crate) const HELD_OUT: usize = 64;
 
-/// How the length of a demonstration becomes a phase velocity.
+/// Definition of the phase velocity of a demonstration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PhaseRate {
@@ -20,32 +20,28 @@ pub enum PhaseRate {
     PerSample,
 }
 
-/// How a model is made of demonstrations.
+/// Training settings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrainingConfig {
     /// Groups of degrees of freedom, in the order of the columns.
     pub groups: Vec<Group>,
-    /// Subtract the mean over all samples before the fit. It matters only for bases that cannot
-    /// express a constant (Gaussian, sigmoid). Scaling would change nothing, because
-    /// each degree of freedom is fitted by itself. Default `true`.
+    /// Subtract the mean over all samples before the fit. It only matters for bases that cannot express a constant (Gaussian, sigmoid). Scaling
+    /// would have no effect, because each degree of freedom is fitted by itself. Default `true`.
     pub centre: bool,
-    /// Meaning of the phase velocity. Default [`PhaseRate::PerDuration`].
+    /// Definition of the phase velocity. Default [`PhaseRate::PerDuration`].
     pub rate: PhaseRate,
-    /// Cut the rest before and after the motion from every demonstration. Default `None`: this has
-    /// been done already.
+    /// Cut the rest before and after the motion from every demonstration. Default `None`: already done.
     pub onset: Option<Onset>,
-    /// Keep no more directions than this, the strongest ones relative to the spread of each degree
-    /// of freedom. Default `None`: all, which is exact.
+    /// Largest number of directions kept, the strongest ones relative to the spread of each degree of freedom. Default `None`: all, which is exact.
     pub max_rank: Option<usize>,
-    /// Demonstrations to hold out, one at a time, for the measurement noise, spread evenly; 0 for
-    /// none. Default 64: with more, time grows and the estimate hardly changes.
+    /// Number of demonstrations to hold out, one at a time, for the measurement noise, spread evenly; 0 for none. Default 64: with more, time grows
+    /// and the estimate hardly changes.
     pub held_out: usize,
-    /// Lowest standard deviation of the measurement noise as a share of the range of the degree of
-    /// freedom (of its size where it is constant). Default 1e-4; without it a perfect fit would claim
-    /// a perfect sensor.
+    /// Lowest standard deviation of the measurement noise as a share of the range of the degree of freedom (of its magnitude if constant). Default
+    /// 1e-4; without it a perfect fit would imply a perfect sensor.
     pub noise_floor: f64,
-    /// Lowest standard deviation of the phase velocity as a share of its mean. Default 0.05; it
-    /// is the standard deviation where there is one demonstration, or several of the same length.
+    /// Lowest standard deviation of the phase velocity as a share of its mean. Default 0.05; it applies with one demonstration, or several of the
+    /// same length.
     pub velocity_floor: f64,
 }
 
@@ -75,14 +71,14 @@ impl TrainingConfig {
         }
     }
 
-    /// Rejects parameters outside their ranges; groups are checked where they are laid out.
+    /// Rejects parameters outside their ranges; groups are checked when they are laid out.
     pub(super) fn validate(&self) -> Result<(), BipError> {
         check::non_negative("noise floor", self.noise_floor)?;
         check::positive("velocity floor", self.velocity_floor)?;
         self.onset.as_ref().map_or(Ok(()), Onset::validate)
     }
 
-    /// The demonstrations without their rest, and the configuration that takes them as they are.
+    /// The demonstrations without their rest, and a configuration without onset.
     pub(crate) fn trimmed<'a>(
         &self,
         demonstrations: &'a [Demonstration],

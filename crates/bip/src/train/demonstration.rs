@@ -1,12 +1,12 @@
-//! One recorded motion, checked on entry.
+//! One recorded motion, validated on construction.
 
 use crate::error::{BipError, length};
 use hwall_numeric::check;
 
-/// A motion from start to end: time stamps, and one value for each sample and degree of freedom.
+/// A motion from start to end: time stamps, and one value per sample and degree of freedom.
 ///
-/// The unit of time is the caller's: seconds for a real recording, samples (`period = 1`) to
-/// compare with the published implementation. Filters of the model use the same unit.
+/// The caller chooses the unit of time: seconds for a real recording, samples (`period = 1`) to compare with the published implementation. Filters
+/// of the model use the same unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Demonstration {
     times: Vec<f64>,
@@ -15,8 +15,7 @@ pub struct Demonstration {
 }
 
 impl Demonstration {
-    /// Evenly sampled: `values` are row-major, a row of `dofs` numbers for each sample; samples are
-    /// `period` apart.
+    /// Evenly sampled: `values` are row-major, with `dofs` numbers per sample; samples are `period` apart.
     ///
     /// # Errors
     /// Fewer than two samples, a value that is not finite, a length that is not a multiple of
@@ -95,13 +94,13 @@ impl Demonstration {
         &self.times
     }
 
-    /// From the first to the last time stamp; positive.
+    /// Time from the first to the last time stamp; positive.
     #[must_use]
     pub fn duration(&self) -> f64 {
         self.times[self.times.len() - 1] - self.times[0]
     }
 
-    /// Share of the duration that has passed at a sample: 0 at the first, 1 at the last.
+    /// Elapsed share of the duration at a sample: 0 at the first, 1 at the last.
     ///
     /// # Panics
     /// If there is no such sample.

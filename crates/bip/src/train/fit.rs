@@ -1,4 +1,4 @@
-//! Least squares of one demonstration, kept so that an offset can be chosen later.
+//! Least-squares fit of one demonstration, stored so that an offset can be chosen later.
 
 use super::demonstration::Demonstration;
 use crate::basis::OrthonormalBasis;
@@ -9,21 +9,20 @@ use hwall_numeric::dense::{Matrix, Svd, dot};
 /// Directions below this share of the largest are rounding, not data.
 pub(super) const NEGLIGIBLE: f64 = 1e-12;
 
-/// Everything that training needs of one demonstration.
+/// All training data of one demonstration.
 ///
-/// The fit is linear: with `m` the mean of a degree of freedom over this demonstration, the
-/// weights of `x - o` are those of `x - m` plus `(m - o)` times those of the constant 1. Other
-/// demonstrations move the offset `o`, and no fit has to be repeated. (Subtracting `m` first
-/// keeps the digits of data that lie far from zero.)
+/// The fit is linear: with `m` the mean of a degree of freedom over this demonstration, the weights of `x - o` are those of `x - m` plus `(m - o)`
+/// times those of the constant 1. When other demonstrations change the offset `o`, no fit has to be repeated. (Subtracting `m` first keeps
+/// precision for data far from zero.)
 #[derive(Debug, Clone)]
 pub(super) struct Fit {
     pub samples: usize,
     /// From the first to the last sample.
     pub duration: f64,
-    /// One for each degree of freedom.
+    /// One per degree of freedom.
     pub columns: Vec<Column>,
     pub groups: Vec<GroupFit>,
-    /// Weights of the values less their own means.
+    /// Weights of the values minus their own means.
     weights: Vec<f64>,
 }
 
@@ -33,14 +32,14 @@ pub(super) struct Column {
     pub mean: f64,
     pub low: f64,
     pub high: f64,
-    /// Mean squared residual of the values less their mean.
+    /// Mean squared residual of the values minus their mean.
     residual: f64,
     /// Mean product of that residual with the residual of the constant 1.
     cross: f64,
 }
 
 impl Column {
-    /// Of values whose residual is not known yet.
+    /// Without the residuals, which are set later.
     fn of(values: impl ExactSizeIterator<Item = f64>) -> Self {
         let mut column = Self {
             mean: 0.0,
@@ -51,7 +50,7 @@ impl Column {
         };
         let samples = values.len() as f64;
         for x in values {
-            // Divided first: a sum of values near the largest double would overflow.
+            // Divide first: a sum of values near the largest double would overflow.
             column.mean += x / samples;
             column.low = column.low.min(x);
             column.high = column.high.max(x);
@@ -60,7 +59,7 @@ impl Column {
     }
 }
 
-/// What the degrees of freedom of a group share.
+/// Common data of the degrees of freedom of a group.
 #[derive(Debug, Clone)]
 pub(super) struct GroupFit {
     /// `G` with `Gᵀ G = Ψᵀ Ψ` over the samples: size × size.
@@ -72,8 +71,7 @@ pub(super) struct GroupFit {
 }
 
 impl GroupFit {
-    /// Number of functions that the samples tell apart. Rows of the compact form are as long as
-    /// the singular values.
+    /// Number of functions that the samples resolve. The lengths of the rows of the compact form are the singular values.
     pub(super) fn rank(&self) -> usize {
         let squares: Vec<f64> = (0..self.compact.rows())
             .map(|i| dot(self.compact.row(i), self.compact.row(i)))
@@ -91,7 +89,7 @@ impl Fit {
     ) -> Result<Self, BipError> {
         let samples = demonstration.len();
         let bases = layout.bases();
-        // Groups often share a basis: one decomposition each.
+        // Groups often share a basis: decompose each basis once.
         let mut designs: Vec<Design> = Vec::new();
         let mut design_of = Vec::with_capacity(bases.len());
         for (group, basis) in bases.iter().enumerate() {
@@ -132,7 +130,7 @@ impl Fit {
         self.duration / (self.samples - 1) as f64
     }
 
-    /// Weights and residuals of the values less an offset.
+    /// Weights and residuals of the values minus an offset.
     pub(super) fn less(&self, offset: &[f64], layout: &WeightLayout) -> Centred<'_> {
         let mut weights = self.weights.clone();
         let mut residual = Vec::with_capacity(layout.dofs());
@@ -154,7 +152,7 @@ impl Fit {
     }
 }
 
-/// A fit after the offset is known.
+/// A fit with a known offset.
 #[derive(Debug)]
 pub(super) struct Centred<'a> {
     pub fit: &'a Fit,
@@ -164,8 +162,7 @@ pub(super) struct Centred<'a> {
 }
 
 impl Centred<'_> {
-    /// Mean squared residual of degree of freedom `d` with other weights: the fit is a least-squares
-    /// one, so its own residual and the distance to it are perpendicular.
+    /// Mean squared residual of degree of freedom `d` with other weights: by least squares, its own residual is orthogonal to the difference.
     pub(super) fn residual_with(&self, d: usize, layout: &WeightLayout, other: &[f64]) -> f64 {
         let away: Vec<f64> = other
             .iter()
@@ -215,7 +212,7 @@ impl Design {
         Ok(design)
     }
 
-    /// Shortest least-squares weights of `Ψ w = x`.
+    /// Minimum-norm least-squares weights of `Ψ w = x`.
     fn solve(&self, x: &[f64], w: &mut [f64]) {
         let svd = &self.svd;
         let mut along = vec![0.0; svd.singular.len()];
@@ -235,7 +232,7 @@ impl Design {
 
     fn group(&self) -> GroupFit {
         let size = self.rows.columns();
-        // diag(singular) rightᵀ, filled up with zero rows.
+        // diag(singular) rightᵀ, padded with zero rows.
         let compact = Matrix::from_fn(size, size, |j, i| {
             let s = self.svd.singular.get(j);
             s.map_or(0.0, |s| s * self.svd.right[(i, j)])

@@ -1,4 +1,4 @@
-//! What a prior says about demonstrations that it has not seen.
+//! Evaluates priors on held-out demonstrations.
 
 use super::fit::Centred;
 use super::weight_distribution::WeightDistribution;
@@ -11,7 +11,7 @@ use hwall_numeric::dense::dot;
 pub(super) struct HeldOut<'a> {
     pub layout: &'a WeightLayout,
     pub fits: &'a [&'a Centred<'a>],
-    /// Of all fits, no direction dropped.
+    /// From all fits, without dropped directions.
     pub distribution: &'a WeightDistribution,
     pub noise_fit: &'a [f64],
 }
@@ -23,16 +23,16 @@ struct Comparison<'a> {
 }
 
 impl HeldOut<'_> {
-    /// Which demonstrations are held out: `count` of them, spread evenly.
+    /// Indices of the held-out demonstrations: `count` of them, spread evenly.
     fn left_out(&self, count: usize) -> impl Iterator<Item = usize> {
         let n = self.fits.len();
         (0..count).map(move |h| h * n / count)
     }
 
-    /// Measurement noise per degree of freedom: each held-out demonstration is fitted with the
-    /// prior of the others on what a filter observes; mean squared residuals of all.
+    /// Measurement noise per degree of freedom: each held-out demonstration is fitted with the prior of the others on the observed degrees of
+    /// freedom; mean squared residuals over all.
     ///
-    /// `max_rank`: directions that the priors keep.
+    /// `max_rank`: number of directions that the priors keep.
     pub(super) fn noise(
         &self,
         count: usize,
@@ -61,7 +61,7 @@ impl HeldOut<'_> {
             .collect())
     }
 
-    /// Sum over the held-out demonstrations of the logarithm of the density of all their samples.
+    /// Sum over the held-out demonstrations of the log density of all their samples.
     pub(super) fn log_density(&self, count: usize, noise: &[f64]) -> f64 {
         let mut sum = 0.0;
         for i in self.left_out(count) {
@@ -78,7 +78,7 @@ impl HeldOut<'_> {
             }
             let mut exponent = evidence.distance_squared + evidence.log_determinant;
             for (d, noise) in noise.iter().enumerate() {
-                // The rows stand for all samples; the rest is the residual of the fit.
+                // The rows represent all samples; the rest is the residual of the fit.
                 let rest = samples - self.layout.basis(d).size() as f64;
                 exponent += fit.residual[d] * samples / noise;
                 exponent += rest * noise.ln() + samples * LN_TAU;
@@ -103,7 +103,7 @@ impl HeldOut<'_> {
         Ok(prior)
     }
 
-    /// Most probable weights of a demonstration, given all its samples of what a filter observes.
+    /// Most probable weights of a demonstration, given all samples of the observed degrees of freedom.
     fn most_probable_weights(&self, comparison: &Comparison<'_>, fit: &Centred<'_>) -> Vec<f64> {
         let layout = self.layout;
         let mut evidence = Evidence::new(layout, comparison);
@@ -123,7 +123,7 @@ impl HeldOut<'_> {
     }
 }
 
-/// Gathers evidence about the coefficients of a prior.
+/// Accumulates evidence about the coefficients of a prior.
 struct Evidence<'a> {
     layout: &'a WeightLayout,
     comparison: &'a Comparison<'a>,
@@ -132,7 +132,7 @@ struct Evidence<'a> {
     column: Vec<f64>,
     z: Vec<f64>,
     distance_squared: f64,
-    /// Of the covariance of the rows taken.
+    /// Log determinant of the covariance of the rows taken.
     log_determinant: f64,
 }
 
@@ -152,7 +152,7 @@ impl<'a> Evidence<'a> {
         }
     }
 
-    /// All samples of a degree of freedom, as the few rows that say the same.
+    /// Adds all samples of a degree of freedom, as the few equivalent rows.
     fn take(&mut self, d: usize, fit: &Centred<'_>) {
         let (prior, noise) = (self.comparison.prior, self.comparison.noise[d]);
         let g = &fit.fit.groups[self.layout.group(d)].compact;
@@ -182,7 +182,7 @@ impl<'a> Evidence<'a> {
         self.log_determinant += fold.log_determinant;
     }
 
-    /// Their most probable values.
+    /// The most probable coefficients.
     fn coefficients(mut self) -> Vec<f64> {
         let mut padded = vec![Tile::default(); tiles(self.comparison.prior.rank())];
         self.root.solve(&mut self.z, &mut padded);

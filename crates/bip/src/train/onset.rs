@@ -1,46 +1,42 @@
-//! Where a motion starts and ends within a recording.
+//! Detects the start and end of a motion within a recording.
 
 use super::demonstration::Demonstration;
 use crate::error::{BipError, length};
 use hwall_numeric::check;
 
-/// Exponent of the probability that noise passes for speed: at most `exp(-7)`, in fact about 1e-5.
+/// Exponent of the probability that noise is taken for speed: at most `exp(-7)`, in practice about 1e-5.
 const CLEAR: f64 = 7.0;
-/// Fewer samples than this say nothing about noise.
+/// Fewest samples for estimating noise.
 const FEWEST: usize = 10;
-/// Longest smoothing while nothing moves clearly, as a share of the recording.
+/// Longest smoothing window before a clear motion is found, as a share of the recording.
 const LONGEST: f64 = 0.25;
 /// The same in samples on either side: keeps the time linear in the length of the recording.
 const LONGEST_HALF: usize = 500;
-/// Longest smoothing of a clear motion, as a share of the time above half of its peak speed:
-/// beyond, the window blurs the start more than the noise does.
+/// Longest smoothing window of a clear motion, as a share of the time above half of its peak speed: longer windows blur the start more than noise
+/// does.
 const LONGEST_OF_MOTION: f64 = 0.3;
 /// A motion is clear if noise stays below this share of its peak.
 const CLEAR_SHARE: f64 = 0.25;
 
-/// People wait before they move and rest afterwards. Only the motion between has a phase.
+/// Cuts the rest before and after a motion: only the motion itself has a phase.
 ///
-/// The speed at a sample is the slope of a straight line through the samples around it, of all named
-/// degrees of freedom together. The window is the shortest one over which the noise, estimated
-/// from second differences, stays below the thresholds: in a clean recording, a motion that starts in
-/// one step is found to the sample. Where no window is long enough, the thresholds are raised above
-/// the noise. With fewer than 10 samples no noise is assumed.
+/// The speed at a sample is the slope of a straight line through the samples around it, over all selected degrees of freedom. The window is the
+/// shortest one for which the noise, estimated from second differences, stays below the thresholds: in a clean recording, a motion that starts in
+/// one step is found to the sample. If no window is long enough, the thresholds are raised above the noise. With fewer than 10 samples no noise is
+/// assumed.
 ///
-/// Error: reaches of 0.6 to 1.4 s with 1.5 mm of noise, 600 of them at 50, 90 and 150 Hz: first and
-/// last sample 6 to 10 ms (median) and at worst 45 ms from where the true speed passes the
-/// thresholds. That holds for independent noise. Tremor and smoothing trackers have correlated noise,
-/// which counts as motion: the cut may then come half a second early where the rest is longer
-/// than that; look at what [`Demonstration::trimmed`] leaves. A recording that was cut before loses
-/// some more samples to the noise at its ends.
+/// Error: for 600 reaches of 0.6 to 1.4 s with 1.5 mm of noise at 50, 90 and 150 Hz, the first and last sample are 6 to 10 ms (median) and at worst
+/// 45 ms from where the true speed passes the thresholds. That holds for independent noise. Tremor and smoothing trackers have correlated noise,
+/// which counts as motion: the cut may then come half a second early if the rest is longer than that; check the result of
+/// [`Demonstration::trimmed`]. A recording that was already cut loses a few more samples at its noisy ends.
 ///
-/// A filter must see the same motion. Start it when the hand starts to move: with a speed smoothed
-/// in the same way, at [`start_share`](Self::start_share) of the [`peak_speed`](Self::peak_speed) that
-/// motions usually have. Any detection is late or early by some samples, so give the
-/// filter a larger [`phase_variance`](crate::filter::FilterConfig::phase_variance): the square of the
-/// share of the motion by which it may be wrong. After phase 1 the motion is over: stop predicting.
+/// A filter must see the same motion. Start it when the hand starts to move: when a speed smoothed in the same way reaches
+/// [`start_share`](Self::start_share) of the typical [`peak_speed`](Self::peak_speed). Any detection is late or early by some samples, so give the
+/// filter a larger [`phase_variance`](crate::filter::FilterConfig::phase_variance): the square of the possible error as a share of the motion.
+/// After phase 1 the motion is over: stop predicting.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Onset {
-    /// Degrees of freedom whose speed counts, all of the same unit: those of a palm, for example.
+    /// Degrees of freedom for the speed, all of the same unit: e.g. those of a palm.
     pub dofs: Vec<usize>,
     /// The motion starts at this share of its peak speed. Default 0.05.
     pub start_share: f64,
@@ -51,11 +47,11 @@ pub struct Onset {
 /// Smoothed speed of every sample, with its noise subtracted.
 struct Speed {
     values: Vec<f64>,
-    /// Speed that noise alone hardly ever has, at every sample: larger where the window is short.
+    /// Upper bound of the speed from noise alone, at every sample: larger where the window is short.
     clear: Vec<f64>,
     /// The same for a full window.
     clear_of_full: f64,
-    /// Largest speed that is clear.
+    /// Largest speed above the noise.
     peak: f64,
 }
 
@@ -70,8 +66,8 @@ impl Speed {
 struct Noise {
     /// Sum of the variances.
     sum: f64,
-    /// What noise hardly ever exceeds beyond `sum`, by the tail of a sum of squares of
-    /// normal variables: `2 √(x Σ v²) + 2 x max v`. Source: [Laurent 2000], lemma 1.
+    /// Upper bound of noise beyond `sum`, by the tail of a sum of squares of normal variables: `2 √(x Σ v²) + 2 x max v`. Source: [Laurent 2000],
+    /// lemma 1.
     clear: f64,
 }
 
@@ -86,8 +82,7 @@ impl Onset {
         }
     }
 
-    /// Largest smoothed speed of a demonstration, in the unit of the degrees of freedom per unit
-    /// of time.
+    /// Largest smoothed speed of a demonstration, in the unit of the degrees of freedom per unit of time.
     ///
     /// # Errors
     /// As [`Demonstration::trimmed`].
@@ -149,7 +144,7 @@ impl Onset {
                 || speed.clear_of_full <= CLEAR_SHARE * speed.peak && blurs
                 || half >= longest;
             if enough {
-                // Written so that an overflow, which is NaN, does not count as motion.
+                // In this form an overflow, which is NaN, does not count as motion.
                 let moves = speed.peak > speed.clear_of_full && speed.peak.is_finite();
                 if !moves {
                     return Err(BipError::NothingMoves {
@@ -165,10 +160,10 @@ impl Onset {
 }
 
 impl Demonstration {
-    /// The motion alone, without the rest before and after it.
+    /// The motion without the rest before and after it.
     ///
-    /// From the first sample whose speed reaches the start share of the peak to the last one that
-    /// reaches the end share; pauses in between stay. Time stamps are kept.
+    /// From the first sample whose speed reaches the start share of the peak to the last one that reaches the end share; pauses in between are
+    /// kept, as are time stamps.
     ///
     /// # Errors
     /// Nothing moves; an unknown or repeated degree of freedom, shares outside their range.
@@ -178,7 +173,7 @@ impl Demonstration {
         let reach = |share: f64| (0..self.len()).filter(move |k| speed.reaches(*k, share));
         let first = reach(onset.start_share).next().unwrap_or(0);
         let last = reach(onset.end_share).next_back().unwrap_or(self.len() - 1);
-        // A demonstration has two samples at least.
+        // A demonstration has at least two samples.
         let first = first.min(last).min(self.len() - 2);
         let last = last.max(first + 1);
         let times = self.times()[first..=last].to_vec();
@@ -187,8 +182,8 @@ impl Demonstration {
     }
 }
 
-/// Variance of the noise of one degree of freedom, from how far samples lie from the line between
-/// their neighbours: motion hardly bends within two periods, and where it does, the median ignores it.
+/// Variance of the noise of one degree of freedom, from the distances of samples from the line between their neighbours: motion hardly bends within
+/// two periods, and the median ignores where it does.
 fn noise_variance(demonstration: &Demonstration, dof: usize) -> f64 {
     let times = demonstration.times();
     let mut squares: Vec<f64> = (1..demonstration.len().saturating_sub(1))
@@ -212,8 +207,8 @@ fn noise_variance(demonstration: &Demonstration, dof: usize) -> f64 {
     (*median / 0.454_936_423_119_572_8).max(rounding)
 }
 
-/// Slopes of lines through the samples up to `half` away; near the ends less far, so that rest there
-/// does not take speed from the motion.
+/// Slopes of lines through the samples up to `half` away; near the ends the window is shorter, so that rest there does not reduce the speed of the
+/// motion.
 fn smoothed(demonstration: &Demonstration, dofs: &[usize], half: usize, noise: &Noise) -> Speed {
     let n = demonstration.len();
     let times = demonstration.times();
@@ -229,7 +224,7 @@ fn smoothed(demonstration: &Demonstration, dofs: &[usize], half: usize, noise: &
         let count = window.len() as f64;
         let middle = window.clone().map(|i| times[i]).sum::<f64>() / count;
         let spread: f64 = window.clone().map(|i| (times[i] - middle).powi(2)).sum();
-        // Less the first value, so that a constant has no slope at all.
+        // Minus the first value, so that a constant has exactly zero slope.
         let start = demonstration.sample(window.start);
         let slope = |dof: usize| {
             let moment: f64 = window

@@ -1,4 +1,4 @@
-//! Demonstrations added and removed one at a time.
+//! Adds and removes demonstrations one at a time.
 
 use super::config::{PhaseRate, TrainingConfig};
 use super::demonstration::Demonstration;
@@ -9,16 +9,15 @@ use crate::error::BipError;
 use crate::model::{Model, ModelParts, PhaseVelocity, WeightLayout};
 use hwall_numeric::check;
 
-/// Number of a demonstration in the trainer that it was added to; no number is given twice.
+/// Number of a demonstration in its trainer; numbers are never reused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct DemonstrationId(u64);
 
-/// A set of demonstrations that grows and shrinks, and the model of those it holds.
+/// A set of demonstrations that can grow and shrink, and its model.
 ///
-/// Adding fits the new demonstration only; the least squares of the others stay. The model does
-/// not depend on the history of the set: adding some and removing them again gives the model of
-/// the rest, bit by bit. Another order of additions changes only the rounding and, with more
-/// demonstrations than [`TrainingConfig::held_out`], which of them are held out.
+/// Adding only fits the new demonstration; the other fits are kept. The model does not depend on the history of the set: adding some and removing
+/// them again gives the same model, bit by bit. Another order of additions only changes the rounding and, with more demonstrations than
+/// [`TrainingConfig::held_out`], which of them are held out.
 ///
 /// ```
 /// use hwall_bip::{Basis, Demonstration, Group, Trainer, TrainingConfig};
@@ -39,22 +38,22 @@ pub struct DemonstrationId(u64);
 pub struct Trainer {
     config: TrainingConfig,
     layout: WeightLayout,
-    /// In the order of their numbers.
+    /// In order of their numbers.
     fits: Vec<(DemonstrationId, Fit)>,
     next: u64,
 }
 
-/// How well the fit of one demonstration describes it.
+/// Quality of the fit of one demonstration.
 pub(crate) struct FitQuality {
     pub samples: usize,
-    /// Functions of the first group that the samples tell apart.
+    /// Functions of the first group that the samples resolve.
     pub functions: usize,
     /// Mean squared residual of each degree of freedom.
     pub residual: Vec<f64>,
 }
 
 impl Trainer {
-    /// Holds no demonstration yet.
+    /// A trainer without demonstrations.
     ///
     /// # Errors
     /// Bad parameters, no degree of freedom.
@@ -68,15 +67,13 @@ impl Trainer {
         })
     }
 
-    /// Takes a demonstration of any length and sampling rate.
+    /// Adds a demonstration of any length and sampling rate.
     ///
-    /// Least squares on its phase (singular values; the shortest solution where it has fewer
-    /// samples than functions), after the rest before and after the motion was cut if
-    /// [`TrainingConfig::onset`] asks for it.
+    /// Least squares on its phase (by singular values; the minimum-norm solution with fewer samples than functions), after cutting the rest before
+    /// and after the motion if [`TrainingConfig::onset`] is set.
     ///
     /// # Errors
-    /// Another number of degrees of freedom than the groups have; with an onset, nothing
-    /// moves. The set is then as it was.
+    /// A number of degrees of freedom that differs from the groups; with an onset, nothing moves. The set is then unchanged.
     pub fn add(&mut self, demonstration: &Demonstration) -> Result<DemonstrationId, BipError> {
         if demonstration.dofs() != self.layout.dofs() {
             return Err(BipError::DofMismatch {
@@ -95,10 +92,10 @@ impl Trainer {
         Ok(id)
     }
 
-    /// Forgets a demonstration.
+    /// Removes a demonstration.
     ///
     /// # Errors
-    /// A demonstration that the trainer does not hold, or no longer holds.
+    /// The trainer does not hold this demonstration, or no longer.
     pub fn remove(&mut self, id: DemonstrationId) -> Result<(), BipError> {
         match self.fits.binary_search_by_key(&id, |(id, _)| *id) {
             Ok(at) => {
@@ -109,19 +106,19 @@ impl Trainer {
         }
     }
 
-    /// Number of demonstrations it holds.
+    /// Number of demonstrations.
     #[must_use]
     pub fn len(&self) -> usize {
         self.fits.len()
     }
 
-    /// Does it hold none?
+    /// Are there no demonstrations?
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.fits.is_empty()
     }
 
-    /// Model of the demonstrations it holds.
+    /// Model of the present demonstrations.
     ///
     /// Mean and covariance (with `demonstrations - 1`) of the weights, the covariance as a factor
     /// whose rank is at most `demonstrations - 1`. One demonstration gives rank 0: only the phase
@@ -184,8 +181,8 @@ impl Trainer {
         }))
     }
 
-    /// Mean over held-out demonstrations of the logarithm of their density under the prior of the
-    /// others, with the held-out noise of the model of all; `None` if it has none.
+    /// Mean over held-out demonstrations of their log density under the prior of the others, with the held-out noise of the full model; `None` if
+    /// it has none.
     pub(crate) fn held_out_density(&self, model: &Model) -> Result<Option<f64>, BipError> {
         let Some(noise) = model.noise_held_out() else {
             return Ok(None);
@@ -202,8 +199,8 @@ impl Trainer {
         Ok(Some(held_out.log_density(count, noise) / count as f64))
     }
 
-    /// One model for each group of demonstrations: with the mean of the group, and the covariance
-    /// around the means of the groups, which all share. Everything else is that of the model of all.
+    /// One model per group of demonstrations: with the mean of the group, and the common covariance around the group means. Everything else is from
+    /// the model of all.
     pub(crate) fn models_of_groups(
         &self,
         labels: &[usize],
@@ -227,7 +224,7 @@ impl Trainer {
             .collect()
     }
 
-    /// How well the fits, without the offset of a model of one group, describe the demonstrations.
+    /// Quality of the fits, minus the offset of a model of one group.
     pub(crate) fn fit_qualities(&self, model: &Model) -> Vec<FitQuality> {
         self.centred(model.offset())
             .into_iter()
@@ -239,7 +236,7 @@ impl Trainer {
             .collect()
     }
 
-    /// The fits of the values less an offset.
+    /// The fits of the values minus an offset.
     fn centred(&self, offset: &[f64]) -> Vec<Centred<'_>> {
         self.fits
             .iter()
@@ -274,7 +271,7 @@ impl Trainer {
             });
         let range = high - low;
         let size = low.abs().max(high.abs());
-        // A constant column has the range of its rounding; an all-zero one has no size either.
+        // A constant column has the range of its rounding; an all-zero one has no magnitude either.
         let scale = if range > 1e-9 * size {
             range
         } else if size > 0.0 {
@@ -311,8 +308,7 @@ impl Trainer {
 }
 
 impl Model {
-    /// Trains on demonstrations of any lengths and sampling rates: a [`Trainer`] that is given all
-    /// of them at once.
+    /// Trains on demonstrations of any lengths and sampling rates: a [`Trainer`] with all of them added.
     ///
     /// # Errors
     /// As [`Trainer::add`] and [`Trainer::model`].

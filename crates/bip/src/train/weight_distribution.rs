@@ -5,7 +5,7 @@ use crate::error::BipError;
 use crate::model::WeightLayout;
 use hwall_numeric::dense::{Matrix, Svd, dot};
 
-/// Below this, the demonstration left out was the only one with its direction.
+/// Below this, only the left-out demonstration had its direction.
 const ALONE: f64 = 1e-10;
 
 /// Mean and factor `F` with `F Fᵀ` the covariance (with `demonstrations - 1`) of the weights.
@@ -14,13 +14,13 @@ pub(super) struct WeightDistribution {
     pub mean: Vec<f64>,
     /// Weights × rank.
     pub factor: Matrix,
-    /// `V`, demonstrations × rank: the weights of demonstration `i` are the mean and
-    /// `√(demonstrations - 1) F vᵢ`, unless directions were dropped. Without rows where it is not known.
+    /// `V`, demonstrations × rank: the weights of demonstration `i` are the mean plus `√(demonstrations - 1) F vᵢ`, unless directions were dropped.
+    /// No rows if unknown.
     right: Matrix,
 }
 
 impl WeightDistribution {
-    /// Of the demonstrations of all fits.
+    /// From the demonstrations of all fits.
     pub(super) fn of(fits: &[&Centred<'_>], layout: &WeightLayout) -> Result<Self, BipError> {
         let (n, weights) = (fits.len(), layout.weights());
         let mean: Vec<f64> = (0..weights)
@@ -43,8 +43,8 @@ impl WeightDistribution {
         Ok(distribution)
     }
 
-    /// One mean for each group, all with the covariance around the means of their groups (with
-    /// `demonstrations - groups`). `labels` are 0 .. groups - 1, each of them taken.
+    /// One mean per group, all with the covariance around the group means (with `demonstrations - groups`). `labels` are 0 .. groups - 1, each of
+    /// them used.
     pub(super) fn within_groups(
         fits: &[&Centred<'_>],
         labels: &[usize],
@@ -77,14 +77,14 @@ impl WeightDistribution {
                 factor: factor.clone(),
                 right: Matrix::zeros(0, factor.columns()),
             };
-            // Each mean that was subtracted takes a direction away.
+            // Each subtracted mean removes a direction.
             distribution.truncate(n - groups);
             distribution
         };
         Ok(means.into_iter().map(distribution).collect())
     }
 
-    /// Of rank 0.
+    /// A distribution of rank 0.
     fn certain(mean: Vec<f64>) -> Self {
         Self {
             factor: Matrix::zeros(mean.len(), 0),
@@ -106,8 +106,7 @@ impl WeightDistribution {
         }
     }
 
-    /// Mean and covariance of the others, from those of all `n` fits and without another
-    /// decomposition; not after directions were dropped.
+    /// Mean and covariance of the others, from those of all `n` fits without another decomposition; invalid after directions were dropped.
     ///
     /// With `v` the row of `V`, the covariance of the others is
     /// `(n-1)/(n-2) F (1 - n/(n-1) v vᵀ) Fᵀ`, and `1 - γ v vᵀ` is the square of `1 - β v vᵀ`.
@@ -148,8 +147,7 @@ impl WeightDistribution {
     }
 }
 
-/// Equal demonstrations differ by rounding, which is not a direction of motion: a degree of
-/// freedom that differs by no more is taken as equal.
+/// Equal demonstrations differ by rounding, which is not a direction of motion: degrees of freedom with no larger differences are taken as equal.
 fn drop_rounding(away: &mut Matrix, fits: &[&Centred<'_>], layout: &WeightLayout) {
     for d in 0..layout.dofs() {
         let range = layout.range(d);
@@ -168,16 +166,16 @@ fn drop_rounding(away: &mut Matrix, fits: &[&Centred<'_>], layout: &WeightLayout
     }
 }
 
-/// Neighbouring rows.
+/// Consecutive rows.
 fn rows_mut(matrix: &mut Matrix, rows: std::ops::Range<usize>) -> &mut [f64] {
     let columns = matrix.columns();
     &mut matrix.entries_mut()[rows.start * columns..rows.end * columns]
 }
 
-/// Factors `(F, V)`, `F Vᵀ` the matrix, which has a row for each weight; strongest direction first.
+/// Factors `(F, V)`, `F Vᵀ` the matrix, which has one row per weight; strongest direction first.
 ///
-/// Strong is meant relative to the spread of each degree of freedom: otherwise radians would
-/// vanish beside millimetres when small directions are dropped.
+/// Strength is relative to the spread of each degree of freedom: otherwise radians would vanish beside millimetres when small directions are
+/// dropped.
 fn strongest(mut matrix: Matrix, layout: &WeightLayout) -> Result<(Matrix, Matrix), BipError> {
     let mut scale = vec![0.0; matrix.rows()];
     for d in 0..layout.dofs() {

@@ -1,5 +1,4 @@
-//! The ensemble filter: against the exact one, against the textbook update of its own sample, and
-//! on input that is missing or broken.
+//! The ensemble filter: against the exact one, against the textbook update of its own sample, and on missing or broken input.
 
 use crate::common::{HAND, csv, groups, moments, reference, step, training_set};
 use hwall_bip::{
@@ -41,7 +40,7 @@ fn model() -> Model {
     Model::train(&motions(1, 7), &TrainingConfig::new(groups)).unwrap()
 }
 
-/// The model of [`model`] with a phase that is as good as known.
+/// The model of [`model`] with a practically known phase.
 fn model_of_known_phase() -> Model {
     Model::from_prior(&Prior {
         phase_velocity: PhaseVelocity {
@@ -73,7 +72,7 @@ fn ensemble(model: &Model, members: usize, update: EnsembleUpdate) -> EnsembleFi
     EnsembleFilter::new(model, &config).unwrap()
 }
 
-/// Everything a filter says, to compare bit by bit.
+/// All outputs of a filter, for bitwise comparison.
 fn bits(filter: &EnsembleFilter) -> Vec<u64> {
     filter
         .coefficients()
@@ -112,9 +111,9 @@ fn same_seed_same_answer() {
     }
 }
 
-/// With a known phase the problem is linear and the exact filter is exact. Standard deviations may
-/// differ by the sampling error `sd / √(2 members)`, means by several `sd / √members`, because the
-/// sampling error of the gain multiplies innovations of several standard deviations.
+/// With a known phase the problem is linear and the exact filter is exact. Standard deviations may differ by the sampling error
+/// `sd / √(2 members)`, means by several `sd / √members`, because the sampling error of the gain multiplies innovations of several standard
+/// deviations.
 #[test]
 fn many_members_agree_with_the_exact_filter() {
     let (model, motion) = (model_of_known_phase(), &motions(2, 1)[0]);
@@ -152,8 +151,7 @@ fn many_members_agree_with_the_exact_filter() {
     }
 }
 
-/// Row of the measurement matrix on `[phase, velocity, c]` at a given phase, and the prediction
-/// with `c = 0`.
+/// Row of the measurement matrix on `[phase, velocity, c]` at a given phase, and the prediction for `c = 0`.
 fn row(model: &Model, dof: usize, phase: f64) -> (f64, Vec<f64>) {
     let prior = model.to_prior();
     let mut first = 0;
@@ -181,9 +179,8 @@ fn row(model: &Model, dof: usize, phase: f64) -> (f64, Vec<f64>) {
     unreachable!()
 }
 
-/// Evidence at a fixed phase is linear: mean and covariance of the members afterwards are the
-/// Kalman update of their mean and covariance before, for any number of members, whether the noise
-/// is diagonal or full.
+/// Evidence at a fixed phase is linear: the mean and covariance of the members after it are the Kalman update of those before, for any number of
+/// members and for diagonal or full noise.
 #[test]
 fn deterministic_update_is_the_textbook_one_for_the_sample() {
     let (model, motion) = (model(), &motions(2, 1)[0]);
@@ -284,8 +281,7 @@ fn nothing_observed_changes_nothing() {
     }
 }
 
-/// The members and the draws to come stay as they were: the next good observation gives what it
-/// would have given.
+/// The members and the random generator are unchanged: the next good observation gives the same result.
 #[test]
 fn errors_leave_members_and_draws_as_they_were() {
     let model = model();
@@ -424,8 +420,7 @@ fn palm_errors_mm<F: MotionFilter>(start: impl Fn(u64) -> F) -> [f64; 4] {
     sums
 }
 
-/// With enough members the ensemble is about as good as the exact filter, whose linearisation it
-/// does without.
+/// With enough members the ensemble is about as good as the exact filter, without its linearisation.
 #[test]
 fn ensembles_on_the_workload() {
     let Some(reference) = reference() else { return };

@@ -12,7 +12,7 @@ fn motions(seed: u64, count: usize, drift: f64) -> Vec<Demonstration> {
         .map(|_| {
             let samples = 50 + sampler.index(40);
             let goal: [f64; 3] = [0; 3].map(|_| sampler.uniform(0.2, 0.7));
-            // What no demonstration shares: slow wandering of each motion.
+            // Not shared by demonstrations: slow wandering of each motion.
             let wander: Vec<[f64; 2]> = (0..9)
                 .map(|_| [sampler.normal(), sampler.uniform(0.0, 6.3)])
                 .collect();
@@ -65,7 +65,7 @@ fn ranked_probability_score_is_its_integral() {
             .map(|k| {
                 let x = low + (high - low) * (f64::from(k) + 0.5) / f64::from(n);
                 let below = prediction(mean, sd, x);
-                // Twice the share between mean and x.
+                // Twice the probability between mean and x.
                 let within = if x >= mean { 1.0 } else { -1.0 } * two_sided(&below);
                 let cdf = 0.5 * (1.0 + within);
                 let step = if x >= actual { 1.0 } else { 0.0 };
@@ -81,7 +81,7 @@ fn ranked_probability_score_is_its_integral() {
     }
 }
 
-/// Smallest probability whose central interval holds the truth, from `covered` alone.
+/// Smallest probability whose central interval contains the truth, from `covered` alone.
 fn two_sided(p: &EndPrediction) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..30 {
@@ -117,7 +117,7 @@ fn held_out_motions_are_predicted_and_intervals_hold() {
             .iter()
             .any(|t| t.tuning == tuning && t.log_score == best)
     );
-    // Motions of their own wandering: independent noise must be larger than the residual.
+    // Motions wander individually: independent noise must be larger than the residual.
     assert!(tuning.noise_factor > 1.0, "{tuning:?}");
 
     let config = EvaluationConfig::new(&training);
@@ -152,7 +152,7 @@ fn held_out_motions_are_predicted_and_intervals_hold() {
     assert!(naive.spread(&[0, 1, 2], 0.9).unwrap() > 1.0);
 }
 
-/// Equal demonstrations show one error and no scatter: the ends lay on the edges of the intervals, and none held any.
+/// Regression test: equal demonstrations show one error without scatter; the ends were on the edges of the intervals, and none contained any.
 #[test]
 fn intervals_of_equal_demonstrations_hold_another_one() {
     for count in [3, 12] {
@@ -220,8 +220,7 @@ fn malformed_evaluations_are_typed_errors() {
     assert!(out_of_range(tuned(4, &|c| c.evaluation.scored = vec![])));
 }
 
-/// Columns that never change are predicted without error; they must not narrow the intervals of the
-/// others.
+/// Constant columns are predicted without error; they must not narrow the intervals of the others.
 #[test]
 fn constant_columns_do_not_spoil_the_tuning() {
     let moving = motions(25, 16, 0.004);
@@ -270,7 +269,7 @@ fn constant_columns_do_not_spoil_the_tuning() {
     tune(&still, &all_fixed, &TuningConfig::new(&all_fixed)).unwrap();
 }
 
-/// Rest before and after is cut off the motion that is followed as off those trained on.
+/// Rest before and after is cut from the test motion as from the training motions.
 #[test]
 fn onset_is_that_of_training() {
     let mut sampler = Sampler::new(26);

@@ -1,5 +1,5 @@
-//! Agreement with an independent filter on the excerpt in `tests/data`, offline. The other filter in
-//! it is for `hwall-lab`, which has the published convention.
+//! Agreement with an independent filter on the excerpt in `tests/data`, offline. The other filter in the excerpt is for `hwall-lab`, with the
+//! published convention.
 
 use crate::common::{HAND, floats, groups, json, moments, step};
 use hwall_bip::{Basis, Filter, FilterConfig, Model, NoiseSource, PhaseVelocity, Prior};

@@ -1,4 +1,4 @@
-//! Model files: bit by bit there and back, and every damage an error.
+//! Model files: bit-identical round trips, and an error for every damage.
 
 use hwall_bip::model_file::ModelFileError;
 use hwall_bip::{
@@ -10,7 +10,7 @@ use serde_json::Value;
 fn bases() -> Vec<Basis> {
     vec![
         Basis::gaussian(6),
-        // Dependent to rounding: fewer orthonormal functions, infinite condition number.
+        // Dependent up to rounding: fewer orthonormal functions, infinite condition number.
         Basis::Gaussian {
             count: 30,
             variance: 0.5,
@@ -71,7 +71,7 @@ fn tuned(model: Model) -> Model {
     model.with_tuning(tuning).unwrap()
 }
 
-/// The bits of everything that a model lets out, which `==` of NaN or of ±0 would not tell.
+/// The bits of all public numbers of a model, as `==` does not compare NaN or ±0.
 fn bits(model: &Model) -> Vec<u64> {
     let prior = model.to_prior();
     let held_out = model.noise_held_out().unwrap_or(&[]);
@@ -139,7 +139,7 @@ fn error(text: &str) -> BipError {
 
 type Field<'a> = (&'a [&'a str], Value);
 
-/// Each field, replaced by a value, must give such an error.
+/// Each field, replaced by a value, must give this error.
 fn assert_refused<const N: usize>(is_expected: impl Fn(&BipError) -> bool, fields: [Field<'_>; N]) {
     for (path, value) in fields {
         let error = error(&with(path, value));
@@ -166,7 +166,7 @@ fn each_damage_has_its_error() {
             found: "wall".to_owned()
         })
     );
-    // A newer version may look different in every other way.
+    // A newer version may differ in every other field.
     let newer = r#"{"format": "hwall-bip model", "version": 9, "weights": "elsewhere"}"#;
     for (text, found) in [(newer.to_owned(), 9), (with(&["version"], 0.into()), 0)] {
         assert_eq!(
@@ -204,14 +204,14 @@ fn each_damage_has_its_error() {
             (&["noise_fit", "1"], (-1.0).into()),
             (&["noise_held_out", "2"], (-1.0).into()),
             (&["phase_velocity_variance"], 0.0.into()),
-            // A motion takes one over it. Looked at before the digest: a forged one does not help.
+            // The duration is the inverse. Checked before the digest: a forged one does not help.
             (&["phase_velocity_mean"], (-1.0).into()),
             (&["phase_velocity_mean"], 0.0.into()),
             (&["sampling_period"], 0.0.into()),
             (&["shrinkage"], 1.5.into()),
         ],
     );
-    // Another basis than the one whose functions are stored.
+    // Another basis than that of the stored functions.
     assert_refused(
         |e| matches!(e, BipError::FileBasis { .. }),
         [
@@ -292,7 +292,7 @@ fn readers_and_writers_that_fail() {
     assert_eq!(cut_off, std::io::ErrorKind::WriteZero);
 }
 
-/// Whatever happens to the bytes, a file gives the model that was written or an error.
+/// Whatever the damage, a file gives the written model or an error.
 #[test]
 fn no_damage_passes_unnoticed() {
     let model = small();
@@ -325,7 +325,7 @@ fn no_damage_passes_unnoticed() {
     }
 }
 
-/// 7 of 2,400 models trained on plain data could not read their own files ("0.000153 from orthonormal").
+/// Regression test: 7 of 2,400 models trained on plain data could not read their own files ("0.000153 from orthonormal").
 #[test]
 fn every_basis_reads_its_own_file() {
     let mut sampler = Sampler::new(7);

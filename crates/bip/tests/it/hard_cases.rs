@@ -41,7 +41,7 @@ fn filter(model: &Model) -> Filter {
     Filter::new(model, &FilterConfig::default()).unwrap()
 }
 
-/// Follows a motion to its end; checks that all stays finite and gives the error at the end.
+/// Follows a motion to its end; checks that all stays finite and returns the final error.
 fn follow(filter: &mut Filter, motion: &Demonstration) -> f64 {
     let dofs: Vec<usize> = (0..motion.dofs()).collect();
     for k in 0..motion.len() {
@@ -160,7 +160,7 @@ fn repeated_identical_frames() {
         step(&mut filter, &[0, 1, 2], demonstrations[1].sample(10));
     }
     assert_positive_definite(&filter.covariance());
-    // No time between them either: a tracker that sends every frame twice.
+    // Also without time between them: a tracker that sends every frame twice.
     for _ in 0..2_000 {
         filter.predict(0.0).unwrap();
         filter
@@ -203,7 +203,7 @@ fn a_single_demonstration_still_finds_the_phase() {
     let mut filter = filter(&model);
     let motion = &demonstrations[0];
     for k in 0..motion.len() / 2 {
-        filter.predict(1.1).unwrap(); // a tenth faster than shown
+        filter.predict(1.1).unwrap(); // a tenth faster than demonstrated
         filter
             .observe(&Observation::new(&[0, 1, 2], motion.sample(k)))
             .unwrap();
@@ -212,8 +212,8 @@ fn a_single_demonstration_still_finds_the_phase() {
     assert!((filter.phase() - truth).abs() < 0.02, "{}", filter.phase());
 }
 
-/// Few and many demonstrations and degrees of freedom: there are as many directions as one demonstration less, as weights, or as
-/// asked for.
+/// Few and many demonstrations and degrees of freedom: the number of directions is the least of demonstrations minus one, weights, and the
+/// requested rank.
 #[test]
 fn directions_of_few_and_of_many() {
     for (seed, count, dofs, functions, max_rank, rank) in [
@@ -260,7 +260,7 @@ fn demonstrations_of_very_different_lengths() {
     demonstrations.push(Demonstration::from_samples(1.0, 2, stretched).unwrap());
     demonstrations.push(Demonstration::from_samples(1.0, 2, vec![0.0, 0.1, 0.5, 0.6]).unwrap());
     let model = trained(&demonstrations, Basis::Legendre { count: 6 });
-    // The phase velocities span a factor of 300, so their prior says next to nothing.
+    // The phase velocities span a factor of 300, so their prior is almost uninformative.
     let error = follow(&mut filter(&model), &demonstrations[3]);
     assert!(error < 0.05, "{error}");
 }
@@ -277,7 +277,7 @@ fn constant_columns() {
             .collect();
         demonstrations.push(Demonstration::from_samples(1.0, 4, values).unwrap());
     }
-    // Plain Gaussians do not rest well at the end of a reach; that is not the point here.
+    // Plain Gaussians do not rest well at the end of a reach, which is irrelevant here.
     for (basis, allowed) in [
         (Basis::Legendre { count: 6 }, 0.01),
         (Basis::gaussian(6), 0.03),
@@ -289,7 +289,7 @@ fn constant_columns() {
         let [mean, variance] = moments(&mut f, 0.4, [1, 3]);
         assert!(mean[0].abs() < 1e-9 && (mean[1] - 4.25).abs() < 1e-9);
         assert!(variance.iter().all(|v| *v < 1e-15));
-        // A constant that is not: strange, but no reason to lose the motion.
+        // A constant that varies: unusual, but no reason to lose the motion.
         f.observe(&Observation::new(&[3], &[5.0])).unwrap();
         assert!(f.phase().is_finite());
     }

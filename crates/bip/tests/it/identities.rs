@@ -1,4 +1,4 @@
-//! What must hold whatever the data are.
+//! Identities that hold for any data.
 
 use hwall_bip::{
     Basis, Demonstration, Filter, FilterConfig, Group, Model, Observation, TrainingConfig,
@@ -104,7 +104,7 @@ fn training_recovers_planted_motions() {
                 let truth: f64 = demonstrations
                     .iter()
                     .map(|m| {
-                        // Lagrange through four samples gives the planted cubic at any phase.
+                        // Lagrange interpolation through four samples gives the true cubic at any phase.
                         let at = [0, 13, 26, m.len() - 1];
                         at.iter()
                             .map(|&i| {
@@ -156,7 +156,7 @@ fn small_filter() -> Filter {
     filter
 }
 
-/// The covariance from its own definition: evidence with unit gain on a linear row.
+/// The covariance by its definition: evidence with unit gain on a linear row.
 #[test]
 fn evidence_at_a_phase_is_the_textbook_update() {
     let mut filter = small_filter();
@@ -189,7 +189,7 @@ fn evidence_at_a_phase_is_the_textbook_update() {
     }
     assert!((update.distance_squared - distance).abs() < 1e-11);
     assert!((update.log_likelihood - likelihood).abs() < 1e-11);
-    // Evidence about the shape, before anything linked it to the phase, leaves the phase alone.
+    // Evidence about the shape does not change the phase before the two are correlated.
     let after = filter.phase_covariance();
     assert!((phase.0 - filter.phase()).abs() < 1e-14);
     assert!((phase.1[0][0] / after[0][0] - 1.0).abs() < 1e-12);

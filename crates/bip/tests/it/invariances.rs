@@ -1,5 +1,5 @@
-//! What a model learns and what a filter says depends on neither the order of the demonstrations and of the columns, nor on the place,
-//! the sense and the unit of the values, nor on the unit of time.
+//! A model and its filter depend neither on the order of the demonstrations and columns, nor on the offset, sign and unit of the values, nor on the
+//! unit of time.
 
 use crate::common::moments;
 use hwall_bip::{
@@ -34,7 +34,7 @@ fn reaches(seed: u64, count: usize) -> Vec<Rows> {
     (0..count).map(&mut reach).collect()
 }
 
-/// What a filter says of the end after every third of a motion, each time its means and variances.
+/// The predicted end after every third of a motion, each time means and variances.
 fn said(
     basis: Basis,
     training: &[Rows],
@@ -64,7 +64,7 @@ fn said(
     said
 }
 
-/// Compares with a change of the values: the means change alike, the variances by the square of a scale.
+/// Compares with transformed values: the means transform alike, the variances by the square of the scale.
 fn compare(
     name: &str,
     a: &[[[f64; DOFS]; 2]],
@@ -154,7 +154,7 @@ fn place_sense_and_unit_of_the_values_and_of_time_do_not_matter() {
     }
 }
 
-/// A polynomial holds a constant exactly; bumps do so only nearly, and are not asked.
+/// A polynomial contains a constant exactly; bumps only nearly, so they are not tested.
 #[test]
 fn the_origin_of_the_values_does_not_matter() {
     let training = reaches(3, 14);

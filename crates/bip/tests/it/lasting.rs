@@ -1,4 +1,4 @@
-//! Deviations that last: the Markov process beside the motion.
+//! Persistent deviations: the Markov process in addition to the motion.
 
 use hwall_bip::{
     Basis, Demonstration, EnsembleConfig, EnsembleFilter, Filter, FilterConfig, Group, Model,
@@ -29,7 +29,7 @@ fn filter(correlation_time: f64) -> Filter {
         phase_variance: 1e-24,
         acceleration_variance: Some(0.0),
         noise: NoiseSource::Fit,
-        noise_factor: Some(1e6), // 0.1 standard deviation, nearly all of it lasting
+        noise_factor: Some(1e6), // 0.1 standard deviation, nearly all of it persistent
         correlation_time: Some(correlation_time),
         ..FilterConfig::default()
     };
@@ -63,8 +63,8 @@ fn solve(n: usize, matrix: &[f64], b: &[f64]) -> Vec<f64> {
     b
 }
 
-/// Differences to the last measurement give the same posterior, and the same likelihood, as all
-/// measurements at once with the covariance of the process.
+/// Differences from the last measurement give the same posterior, and the same likelihood, as all measurements at once with the covariance of the
+/// process.
 #[test]
 fn differences_are_generalised_least_squares() {
     let correlation_time = 7.0;
@@ -160,7 +160,7 @@ fn a_deviation_lasts_and_is_forgotten() {
     let (m, v, _) = at(&mut filter, now);
     let [mean, _] = mean_and_row(now);
     assert!((m - mean - 0.1).abs() < 1e-5 && v.sqrt() < 1e-3, "{m} {v}");
-    let (m, v, plain) = at(&mut filter, 1.0); // 40 later, eight times as long as they last
+    let (m, v, plain) = at(&mut filter, 1.0); // 40 later, eight correlation times
     assert!((m - plain).abs() < 1e-3);
     assert!(v.sqrt() > 0.09);
     // In between, less and less certain.
@@ -168,7 +168,7 @@ fn a_deviation_lasts_and_is_forgotten() {
     assert!(sds[0] < sds[1] && sds[1] < sds[2]);
 }
 
-/// Motions that wander: tuning finds that deviations last, and predicts the end better.
+/// Wandering motions: tuning finds that deviations persist, and predicts the end better.
 #[test]
 fn tuning_finds_deviations_that_last() {
     let mut sampler = Sampler::new(52);

@@ -33,7 +33,7 @@ fn recording(
     Demonstration::from_samples(1.0 / rate_hz, 4, values).unwrap()
 }
 
-/// Where a minimum-jerk motion has 5 % of its peak speed: `16 t² (1 - t)² = 0.05`.
+/// Time at which a minimum-jerk motion has 5 % of its peak speed: `16 t² (1 - t)² = 0.05`.
 const START: f64 = 0.059_49;
 
 #[test]
@@ -188,7 +188,7 @@ fn hard_numbers_are_errors_or_stay_finite() {
     assert!(huge.trimmed(&Onset::new([0])).is_err());
     let tiny = (0..50).map(|k| 1e-300 * f64::from(k)).collect();
     let tiny = Demonstration::from_samples(1.0, 1, tiny).unwrap();
-    let _ = tiny.trimmed(&Onset::new([0])); // its squares are zero: either answer, no panic
+    let _ = tiny.trimmed(&Onset::new([0])); // its squares are zero: either result, no panic
     // Frames a hundred times closer here and there, and repeated ones.
     let mut sampler = Sampler::new(6);
     let (mut times, mut values, mut t) = (Vec::new(), Vec::new(), 0.0);

@@ -17,7 +17,7 @@ fn config() -> FilterConfig {
     }
 }
 
-/// Largest differences to one recorded test run.
+/// Largest differences from one recorded test run.
 #[derive(Debug, Default)]
 struct Differences {
     phase: Vec<f64>,

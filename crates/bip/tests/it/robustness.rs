@@ -1,4 +1,4 @@
-//! Outliers, and what the filter says about its own health.
+//! Outliers, and the filter's own health statistics.
 
 use crate::common::{moments, step};
 use hwall_bip::{
@@ -60,7 +60,7 @@ fn a_finger_that_jumps_is_refused_alone() {
     let (mut open, mut safe) = (gated(&model, None), gated(&model, Some(Gate::default())));
     for k in 0..seen.len() {
         let mut y = seen.sample(k).to_vec();
-        // The tracker exchanges fingers now and then: half a metre off.
+        // The tracker sometimes swaps fingers: half a metre off.
         if k % 7 == 3 {
             y[k % DOFS] += 0.5;
         }
@@ -111,7 +111,7 @@ fn refusing_is_not_listing() {
     assert_eq!(gate.covariance(), less.covariance());
 }
 
-/// Whether all values lie within the noise alone, so that no variance is asked for, or only within that of their prediction.
+/// Whether all values are within the noise alone, so that no variance is computed, or only within that of their prediction.
 #[test]
 fn a_gate_that_refuses_nothing_changes_no_bit() {
     let model = model();
@@ -173,7 +173,7 @@ fn a_filter_that_refuses_everything_listens_again() {
     for k in 0..30 {
         step(&mut filter, &ALL, first.sample(k));
     }
-    // Another hand, somewhere else: the belief is wrong, not the tracker.
+    // Another hand, somewhere else: the estimate is wrong, not the tracker.
     let mut refused = 0;
     for k in 30..second.len() {
         let y: Vec<f64> = second.sample(k).iter().map(|y| y + 0.3).collect();
@@ -215,7 +215,7 @@ fn health_adds_up() {
     assert_eq!(health.rows, (seen.len() * DOFS) as u64);
     assert!((health.log_likelihood - sum).abs() < 1e-9);
     assert!(health.condition >= 1.0 && health.condition.is_finite());
-    // Noise four times too large in variance: distances a quarter of what they would be.
+    // Noise variance four times too large: distances are a quarter of the expected ones.
     assert!(health.recent_distance > 0.05 && health.recent_distance < 1.0);
     for _ in 0..30 {
         filter.observe(&Observation::new(&[0], &[5.0])).unwrap();
@@ -267,7 +267,7 @@ fn steps_that_overflow_leave_the_belief() {
     }
 }
 
-/// A failed observation does not count as a refused one.
+/// A failed observation does not count as a rejected one.
 #[test]
 fn an_error_leaves_the_patience_of_the_gate() {
     let model = model();

@@ -1,4 +1,4 @@
-//! Choice of the basis: planted motions and the reference.
+//! Choice of the basis: simulated motions and the reference.
 
 use crate::common::{json, reference, training_set};
 use hwall_bip::{
@@ -53,7 +53,7 @@ fn criteria_find_the_planted_degree() {
         for criterion in ALL {
             let config = SelectionConfig::default();
             let best = choose(&demonstrations, 2, &candidates, criterion, &config).unwrap();
-            // Akaike's may take more, never fewer.
+            // Akaike's criterion may take more, never fewer.
             let more = criterion == Criterion::Aic && best.count() > degree + 1;
             assert!(more || best.count() == degree + 1, "{criterion:?}: {best}");
         }
@@ -163,7 +163,7 @@ fn degenerate_demonstrations_have_a_best_basis() {
     }
 }
 
-/// Among the 75 candidates of the reference, uncentred as there, BIC takes nine functions for both parts.
+/// Among the 75 candidates of the reference, uncentred as there, BIC selects nine functions for both parts.
 #[test]
 fn choice_agrees_with_the_reference() {
     let Some(reference) = reference() else { return };

@@ -1,4 +1,4 @@
-//! Adding and removing demonstrations, against training on the rest.
+//! Adding and removing demonstrations, compared with training on the rest.
 
 use hwall_bip::{
     ArgumentError, Basis, BipError, Demonstration, Group, Model, Onset, Trainer, TrainingConfig,
@@ -75,7 +75,7 @@ fn close(what: &str, a: &[f64], b: &[f64], relative: f64) {
     }
 }
 
-/// Signs and rotations of the factor are free; everything else is not.
+/// Signs and rotations of the factor are arbitrary; everything else is not.
 fn assert_same(a: &Model, b: &Model, relative: f64) {
     assert_eq!(a.rank(), b.rank());
     assert_eq!(a.demonstrations(), b.demonstrations());
@@ -115,9 +115,9 @@ fn adding_all_and_removing_some_is_training_on_the_rest() {
             .collect();
         let trained = Model::train(&rest, &config).unwrap();
         assert_same(&trainer.model().unwrap(), &trained, 1e-10);
-        assert_eq!(trainer.model().unwrap(), trained); // and to the last bit
+        assert_eq!(trainer.model().unwrap(), trained); // bit-identical
 
-        // Back in, at another place: only the order differs.
+        // Back in, at another position: only the order differs.
         for i in [6, 0, 13, 5] {
             trainer.add(&demonstrations[i]).unwrap();
         }
@@ -149,9 +149,8 @@ fn offset_far_away_costs_no_digits() {
 
 #[test]
 fn shared_decomposition_is_the_direct_one() {
-    // A bound on the rank that binds nothing takes the direct way: one decomposition for each
-    // demonstration held out. More and fewer demonstrations than weights; two; one that alone
-    // moves a degree of freedom.
+    // A rank bound without effect takes the direct path: one decomposition per held-out demonstration. More and fewer demonstrations than weights;
+    // two; one that alone moves a degree of freedom.
     for count in [2, 3, 9, 80] {
         let demonstrations: Vec<_> = motions(5, count, 4)
             .iter()
@@ -199,7 +198,7 @@ fn errors_name_what_is_wrong_and_change_nothing() {
     assert_eq!(trainer.remove(first), gone);
     assert_eq!(trainer.len(), 1);
     let third = trainer.add(&demonstrations[2]).unwrap();
-    assert!(third != first && third != second); // a number is never given twice
+    assert!(third != first && third != second); // numbers are never reused
     assert_eq!(trainer.remove(first), gone);
     trainer.remove(second).unwrap();
     trainer.remove(third).unwrap();

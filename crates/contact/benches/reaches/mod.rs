@@ -1,4 +1,4 @@
-//! Reaches of a hand of six points whose truth is planted, for benches and the test of allocations.
+//! Simulated reaches of a hand with six points, for benches and the allocation test.
 
 use glam::DVec3;
 use hwall_hand::{HandFrame, HandPoint, LabelledReach};
@@ -7,8 +7,8 @@ use hwall_testkit::Sampler;
 /// Noise of the tracker in each coordinate, m.
 const NOISE_M: f64 = 7e-4;
 
-/// Reaches of about half a metre to a wall at x = 0 by people who differ in pace, bow, size of the
-/// hand and how late it opens. Minimum jerk at 90 Hz; the index tip touches.
+/// Reaches of about half a metre to a wall at x = 0 by people who differ in speed, curvature, hand size and how late they open the hand. Minimum
+/// jerk at 90 Hz; the index tip touches.
 pub(crate) fn reaches(seed: u64, people: usize, count: usize) -> Vec<LabelledReach> {
     let mut sampler = Sampler::new(seed);
     let mut all = Vec::with_capacity(count);
@@ -43,7 +43,7 @@ pub(crate) fn reaches(seed: u64, people: usize, count: usize) -> Vec<LabelledRea
     all
 }
 
-/// Palm, five tips and the head; `open` from a fist, 0, to straight fingers, 1.
+/// Palm, five tips and the head; `open`: from 0, a fist, to 1, straight fingers.
 fn frame(sampler: &mut Sampler, t_s: f64, tip_m: DVec3, hand_m: f64, open: f64) -> HandFrame {
     let mut frame = HandFrame::empty(t_s);
     frame.head_m = Some(DVec3::new(0.9, 0.0, 0.6) + NOISE_M * gaussian(sampler));

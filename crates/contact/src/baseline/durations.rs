@@ -3,7 +3,7 @@
 use crate::estimate::TimeToContact;
 use hwall_hand::LabelledReach;
 
-/// How much longer reaches last that have lasted some time already.
+/// Expected remaining duration of reaches that have lasted some time already.
 #[derive(Debug, Clone)]
 pub(super) struct Durations {
     /// Ascending, s.
@@ -17,7 +17,7 @@ impl Durations {
         Self { sorted_s }
     }
 
-    /// Mean and standard deviation of what is left of those that last longer; 0 where none does.
+    /// Mean and standard deviation of the remaining time, over the reaches that last longer; 0 if there are none.
     pub(super) fn left(&self, elapsed_s: f64) -> TimeToContact {
         let longer = &self.sorted_s[self.sorted_s.partition_point(|d| *d <= elapsed_s)..];
         let left = MeanAndSd::of(longer);
@@ -31,7 +31,7 @@ impl Durations {
         }
     }
 
-    /// Of all of them, s.
+    /// Over all reaches, s.
     pub(super) fn mean_and_sd_s(&self) -> MeanAndSd {
         MeanAndSd::of(&self.sorted_s)
     }
@@ -40,9 +40,9 @@ impl Durations {
 /// Mean and standard deviation of some values.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct MeanAndSd {
-    /// 0 of no values.
+    /// 0 for no values.
     pub(super) mean: f64,
-    /// `None` of fewer than two values, or if all are equal.
+    /// `None` for fewer than two values, or if all are equal.
     pub(super) sd: Option<f64>,
 }
 

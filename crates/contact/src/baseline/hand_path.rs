@@ -1,4 +1,4 @@
-//! Where the touching point went in the course of a reach.
+//! The path of the touching point during a reach.
 
 use crate::error::ContactError;
 use crate::estimate::ContactEstimate;
@@ -9,21 +9,21 @@ use hwall_hand::reach::TouchingPoint;
 use hwall_hand::{HandFrame, HandPoint, LabelledReach, NamedPoint};
 use hwall_numeric::check::positive;
 
-/// Velocities are slopes of straight lines through this much of the past, s.
+/// Velocity is the slope of a straight line through this much of the past, s.
 const VELOCITY_WINDOW_S: f64 = 0.06;
 
-/// Where the touching point went since the reach began.
+/// Path of the touching point since the reach began.
 #[derive(Debug, Clone)]
 pub(super) struct HandPath {
     touching: TouchingPoint,
-    /// Time of the first sample of the reach, whatever was seen in it, s.
+    /// Time of the first sample of the reach, even if it shows no point, s.
     start_s: Option<f64>,
     times_s: Vec<f64>,
     points_m: Vec<DVec3>,
 }
 
 impl HandPath {
-    /// `usual_m`: the usual offset of the touching point from every other point of the hand, m.
+    /// `usual_m`: the typical offset of the touching point from each other point of the hand, m.
     pub(super) fn new(point: HandPoint, usual_m: [Option<DVec3>; 6]) -> Self {
         Self {
             touching: TouchingPoint::new(point, usual_m),
@@ -40,8 +40,7 @@ impl HandPath {
         self.points_m.clear();
     }
 
-    /// Takes a sample; `false` if there is nothing new in it: no point of the hand, or a time that is not
-    /// after the last one.
+    /// Takes a sample; `false` if it adds nothing: no point of the hand, or a time not after the last one.
     pub(super) fn take(&mut self, frame: &HandFrame) -> bool {
         let t_s = frame.t_s;
         if !t_s.is_finite() || self.times_s.last().is_some_and(|&last| t_s <= last) {
@@ -59,7 +58,7 @@ impl HandPath {
         true
     }
 
-    /// From another point of the hand to the touching point, m; `None` where both were never seen.
+    /// Offset from another point of the hand to the touching point, m; `None` if unknown.
     pub(super) fn offset_m(&self, other: HandPoint) -> Option<DVec3> {
         self.touching.offset_m(other)
     }
@@ -76,7 +75,7 @@ impl HandPath {
         &self.points_m
     }
 
-    /// Time of the last sample taken, s. There is one whenever a prediction is made.
+    /// Time of the last sample taken, s. Predictions are only made after a first sample.
     pub(super) fn now_s(&self) -> f64 {
         self.times_s[self.times_s.len() - 1]
     }
@@ -94,7 +93,7 @@ impl HandPath {
         self.now_s() - self.start_s.unwrap_or(self.times_s[0])
     }
 
-    /// Position at a time, m, on straight lines between samples; before and after, the first and the last.
+    /// Position at a time, m, interpolated linearly between samples; clamped to the first and the last.
     pub(super) fn at_m(&self, t_s: f64) -> DVec3 {
         let next = self.times_s.partition_point(|t| *t < t_s);
         if next == 0 {
@@ -120,7 +119,7 @@ impl HandPath {
     }
 }
 
-/// Follows the touching point, and repeats the last estimate when a sample has nothing new.
+/// Follows the touching point; repeats the last estimate when a sample adds nothing.
 #[derive(Debug, Clone)]
 pub(super) struct PathTracker {
     path: HandPath,
@@ -157,7 +156,7 @@ impl PathTracker {
     ) -> Option<ContactEstimate> {
         if self.path.take(frame) {
             let estimate = predict(&self.path);
-            // Absurd times and lengths may overflow: the hand then stays where it is.
+            // Absurd times and lengths may overflow: predict that the hand stays where it is.
             self.last = Some(if estimate.is_finite() {
                 estimate
             } else {

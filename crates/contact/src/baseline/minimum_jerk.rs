@@ -1,4 +1,4 @@
-//! The minimum-jerk motion closest to what was seen.
+//! The minimum-jerk motion that best fits the samples.
 
 use super::durations::{Durations, MeanAndSd};
 use super::hand_path::{HandPath, PathTracker};
@@ -9,27 +9,25 @@ use glam::DVec3;
 use hwall_hand::{HandFrame, LabelledReach};
 use std::borrow::Borrow;
 
-/// Samples that a fit looks at: more change nothing but the time it takes.
+/// Most samples in a fit: more only cost time.
 const MOST_SAMPLES: usize = 16;
-/// How far a real hand strays from a minimum-jerk motion, m; weighs what was seen against what is usual.
+/// Typical deviation of a real hand from a minimum-jerk motion, m; weighs the samples against the prior.
 const STRAY_M: f64 = 2e-3;
-/// Standard deviation of the start about the first sample, as a share of the duration: a cut by speed
-/// misses the first, slow part.
+/// Standard deviation of the start about the first sample, as a share of the duration: segmentation by speed misses the first, slow part.
 const START_SD: f64 = 0.05;
 /// First grid, steps to either side.
 const GRID_DURATIONS: i32 = 5;
 const GRID_STARTS: i32 = 2;
-/// Spacing of the first grid, deviations.
+/// Spacing of the first grid, standard deviations.
 const SPACING: f64 = 0.5;
-/// Times that the grid is halved around its best place.
+/// How often the grid is halved around its best point.
 const HALVINGS: usize = 10;
 
-/// Fits a minimum-jerk motion, `p(t) = a + b (10 τ³ - 15 τ⁴ + 6 τ⁵)` with `τ = (t - start) / duration`,
-/// to the path of the touching point so far, and adds what it has left to where the point is now.
+/// Fits a minimum-jerk motion, `p(t) = a + b (10 τ³ - 15 τ⁴ + 6 τ⁵)` with `τ = (t - start) / duration`, to the path of the touching
+/// point so far, and adds the remaining displacement of that motion to the present position.
 ///
-/// Start and duration are searched on a grid that is halved ten times; `a` and `b` are the least squares
-/// solution for each. A motion that has hardly begun fits almost any duration, so durations and
-/// lengths are weighed by a normal density with their mean and spread in training.
+/// Start and duration are searched on a grid that is halved ten times; `a` and `b` are the least squares solution for each. Early in a motion
+/// almost any duration fits, so durations and lengths have a normal prior with their mean and spread in training.
 ///
 /// Source of the motion: [Flash 1985]. Exact on minimum-jerk motions of a trained duration and length.
 #[derive(Debug, Clone)]
@@ -38,7 +36,7 @@ pub struct MinimumJerk {
     usual: Usual,
 }
 
-/// How long training reaches last, s, and how far they go, m.
+/// Durations of the training reaches, s, and their lengths, m.
 #[derive(Debug, Clone, Copy)]
 struct Usual {
     duration_s: Normal,
@@ -67,7 +65,7 @@ impl MinimumJerk {
                 Some(start_m.distance(r.contact_m))
             })
             .collect();
-        // A few reaches that happen to be alike do not rule out all others.
+        // A few reaches that happen to be alike must not rule out all others.
         let wide = |MeanAndSd { mean, sd }| Normal {
             mean,
             sd: sd.unwrap_or(0.0).max(0.1 * mean),
@@ -93,10 +91,10 @@ impl ContactEstimator for MinimumJerk {
     }
 }
 
-/// A candidate: its cost, its way left, m, and when it ends, s after the first sample.
+/// A candidate: its cost, remaining displacement, m, and end time, s after the first sample.
 #[derive(Clone, Copy)]
 struct Fit {
-    /// Deviations of duration and start from the usual ones, in standard deviations.
+    /// Deviations of duration and start from the prior mean, in standard deviations.
     at: [f64; 2],
     cost: f64,
     left_m: DVec3,
@@ -108,7 +106,7 @@ impl Usual {
         let mut seen = PathMoments::of(path);
         let usual = self.duration_s;
         let mut fit = |d: f64, s: f64| {
-            // A motion lasts at least a fifth of the usual time.
+            // A motion lasts at least a fifth of the mean duration.
             let duration_s = (usual.mean + d * usual.sd).max(0.2 * usual.mean);
             let start_s = s * START_SD * duration_s;
             seen.fit(start_s, duration_s, self.length_m, [d, s])
@@ -154,7 +152,7 @@ impl Usual {
     }
 }
 
-/// Some of the samples, evenly chosen, the first and the last among them.
+/// An even selection of the samples, with the first and the last.
 struct PathMoments {
     count: usize,
     /// Since the first sample, s.
@@ -196,7 +194,7 @@ impl PathMoments {
             spread += (s - mean_share).powi(2);
             squares += (*p - mean_m).length_squared();
         }
-        // By this candidate nothing has moved yet: the hand stays where it is.
+        // This candidate has not moved yet: the hand stays where it is.
         let b = if spread > 1e-9 {
             cross / spread
         } else {
@@ -214,7 +212,7 @@ impl PathMoments {
     }
 }
 
-/// Share of a minimum-jerk motion that is done at a share of its time; constant outside.
+/// Completed share of a minimum-jerk motion at a share of its duration; constant outside.
 fn minimum_jerk_share(tau: f64) -> f64 {
     let t = tau.clamp(0.0, 1.0);
     t * t * t * (10.0 + t * (6.0 * t - 15.0))

@@ -1,4 +1,4 @@
-//! The demonstrations most like this reach so far.
+//! The demonstrations most similar to this reach so far.
 
 use super::hand_path::{HandPath, PathTracker};
 use crate::error::ContactError;
@@ -9,26 +9,26 @@ use glam::DVec3;
 use hwall_hand::{HandFrame, LabelledReach};
 use std::borrow::Borrow;
 
-/// The square root of the number of demonstrations are averaged, but at least and at most so many.
+/// Fewest and most neighbours; between them, the square root of the number of demonstrations.
 const NEIGHBOURS: (usize, usize) = (5, 20);
-/// Demonstrations are kept at even times, this far apart, s.
+/// Demonstrations are resampled at this period, s.
 const PERIOD_S: f64 = 0.01;
-/// Longest demonstration that is kept, samples: a minute.
+/// Longest demonstration kept, samples: a minute.
 const MOST_SAMPLES: usize = 6000;
 /// Lowest standard deviation of an end, m: the noise of a tracker.
 const SENSOR_M: f64 = 1e-3;
 
-/// Template matching: takes the demonstrations (the square root of their number, 5 to 20) whose motion from
-/// their start was most like this one at the same times (least integral of the squared distance). The mean of
-/// what they had left is what is left now; their spread is the covariance.
+/// Template matching: selects the demonstrations (the square root of their number, 5 to 20) whose motion from their start was most similar to this
+/// one at the same times (least integral of the squared distance). The mean of their remaining displacements is the prediction; their spread is the
+/// covariance.
 ///
-/// It compares all demonstrations at every sample: time grows with their number, about 10 µs for 1,600.
+/// Every sample is compared with all demonstrations, so time grows with their number: about 10 µs for 1,600.
 #[derive(Debug, Clone)]
 pub struct NearestNeighbour {
     tracker: PathTracker,
-    /// The longest first.
+    /// Longest first.
     demonstrations: Demonstrations,
-    /// How far each demonstration has been from this reach so far, m² s.
+    /// Distance of each demonstration from this reach so far, m² s.
     apart: Vec<f64>,
     counted: usize,
 }
@@ -68,15 +68,14 @@ impl ContactEstimator for NearestNeighbour {
     }
 }
 
-/// What was learnt, apart from what is being followed.
+/// The learned part, without the state of the reach.
 #[derive(Debug, Clone)]
 struct Demonstrations {
-    /// Displacements from the start, m: at the first time those of all demonstrations, at each next time those
-    /// of the demonstrations that still move, which come first.
+    /// Displacements from the start, m: for each time, those of the demonstrations that still move, which come first.
     displacements_m: Vec<DVec3>,
-    /// Where each time begins in that list, and where the last one ends.
+    /// Start of each time in that list, and the end of the last one.
     times: Vec<usize>,
-    /// Displacements where the movement of each is over, m.
+    /// Displacement of each at the end of its movement, m.
     rests_m: Vec<DVec3>,
     ends_m: Vec<DVec3>,
     durations_s: Vec<f64>,
@@ -131,7 +130,7 @@ impl Demonstrations {
         }
     }
 
-    /// All demonstrations just before and just after a time since the start, and the share between.
+    /// All demonstrations just before and just after a time since the start, and the interpolation weight.
     fn around(&self, elapsed_s: f64) -> (Moment<'_>, Moment<'_>, f64) {
         let last = self.times.len() - 2;
         let place = (elapsed_s / PERIOD_S).clamp(0.0, last as f64);
@@ -179,7 +178,7 @@ impl Demonstrations {
         let count = k as f64;
         let mean_m = chosen.iter().map(|&i| left_m(i)).sum::<DVec3>() / count;
         let mean_s = chosen.iter().map(|&i| left_s(i)).sum::<f64>() / count;
-        // The spread of a new one about the mean of the k.
+        // Predictive variance of a new reach about the mean of the k.
         let scale = (1.0 + 1.0 / count) / (count - 1.0).max(1.0);
         let mut covariance = isotropic(SENSOR_M);
         let mut variance_s2 = 0.0;

@@ -1,4 +1,4 @@
-//! Linear regression of what is left of a reach, from its start and its last frames.
+//! Linear regression of the rest of a reach on its start and its last frames.
 
 use super::durations::Durations;
 use super::hand_path::{HandPath, PathTracker};
@@ -12,15 +12,15 @@ use hwall_hand::{HandFrame, HandPoint, LabelledReach};
 use hwall_numeric::dense::Matrix;
 use std::borrow::Borrow;
 
-/// Frames of the window, the present one included.
+/// Frames of the window, including the present one.
 const FRAMES: usize = 5;
-/// Displacements of the window are scaled to this much time, s, so that all are of one size.
+/// Displacements of the window are scaled to this much time, s, so that all have a similar size.
 const HORIZON_S: f64 = 0.2;
-/// Regressions over the mean duration of the training reaches.
+/// Number of regressions over the mean duration of the training reaches.
 const REGRESSIONS: f64 = 25.0;
-/// A regression needs this many reaches that last as long.
+/// A regression needs this many reaches of sufficient duration.
 const FEWEST: usize = 8;
-/// Reaches of fewer than three people are held out in this many groups.
+/// With fewer than three people, reaches are held out in this many groups.
 const GROUPS: usize = 10;
 /// Other points are used if they are seen in this share of the training frames.
 const SEEN_SHARE: f64 = 0.9;
@@ -28,19 +28,17 @@ const SEEN_SHARE: f64 = 0.9;
 const RIDGES: [f64; 7] = [1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0];
 /// Lowest standard deviation of an end, m: the noise of a tracker.
 const SENSOR_M: f64 = 1e-3;
-/// What is predicted: the way left, and the time left.
+/// The outputs: remaining displacement (3) and remaining time.
 const OUTPUTS: usize = 4;
 
-/// Ridge regression of the way and the time that are left, in a window of frames.
+/// Ridge regression of the remaining displacement and time, on a window of frames.
 ///
-/// Features: where the touching point started, its displacement since then and over each of the last frames
-/// of the window (frames of the median period in training, interpolated in straight lines), where
-/// the other points of the hand are relative to it, the time since the start. There is one regression for every
-/// twenty-fifth of the mean duration, learnt from all reaches that last as long.
+/// Features: the start of the touching point, its displacement since then and over each of the last frames of the window (frames of the median
+/// period in training, interpolated linearly), the other points of the hand relative to it, the time since the start. There is one regression for
+/// every twenty-fifth of the mean duration, fitted to all reaches that last as long.
 ///
-/// The ridge is the one with the least error on held-out people, one at a time, where there are three or more;
-/// else on held-out tenths of the reaches. The errors there give the covariance. They are exact: a person is
-/// taken out of the normal equations. Source: [Allen 1974].
+/// The ridge is the one with the least error on held-out people, one at a time, if there are three or more; otherwise on held-out tenths of
+/// the reaches. Those errors give the covariance. They are exact: the held-out person is removed from the normal equations. Source: [Allen 1974].
 #[derive(Debug, Clone)]
 pub struct RidgeWindow {
     tracker: PathTracker,
@@ -106,7 +104,7 @@ impl RidgeWindow {
                 });
             }
         }
-        // Where few reaches last as long, the last regression with enough of them is used.
+        // If few reaches last as long, the last regression with enough of them is used.
         let mut regressions: Vec<Regression> = Vec::new();
         let mut unfit = 0;
         for (place, examples) in samples.iter().enumerate() {
@@ -117,14 +115,14 @@ impl RidgeWindow {
             }
             match Regression::fit(examples) {
                 Some(regression) => regressions.push(regression),
-                // A slow tracker leaves some places without frames.
+                // A slow tracker leaves some intervals without frames.
                 None => match regressions.last() {
                     Some(before) => regressions.push(before.clone()),
                     None => unfit += 1,
                 },
             }
         }
-        // Places before the first regression use that one.
+        // Intervals before the first regression use that one.
         if let Some(first) = regressions.first().cloned() {
             regressions.splice(0..0, std::iter::repeat_n(first, unfit));
         }
@@ -215,7 +213,7 @@ struct Example {
 }
 
 impl Regression {
-    /// `None` from samples of fewer than two groups.
+    /// `None` for samples of fewer than two groups.
     fn fit(examples: &[Example]) -> Option<Self> {
         let dim = examples.first()?.features.len();
         let scales: Vec<(f64, f64)> = (0..dim)

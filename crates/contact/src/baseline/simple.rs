@@ -1,4 +1,4 @@
-//! The hand stays, or goes on as it does.
+//! The hand stops at once, or keeps its velocity.
 
 use super::durations::Durations;
 use super::hand_path::PathTracker;
@@ -10,7 +10,7 @@ use std::borrow::Borrow;
 
 /// The hand stays where it is: the touching point ends at its last position.
 ///
-/// The time left is the mean of the training reaches that lasted longer than this one so far.
+/// The time left is the mean over the training reaches that lasted longer than this one so far.
 #[derive(Debug, Clone)]
 pub struct Hold {
     tracker: PathTracker,
@@ -45,11 +45,10 @@ impl ContactEstimator for Hold {
     }
 }
 
-/// The hand keeps its velocity and stops when its time is over.
+/// The hand keeps its velocity and stops when the predicted time is over.
 ///
-/// Velocity: the slope of the straight line through the last 0.06 s. Arrival: the mean duration of the
-/// training reaches that lasted longer than this one so far; trained on one reach, arrival is after
-/// exactly its duration. A hand that is late stays where it is.
+/// Velocity: the slope of the straight line through the last 0.06 s. Arrival: the mean duration of the training reaches that lasted longer than
+/// this one so far; trained on one reach, exactly its duration. Past that time, the prediction is the present position.
 #[derive(Debug, Clone)]
 pub struct ConstantVelocity {
     tracker: PathTracker,

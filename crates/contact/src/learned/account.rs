@@ -1,4 +1,4 @@
-//! What a model says of itself.
+//! Summary of a trained model.
 
 use super::blend::combination::{Axes, Blend, Region, combine};
 use super::blend::evidence::Evidence;
@@ -8,21 +8,19 @@ use super::reaches::reach_track::{BlockKind, Cue, Inputs};
 use super::regression::local_ridge::Fitted;
 use std::fmt;
 
-/// Stages of the time left for which errors are told, s; the last has no end.
+/// Stages of the time left for which errors are reported, s; the last has no end.
 const STAGES_S: [f64; 6] = [0.0, 0.05, 0.1, 0.2, 0.4, 0.8];
 
-/// What was chosen at training and how well it did on reaches that were held out: told by
-/// [`LearnedModel`](super::LearnedModel) as a table.
+/// The choices of training and their errors on held-out reaches; [`LearnedModel`](super::LearnedModel) prints it as a table.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Account {
     /// Number of regions of progress.
     pub regions: usize,
-    /// What the regression may look at, and in which share of the regions it does: with the place in the room, and
-    /// without.
+    /// The inputs of the regression, and the share of the regions that use each: with the place in the room, and without.
     pub inputs: Vec<InputUse>,
-    /// Are errors alike along the way of the hand (or along the axes of the room)?
+    /// Are errors alike along the path of the hand (or along the axes of the room)?
     pub along_the_way: bool,
-    /// How widely touches of one place scatter, sd, m.
+    /// Scatter of touches of one place, sd, m.
     pub place_scatter_m: f64,
     /// By time left.
     pub stages: Vec<StageAccount>,
@@ -33,28 +31,27 @@ pub struct Account {
 pub struct InputUse {
     /// For tables.
     pub name: String,
-    /// Share of the regions in which it is used where the room is known, and where it is not.
+    /// Share of the regions that use it, with the place in the room and without.
     pub used: [f64; 2],
 }
 
 /// Held-out errors at some time left.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StageAccount {
-    /// From this time left on, s; up to that of the next one.
+    /// Start of this range of time left, s; it ends at that of the next one.
     pub from_s: f64,
     /// Median error of the combination before places are considered, m; NaN without samples.
     pub median_m: f64,
     /// Mean weight of every source, with its name.
     pub weights: Vec<(&'static str, f64)>,
-    /// Mean share of the way to the places.
+    /// Mean share of the distance to the places.
     pub places: f64,
 }
 
-/// A point is relied on where the regression uses it in more than this share of the regions.
+/// A point is relied on if the regression uses it in more than this share of the regions.
 const RELIED_ON: f64 = 0.25;
 
 impl Account {
-    /// Is this relied on?
     pub(super) fn relies_on(&self, cue: Cue) -> bool {
         let names = match cue {
             Cue::Point(p) => [BlockKind::Place(p), BlockKind::Motion(p)].map(name),
@@ -94,7 +91,7 @@ impl Account {
     }
 }
 
-/// Errors of the first `made` reaches: copies of them at another pace are no evidence.
+/// Errors of the first `made` reaches: the time-scaled copies are no evidence.
 fn stage(evidence: &Evidence, blend: &Blend, stage: usize, made: usize) -> StageAccount {
     let until_s = STAGES_S.get(stage + 1).copied().unwrap_or(f64::INFINITY);
     let (mut errors, mut sums) = (Vec::new(), [0.0; SOURCES]);

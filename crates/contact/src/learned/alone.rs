@@ -1,15 +1,15 @@
-//! Training data of the fallback model: without the gaze, or with the touching point alone.
+//! Training data of the fallback model: without gaze, or with the touching point alone.
 
 use super::config::LearnedConfig;
 use super::reaches::reach_track::Inputs;
 use hwall_hand::{HandFrame, LabelledReach};
 
-/// It answers now and then, and its inputs are few: small enough that it adds little to the training.
+/// The fallback answers rarely and has few inputs: keep it small so that it adds little to training.
 const REGIONS: usize = 16;
 const FOLDS: usize = 8;
 const REACHES: usize = 400;
 
-/// The same reaches without the gaze if it was learnt, else with the touching point alone, and the settings for them.
+/// The same reaches without gaze if gaze was learned, else with the touching point alone, and the settings for them.
 pub(super) fn stripped(
     reaches: &[&LabelledReach],
     inputs: &Inputs,

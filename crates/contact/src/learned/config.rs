@@ -1,4 +1,4 @@
-//! How a model is learnt.
+//! Training settings of a model.
 
 use super::reaches::reach_track::MOST_LAGS;
 use hwall_bip::Basis;
@@ -6,7 +6,7 @@ use hwall_numeric::ArgumentError;
 use hwall_numeric::check::that;
 use std::ops::RangeInclusive;
 
-/// Which source says where the reach ends.
+/// Source of the predicted end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -14,57 +14,55 @@ use std::ops::RangeInclusive;
 pub enum Combination {
     /// The regression alone.
     Regression,
-    /// The interaction primitive, or the regression where the primitive has lost its way. Time and normal
-    /// are the regression's.
+    /// The interaction primitive, or the regression where the primitive has diverged. Time and normal come from the regression.
     Primitive,
     /// Both, weighted by the joint covariance of their errors on held-out reaches.
     #[default]
     Both,
 }
 
-/// In which frame ends are foreseen.
+/// Frame in which ends are predicted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Frame {
-    /// Sources of both frames, weighted by their errors on held-out reaches and on the touches of late.
+    /// Sources of both frames, weighted by their errors on held-out reaches and on recent touches.
     #[default]
     Both,
-    /// The room alone.
+    /// The room frame only.
     Room,
-    /// The start of the reach alone: nothing depends on where in the room it was.
+    /// Relative to the start of the reach only: the place in the room has no effect.
     Start,
 }
 
-/// How a [`LearnedModel`](crate::LearnedModel) is learnt.
+/// Training settings of a [`LearnedModel`](crate::LearnedModel).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LearnedConfig {
-    /// Which source says where the reach ends. Default: both.
+    /// Source of the predicted end. Default: both.
     pub combination: Combination,
-    /// In which frame ends are foreseen. Default: both, by evidence; the others are for comparisons.
+    /// Frame in which ends are predicted. Default: both, weighted by evidence; the others are for comparisons.
     pub frame: Frame,
-    /// Whether the regression sees the direction of gaze. Default `false`: a fusion with a scene weighs the
-    /// gaze by itself, and not every study records it.
+    /// Whether the regression uses the gaze direction. Default `false`: a fusion with a scene weighs gaze separately, and not every study records
+    /// it.
     pub gaze: bool,
-    /// Regions of progress, each with its own coefficients; 1 is plain ridge regression. `None` (default): as
-    /// many of 16 to 128 as foresee held-out reaches best.
+    /// Regions of progress, each with its own coefficients; 1 is plain ridge regression. `None` (default): the number from 16 to 128 that predicts
+    /// held-out reaches best.
     pub regions: Option<usize>,
     /// Samples taken from each reach. Default 30.
     pub samples_per_reach: usize,
-    /// How many past positions of the hand the regression compares with the present one, the first 0.03 s
-    /// ago and each next one twice as long ago; 8 at most. Default 4: a window of 0.24 s.
+    /// Number of past hand positions that the regression compares with the present one: the first 0.03 s ago, each next one twice as long ago; at
+    /// most 8. Default 4: a window of 0.24 s.
     pub lags: usize,
     /// Basis of the interaction primitive. Default 9 normalised Gaussians.
     pub basis: Basis,
-    /// Most directions in which the primitive lets reaches differ; the cost of a step grows with them.
-    /// Default 24.
+    /// Largest rank of the primitive's covariance; the cost of a step grows with it. Default 24.
     pub rank: usize,
-    /// Most parts in which reaches are held out; whole people where there are three or more. Default 16.
+    /// Most parts in which reaches are held out; whole people if there are three or more. Default 16.
     pub folds: usize,
-    /// Learns from each reach twice: as it was made, and at another pace, alternately so many times as slow and as fast; above
-    /// 1 and at most 4. A reach counts as one all the same; training takes about one and a half times as long. Default `None`: as
-    /// made. Take it where few people are learnt from and others come who are slower or faster than all of them.
+    /// Learns from each reach twice: as recorded, and as a copy slowed down or sped up by this factor, in turn; above 1 and at most 4. A reach and
+    /// its copy together count as one; training takes about one and a half times as long. Default `None`: as recorded. Use it if few people were
+    /// recorded and users may be slower or faster than all of them.
     pub other_pace: Option<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! Estimates of a reach from what was learnt.
+//! Estimates for a running reach by a learned model.
 
 use super::account::Account;
 use super::blend::adaptation::{Adaptation, Pending};
@@ -19,21 +19,21 @@ use glam::DVec3;
 use hwall_hand::HandFrame;
 use std::sync::Arc;
 
-/// Longest time without any point of the hand that is bridged, s.
+/// Longest gap without any point of the hand that is bridged, s.
 const LONGEST_GAP_S: f64 = 0.1;
 
-/// A point that is relied on is waited for so long, s.
+/// Time without a required input until the smaller model takes over, s.
 const WAITED_S: f64 = 0.1;
 
-/// All that was learnt; shared between estimators.
+/// The learned parameters, shared between estimators.
 #[derive(Debug)]
 pub(super) struct Learnt {
     pub(super) origin: Origin,
     pub(super) inputs: Inputs,
     pub(super) gates: Gates,
-    /// The regression that knows the room, and the one that knows only the reach.
+    /// The regression with the place in the room, and the one relative to the start.
     pub(super) ridges: [LocalRidge; 2],
-    /// Which of them says when, and along which normal.
+    /// Index of the regression that gives the time, and of the one that gives the normal.
     pub(super) time_from: usize,
     pub(super) normal_from: usize,
     pub(super) correction: Correction,
@@ -45,7 +45,7 @@ pub(super) struct Learnt {
     pub(super) account: Account,
 }
 
-/// What a model was learnt from.
+/// Training data of a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Origin {
     pub(super) reaches: usize,
@@ -53,12 +53,11 @@ pub(super) struct Origin {
     pub(super) median_duration_s: f64,
 }
 
-/// Follows a reach with a [`LearnedModel`](super::LearnedModel). A step does not allocate after the first of a reach;
-/// [`begin`](ContactEstimator::begin) does.
+/// Follows a reach with a [`LearnedModel`](super::LearnedModel). Only the first step of a reach and [`begin`](ContactEstimator::begin) allocate.
 ///
-/// While the touching point is missing, another point of the hand stands in; while none is seen at all, the
-/// last estimate is repeated for up to 0.1 s, with less and less time to contact. While a point, or the gaze, that the model relies on
-/// has not been seen in a reach, a model without it answers, after 0.1 s.
+/// While the touching point is missing, another point of the hand replaces it. While no point is seen, the last estimate is repeated for up to 0.1
+/// s, with the time to contact counting down. If a required point, or gaze, has not been seen in a reach, a model without it takes over after 0.1
+/// s.
 #[derive(Debug, Clone)]
 pub struct LearnedEstimator {
     learnt: Arc<Learnt>,
@@ -69,12 +68,12 @@ pub struct LearnedEstimator {
     gates: Vec<f64>,
     last: Option<ContactEstimate>,
     adaptation: Adaptation,
-    /// What is relied on beside the touching point.
+    /// Required inputs besides the touching point.
     relied_on: Vec<Cue>,
     alone: Option<Box<LearnedEstimator>>,
-    /// Has the lesser model answered last in this reach?
+    /// Did the smaller model give the last estimate of this reach?
     answered_alone: bool,
-    /// The same of the reach before, while this one is tentative: a touch is still of that one.
+    /// The same for the previous reach while this one is tentative: a touch still belongs to the previous one.
     before_alone: Option<bool>,
 }
 
@@ -113,7 +112,7 @@ impl ContactEstimator for LearnedEstimator {
     }
 
     fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
-        // Each learns from what it said; without its points the other said nothing.
+        // Only the model that gave the estimates learns from the touch.
         let answered_alone = self.before_alone.unwrap_or(self.answered_alone);
         match self.alone.as_mut().filter(|_| answered_alone) {
             Some(alone) => alone.touched(contact_m, contact_s),
@@ -142,7 +141,7 @@ impl ContactEstimator for LearnedEstimator {
         let track = &self.track;
         let waits = self.relied_on.iter().any(|cue| !track.has_seen(*cue));
         self.answered_alone = false;
-        // What has not been seen until now was not there before: the other has followed from the start.
+        // A required input not seen so far was missing from the start, so the smaller model has followed the whole reach.
         if let Some(alone) = self.alone.as_mut().filter(|_| waits) {
             let estimate = alone.step(frame);
             if estimate.is_some() && track.followed_s() >= WAITED_S {
@@ -155,7 +154,7 @@ impl ContactEstimator for LearnedEstimator {
 }
 
 impl LearnedEstimator {
-    /// `alone`: answers while something that is relied on stays away.
+    /// `alone`: takes over while a required input is missing.
     pub(super) fn new(learnt: &Arc<Learnt>, alone: Option<Self>) -> Self {
         let relies_on = |cue: &Cue| learnt.account.relies_on(*cue);
         Self {
@@ -182,7 +181,7 @@ impl LearnedEstimator {
         }
     }
 
-    /// The last estimate, for a time at which nothing was seen.
+    /// The last estimate, extrapolated to a sample that shows no point.
     fn unseen(&self, t_s: f64) -> Option<ContactEstimate> {
         let last = self.last?;
         let waited_s = t_s - last.t_s;
@@ -289,15 +288,14 @@ impl LearnedEstimator {
         Some(estimate)
     }
 
-    /// How many touches it has been told of since it last forgot.
+    /// Number of touches reported since the last `forget`.
     #[must_use]
     pub fn touches(&self) -> usize {
         self.adaptation.touches() + self.alone.as_ref().map_or(0, |alone| alone.touches())
     }
 
-    /// How much larger the squared errors of the last touches were than expected, in standard deviations and per
-    /// axis: about 1 normally; far above it something in the room has moved, or somebody else has come. Of the model that answers:
-    /// where a point that it relies on stays away, that is the one of the touching point alone.
+    /// Squared errors of the last touches relative to the expected ones, per axis: normally about 1; far above it, something in the room has
+    /// moved or the person has changed. Refers to the model that answers: the smaller one while a required input is missing.
     #[must_use]
     pub fn surprise(&self) -> f64 {
         let answered_alone = self.before_alone.unwrap_or(self.answered_alone);

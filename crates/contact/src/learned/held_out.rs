@@ -1,4 +1,4 @@
-//! What a model would have said of the reaches it was learnt from, had it not learnt from them.
+//! Estimates of the training reaches, each by a model trained without it.
 
 use super::blend::combination::{Blend, Region, combine};
 use super::blend::evidence::Evidence;
@@ -8,16 +8,16 @@ use super::blend::training::HeldOut;
 use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
 use hwall_hand::{HandFrame, LabelledReach};
 
-/// Estimates of one reach by sources that were learnt without its fold, in order of time, about as many as
-/// [`LearnedConfig::samples_per_reach`](super::LearnedConfig::samples_per_reach). What is weighed and chosen was learnt from these
-/// estimates together, so their errors are smaller than those to come. Their covariances are smaller by as much.
+/// Estimates of one reach by sources trained without its fold, in order of time, about
+/// [`LearnedConfig::samples_per_reach`](super::LearnedConfig::samples_per_reach) of them. The weights and choices were learned from these estimates
+/// together, so their errors are smaller than those on new reaches. Their covariances are scaled down accordingly.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct HeldOutReach {
-    /// As an estimator would have given them.
+    /// In the form that an estimator returns.
     pub estimates: Vec<ContactEstimate>,
 }
 
-/// Those of the first reaches that the evidence is of; `points_m` are the points that every sample then names.
+/// Held-out estimates of the first reaches of the evidence; `points_m` are the held-out points of all samples.
 pub(super) fn held_out_reaches(
     evidence: &Evidence,
     blend: &Blend,
@@ -26,7 +26,7 @@ pub(super) fn held_out_reaches(
 ) -> Vec<HeldOutReach> {
     let mut all = vec![HeldOutReach::default(); reaches.len()];
     for (row, sample) in evidence.samples.iter().enumerate() {
-        // Behind them are copies at another pace.
+        // Later samples belong to time-scaled copies.
         let Some((reach, held_out)) = reaches.get(sample.reach).zip(all.get_mut(sample.reach))
         else {
             continue;
@@ -56,11 +56,11 @@ pub(super) fn held_out_reaches(
     all
 }
 
-/// Estimates are repeated for so long at most, s.
+/// Longest time for which an estimate is repeated, s.
 const LONGEST_S: f64 = 0.2;
 
-/// Repeats held-out estimates of the reaches of one stream, on the clock of the stream: stands for a
-/// [`LearnedEstimator`](super::LearnedEstimator) that has not learnt from this stream, to learn from the errors of a fusion with it.
+/// Replays the held-out estimates of the reaches of one stream, on the clock of the stream. It replaces a
+/// [`LearnedEstimator`](super::LearnedEstimator) that was not trained on this stream when a fusion learns from its errors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeldOutEstimator {
     estimates: Vec<ContactEstimate>,
@@ -68,7 +68,7 @@ pub struct HeldOutEstimator {
 }
 
 impl HeldOutEstimator {
-    /// Of the reaches of a stream; `learnt` reaches are said to be learnt from.
+    /// For the reaches of a stream; `learnt` is the number of training reaches to report.
     pub fn new<'a>(reaches: impl IntoIterator<Item = &'a HeldOutReach>, learnt: usize) -> Self {
         let of_reaches = reaches.into_iter().flat_map(|reach| &reach.estimates);
         let mut estimates: Vec<ContactEstimate> = of_reaches.copied().collect();

@@ -1,4 +1,4 @@
-//! A learned model: a regression of the end beside an interaction primitive.
+//! A learned model: regressions of the end, trees and an interaction primitive.
 
 use super::account::Account;
 use super::alone;
@@ -27,33 +27,31 @@ use std::sync::Arc;
 /// Fewest reaches to learn from.
 const FEWEST: usize = 8;
 
-/// What was learnt from labelled reaches: where a reach like them ends.
+/// A model learned from labelled reaches: it predicts where a similar reach ends.
 ///
-/// The sources are two ridge regressions of the way left, linear in the motion so far, with coefficients that change with
-/// the progress of the reach (one knows the room, the other only the reach), trees that correct them, a Bayesian
-/// interaction primitive of the hand, and the hand where it is. All look at the same samples, so their errors are
-/// correlated. They are weighted, region by region of progress, by the joint second moments of their errors on held-out
-/// people (or reaches, with fewer than three people): [Bar-Shalom 1986], with no weight below zero. The covariance of an
-/// estimate is that of the combination, with factors that make 90 % regions hold 90 % of the held-out ends in every region
-/// and at every time left. Regions, inputs, ridges and the noise of the primitive are chosen on the same held-out reaches,
-/// which makes the factors a little optimistic; of few reaches they are widened for that.
+/// The sources are two ridge regressions of the remaining displacement, linear in the motion so far, with coefficients that change with the
+/// progress of the reach (one uses the place in the room, the other only the reach), trees that correct them, a Bayesian interaction primitive of
+/// the hand, and the present position. All use the same samples, so their errors are correlated. They are weighted, region by region of progress,
+/// by the joint second moments of their errors on held-out people (or reaches, with fewer than three people): [Bar-Shalom 1986], with non-negative
+/// weights. The covariance of an estimate is that of the combination, with factors that make 90 % regions hold 90 % of the held-out ends in every
+/// region and at every time left. Regions, inputs, ridges and the noise of the primitive are chosen on the same held-out reaches, which makes the
+/// factors a little optimistic; with few reaches they are widened for that.
 ///
-/// Beside it stands a smaller model: without the gaze, if the gaze was learnt, and beside that one a model of the touching point alone. Where
-/// an input that is relied on has been missing for 0.1 s, the smaller model answers, less certain, until the input is seen.
+/// It contains a smaller fallback model: without gaze, if gaze was learned, and inside that one a model of the touching point alone. If a required
+/// input has been missing for 0.1 s, the smaller model answers, less certain, until the input is seen.
 #[derive(Debug, Clone)]
 pub struct LearnedModel {
     pub(super) learnt: Arc<Learnt>,
-    /// Knows less, for reaches in which something that this one relies on stays away: everything but the gaze, or the touching point
-    /// alone.
+    /// The smaller model for reaches in which a required input is missing: all but gaze, or the touching point alone.
     pub(super) alone: Option<Box<LearnedModel>>,
 }
 
 impl LearnedModel {
-    /// Learns from reaches that are all in one frame.
+    /// Trains on reaches that are all in one frame.
     ///
     /// # Errors
-    /// Fewer than eight reaches, a reach that [`LabelledReach::validate`] refuses or that has another
-    /// touching point than the first, a setting out of range.
+    /// Fewer than eight reaches, a reach that [`LabelledReach::validate`] refuses or whose touching point differs from the first, a setting out of
+    /// range.
     pub fn train<R: Borrow<LabelledReach>>(
         reaches: &[R],
         config: &LearnedConfig,
@@ -61,8 +59,8 @@ impl LearnedModel {
         Self::train_and_hold_out(reaches, config).map(|(model, _)| model)
     }
 
-    /// The same, with what the model would have said of each reach without its fold, in the order of the reaches: from these
-    /// errors others learn that build on the model, as [`RegionModel::fit_streams`](crate::RegionModel::fit_streams).
+    /// The same, with the held-out estimates of each reach, in the order of the reaches. Models on top of this one learn from their errors, e.g.
+    /// [`RegionModel::fit_streams`](crate::RegionModel::fit_streams).
     ///
     /// # Errors
     /// As [`train`](Self::train).
@@ -86,7 +84,7 @@ impl LearnedModel {
         let copies = config.other_pace.map(|times| at_another_pace(made, times));
         let copies = references(copies.as_deref().unwrap_or_default());
         let reaches = &[made, &copies].concat()[..];
-        // A copy is held out with what it is a copy of.
+        // A copy is held out together with its original.
         let folds: Vec<usize> = folds_made
             .iter()
             .cycle()
@@ -95,7 +93,7 @@ impl LearnedModel {
             .collect();
         let inputs = Inputs::of(reaches, config.gaze, config.lags);
         let mut samples = samples::of(&inputs, reaches, &folds, config);
-        // A reach and its copy together tell as much as one.
+        // A reach and its copy together count as one.
         let share = made.len() as f64 / reaches.len() as f64;
         samples.iter_mut().for_each(|s| s.weight *= share);
         let primitive = match config.combination {
@@ -175,13 +173,13 @@ impl LearnedModel {
         Ok((model, held_out))
     }
 
-    /// Number of reaches it was learnt from.
+    /// Number of training reaches.
     #[must_use]
     pub fn reaches(&self) -> usize {
         self.learnt.origin.reaches
     }
 
-    /// Number of people who made them, as far as they are named.
+    /// Number of named people who made them.
     #[must_use]
     pub fn people(&self) -> usize {
         self.learnt.origin.people
@@ -199,19 +197,19 @@ impl LearnedModel {
         self.learnt.inputs.point
     }
 
-    /// Which source says where the reach ends.
+    /// Source of the predicted end.
     #[must_use]
     pub fn combination(&self) -> Combination {
         self.learnt.combination
     }
 
-    /// What was chosen at training, and how well it did on held-out reaches; prints as tables.
+    /// The choices of training and their errors on held-out reaches; prints as tables.
     #[must_use]
     pub fn account(&self) -> &Account {
         &self.learnt.account
     }
 
-    /// A new estimator. Estimators share what was learnt.
+    /// A new estimator. Estimators share the learned parameters.
     #[must_use]
     pub fn estimator(&self) -> LearnedEstimator {
         LearnedEstimator::new(&self.learnt, self.alone.as_deref().map(Self::estimator))
@@ -228,7 +226,7 @@ fn origin(reaches: &[&LabelledReach]) -> Origin {
     }
 }
 
-/// What the sources say of a sample when its fold is held out.
+/// The held-out estimates of all sources for a sample.
 fn witness(
     sample: &TrainingSample,
     row: usize,

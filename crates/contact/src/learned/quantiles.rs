@@ -1,9 +1,9 @@
-//! Quantiles of weighted values, and the noise below which no error is claimed.
+//! Quantiles of weighted values, and the noise floor of errors.
 
 use crate::matrices::isotropic;
 use glam::DMat3;
 
-/// Lowest standard deviation of a coordinate that is ever claimed, m: the noise of a good tracker.
+/// Lowest standard deviation of a coordinate that is ever stated, m: the noise of a good tracker.
 pub(in crate::learned) const SENSOR_M: f64 = 3e-4;
 
 /// The noise of the sensor as a covariance, m².

@@ -1,4 +1,4 @@
-//! Prediction by one ray, as in the dissertation.
+//! Prediction by a single ray, as in the dissertation.
 
 use super::hand::free_side::{FreeSide, SideWatch};
 use super::hand::resting::facing;
@@ -12,17 +12,17 @@ use hwall_hand::{Fixation, Gaze, GazeRay, HandState};
 use hwall_numeric::check::positive;
 use hwall_scene::{Hit, Scene, SurfaceId};
 
-/// Limits of the deterministic predictor.
+/// Settings of the deterministic predictor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DeterministicConfig {
-    /// Surfaces further than this from the hand are not about to be touched, m. Default 1.5: an arm's
-    /// length and a step. Looking at a far wall then does not hide the panel under the hand.
+    /// Surfaces further than this from the hand are ignored, m. Default 1.5: an arm's length and a step. So looking at a far wall does not hide the
+    /// panel under the hand.
     pub max_distance_m: f64,
-    /// Does the ray that found the surface (gaze, or direction of motion) lead the point while the hand is far? While the hand is more
-    /// than 0.06 m away the point is where that ray meets the surface. Within 0.02 m it is where the hand's own motion leads, or
-    /// the hand's projection if it does not approach. In between it is a mixture in proportion. Points led by the gaze
-    /// have a covariance, of 0.03 rad (1.7 degrees): an eye tracker of 1 degree and a person who is about as accurate. Default
-    /// `false`: the point is always the projection of the hand, as in the dissertation, and has no covariance.
+    /// Does the ray that found the surface (gaze, or direction of motion) give the point while the hand is far? Above 0.06 m the point is the
+    /// intersection of that ray with the surface. Within 0.02 m it is where the hand's own motion leads, or the hand's projection if the hand does
+    /// not approach. In between it is a linear blend. Points given by gaze have a covariance, from 0.03 rad (1.7 degrees): an eye tracker of 1
+    /// degree and a person of about the same accuracy. Default `false`: the point is always the projection of the hand, as in the dissertation,
+    /// without covariance.
     pub ray_leads: bool,
 }
 
@@ -36,12 +36,11 @@ impl Default for DeterministicConfig {
 }
 
 impl DeterministicConfig {
-    /// The ray [leads](Self::ray_leads).
+    /// Settings with [`ray_leads`](Self::ray_leads).
     ///
-    /// A person looks at the place before the hand gets there, so an arm that is slower than the
-    /// hand gains the time of the reach. The hand's own way there is curved and becomes the better
-    /// guide only at the very end: with the ray leading until 0.25 m instead, a simulated iiwa
-    /// was in place at half as many touches.
+    /// People look at the target before the hand gets there, so an arm that is slower than the hand gains the time of the reach. The path of the
+    /// hand is curved and becomes the better guide only at the very end: with the ray in use until 0.25 m instead, a simulated iiwa was in place at
+    /// half as many touches.
     #[must_use]
     pub fn ray_led() -> Self {
         Self {
@@ -51,29 +50,26 @@ impl DeterministicConfig {
     }
 }
 
-/// The predictor of the dissertation (section III.C): the gaze ray finds the surface, the hand
-/// projected on it gives point and normal, its velocity the time.
+/// The predictor of the dissertation (section III.C): the gaze ray gives the surface, the projection of the hand on it gives point and normal, and
+/// the hand velocity gives the time.
 ///
-/// Without a gaze, or when it meets nothing that can be touched within reach, the ray along the
-/// hand's direction of motion finds the surface, else the closest touchable surface is taken;
-/// [`ContactPrediction::source`] says which. By default the point is the projection of the hand in
-/// every case, so a change of source within one surface does not make the board leap;
-/// [`DeterministicConfig::ray_led`] trades that for earlier points.
+/// Without gaze, or if the ray meets nothing touchable within reach, the ray along the hand's direction of motion gives the surface, else the
+/// closest touchable surface is taken; [`ContactPrediction::source`] tells which. By default the point is always the projection of the hand, so
+/// that the board does not jump when the source changes within one surface; [`DeterministicConfig::ray_led`] trades that for earlier points.
 ///
-/// While the gaze is in flight, or lost for less than 0.3 s, the last place looked at counts on. A hand that has gone through a
-/// surface touches it from the side it came from.
+/// During saccades, or up to 0.3 s of lost gaze, the last fixated place is still used. A hand that has passed through a surface touches it from the
+/// side it came from.
 ///
-/// Known failures, kept as tests: if the gaze meets another object in front of the one that is meant, the
-/// other one is predicted; near a corner the prediction changes wall as soon as the gaze does; a hand that
-/// approaches at a slant touches beside its projection, the more so the further away it is; without a
-/// gaze, a hand that is seen for the first time when it has passed through a wall seems to stand behind it.
+/// Known failures, kept as tests: if the gaze meets another object in front of the target, that object is predicted; near a corner the prediction
+/// changes wall as soon as the gaze does; a hand that approaches at a slant touches beside its projection, more so from further away; without gaze,
+/// a hand first seen after it has passed through a wall seems to be behind it.
 ///
-/// It names one surface, with probability 1: it does not know how certain that is.
+/// It returns one surface, with probability 1: it has no uncertainty estimate.
 #[derive(Debug, Clone, Default)]
 pub struct DeterministicPredictor {
     config: DeterministicConfig,
     side: SideWatch,
-    /// The place that was looked at last, and when.
+    /// The last fixated place and its time.
     held: Option<(Aim, f64)>,
     prediction: Option<ContactPrediction>,
 }
@@ -91,9 +87,9 @@ impl DeterministicPredictor {
         })
     }
 
-    /// Where a ray meets the scene first, if what it meets first is touchable.
+    /// First intersection of a ray with the scene, if touchable.
     fn aimed_at(scene: &Scene, origin_m: DVec3, direction: DVec3) -> Option<Aim> {
-        // The scene refuses only rays that are not finite or have no direction: nothing is aimed at.
+        // The scene rejects only rays that are not finite or have no direction.
         let hit = scene.ray_cast(origin_m, direction).ok().flatten()?;
         let aim = Aim {
             surface: hit.surface,
@@ -103,7 +99,7 @@ impl DeterministicPredictor {
         scene.surface(hit.surface).touchable().then_some(aim)
     }
 
-    /// The hand projected on a surface, or led there by the ray, unless that is out of reach.
+    /// Projection of the hand on a surface, or the point given by the ray, unless out of reach.
     fn project(
         &self,
         scene: &Scene,
@@ -125,7 +121,7 @@ impl DeterministicPredictor {
                 normal,
                 ..
             }) => {
-                // Onto the face through which the hand went: a thick wall also has a back.
+                // Project onto the face that the hand passed through: a thick wall also has a back.
                 let foot_m = hand_m - normal * (hand_m - face_m).dot(normal);
                 let point_m = scene.project_on(surface, foot_m).ok()?.point_m;
                 (point_m, normal, (hand_m - point_m).dot(normal).min(0.0))
@@ -155,7 +151,7 @@ impl DeterministicPredictor {
                 let place = scene
                     .project_on(surface, ahead_m.lerp(aimed_m.unwrap_or(ahead_m), share))
                     .ok()?;
-                // The normal on the hand's side, from whichever side the point was met.
+                // The normal on the hand's side, whichever side the ray met.
                 (place.point_m, facing(place.normal, normal))
             }
             _ => (point_m, normal),
@@ -169,7 +165,7 @@ impl DeterministicPredictor {
                 let least_m2 = isotropic(LEAST_SD_M);
                 by_gaze * (led * led) + in_plane * (by_hand_m * by_hand_m) + least_m2
             })
-            // Beyond all rooms it overflows.
+            // Absurd distances overflow.
             .filter(|c| c.is_finite());
         Some(ContactPrediction {
             surface,
@@ -188,7 +184,7 @@ impl DeterministicPredictor {
 }
 
 impl DeterministicPredictor {
-    /// Where a hand that clearly approaches a surface would meet it on its way.
+    /// Where a hand that clearly approaches a surface would meet it.
     fn ahead(
         &self,
         scene: &Scene,
@@ -202,40 +198,39 @@ impl DeterministicPredictor {
     }
 }
 
-/// How far the closest touchable surface, the last resort, may be from the hand, m.
+/// Largest distance of the closest touchable surface, the last resort, m.
 const NEAREST_M: f64 = 0.3;
-/// A hand that approaches more slowly than this does not approach, m/s: the noise of a resting hand.
+/// Slower approaches count as none, m/s: the noise of a resting hand.
 const MIN_CLOSING_M_PER_S: f64 = 0.02;
-/// The distances of the hand up to which its own motion decides, and from which on the ray does, m.
+/// Below the first hand distance the hand's own motion gives the point, above the second the ray, m.
 const NEAR_M: f64 = 0.02;
 const FAR_M: f64 = 0.06;
-/// How far the line of sight misses the place that is meant, standard deviation in each of two directions, rad; the noise of the
-/// fixation comes on top.
+/// Error of the line of sight about the target, standard deviation in each of two directions, rad; the noise of the fixation is added.
 const GAZE_SD_RAD: f64 = 0.03;
-/// A hand this near lies on the surface: what is left is rounding, and has no direction, m.
+/// A hand this near lies on the surface: the rest is rounding error and has no direction, m.
 const ON_SURFACE_M: f64 = 1e-9;
 
-/// The direction of motion counts this long before contact, s; earlier the hand still turns.
+/// The direction of motion is used only this long before contact, s; earlier the hand still turns.
 const AHEAD_S: f64 = 0.4;
 
-/// How far beside its direction of motion a hand touches, as a share of the way left, and what its tracking adds, m.
+/// Deviation of the touch from the direction of motion, as a share of the remaining distance, and the tracking error, m.
 const BEND: f64 = 0.25;
 const TRACKED_M: f64 = 0.004;
 /// Least standard deviation of a point, m.
 const LEAST_SD_M: f64 = 1e-3;
-/// Least sine of the angle at which a line of sight meets a surface: beyond, its error has no length.
+/// Least sine of the angle between line of sight and surface: bounds the error in the plane.
 const LEAST_SLOPE: f64 = 0.05;
-/// The place looked at last counts for this long while the gaze is in flight or lost, s.
+/// Time for which the last fixated place is used during saccades or gaze loss, s.
 const HOLD_S: f64 = 0.3;
 
-/// What a sample says before anything is predicted.
+/// Observations of a sample before a prediction.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Followed {
     looked_at: Option<Aim>,
     side: FreeSide,
 }
 
-/// A surface, where the ray that found it meets it, and the look, if it was one.
+/// A surface, the point where the ray meets it, and the fixation, if it was a gaze ray.
 #[derive(Debug, Clone, Copy)]
 struct Aim {
     surface: SurfaceId,
@@ -243,8 +238,8 @@ struct Aim {
     look: Option<Fixation>,
 }
 
-/// Covariance in a plane of the point that a line of sight meets there, for its error across the sight in each of two
-/// directions: along a plane that is seen at a slant, many times that across.
+/// In-plane covariance of the intersection of a line of sight with a plane, from its angular error in each of two directions; at a slant the error
+/// along the plane is many times larger.
 fn sight_covariance_m2(look: &Fixation, point_m: DVec3, normal: DVec3) -> DMat3 {
     let GazeRay {
         origin_m,
@@ -253,7 +248,7 @@ fn sight_covariance_m2(look: &Fixation, point_m: DVec3, normal: DVec3) -> DMat3 
     let sd_m = GAZE_SD_RAD.hypot(look.noise_rad) * (point_m - origin_m).length();
     let slope = normal.dot(sight);
     let slope = slope.abs().max(LEAST_SLOPE).copysign(slope);
-    // A shift across the sight, carried along it into the plane.
+    // A shift across the line of sight, projected along it into the plane.
     let [a, b] = axes_across(sight).map(|e| (e - sight * (normal.dot(e) / slope)) * sd_m);
     square(a) + square(b)
 }
@@ -276,7 +271,7 @@ impl Predictor for DeterministicPredictor {
 }
 
 impl DeterministicPredictor {
-    /// The place looked at, or the last one while the gaze is on its way.
+    /// The fixated place, or the last one during saccades.
     fn look(&mut self, scene: &Scene, t_s: f64, gaze: &Gaze) -> Option<Aim> {
         match gaze.fixation().filter(|fixation| fixation.is_usable()) {
             Some(&fixation) => {
@@ -292,14 +287,14 @@ impl DeterministicPredictor {
                 aim
             }
             None => {
-                // Also false for a clock that was set back, and for NaN.
+                // Also false after a clock reset, and for NaN.
                 let fresh = |(_, at_s): &(Aim, f64)| (0.0..=HOLD_S).contains(&(t_s - at_s));
                 self.held.filter(fresh).map(|(aim, _)| aim)
             }
         }
     }
 
-    /// Follows a sample without an answer; `None` while the hand is lost.
+    /// Processes a sample without predicting; `None` while the hand is lost.
     pub(super) fn follow(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> Option<Followed> {
         let usable = |h: &&HandState| h.point_m.is_finite() && h.velocity_m_per_s.is_finite();
         let looked_at = self.look(scene, input.frame.t_s, &input.gaze);
@@ -309,7 +304,7 @@ impl DeterministicPredictor {
         Some(Followed { looked_at, side })
     }
 
-    /// The contact that comes next, by the sample that was followed last; `None` when none is in sight.
+    /// The next contact, from the last processed sample; `None` if there is none.
     pub(super) fn contact(
         &self,
         scene: &Scene,
@@ -317,7 +312,7 @@ impl DeterministicPredictor {
         Followed { looked_at, side }: Followed,
     ) -> Option<ContactPrediction> {
         let by_gaze = || self.project(scene, looked_at?, hand, &side, PredictionSource::Gaze);
-        // Without a gaze, the way that the hand has come says what it went through.
+        // Without gaze, the path of the hand tells what it passed through.
         let through = || {
             let aim = Aim {
                 surface: side.behind?.surface,
@@ -346,12 +341,11 @@ impl DeterministicPredictor {
     }
 }
 
-/// Where the line from the eye to the hand goes through the surface; `None` when the surface does not lie
-/// between the two.
+/// Where the line from the eye to the hand enters the surface; `None` if the surface does not lie between them.
 fn entry(scene: &Scene, surface: SurfaceId, eye_m: DVec3, hand_m: DVec3) -> Option<Hit> {
     let sight = hand_m - eye_m;
     let hit = scene.ray_cast(eye_m, sight).ok().flatten()?;
-    // A hand that lies on the surface, to rounding, is not behind it.
+    // A hand that lies on the surface, up to rounding, is not behind it.
     let before_hand = hit.distance_m < sight.length() * (1.0 - 1e-9);
     (hit.surface == surface && before_hand).then_some(hit)
 }

@@ -1,18 +1,17 @@
-//! Where on a surface a contact is, by all its faces.
+//! The contact on a surface, from all its faces.
 
 use super::surface_shares::Face;
 use crate::matrices::{square, trace};
 use glam::{DMat3, DVec3};
 
-/// Faces agree on a place when it is no further apart than this many times their summed variance.
+/// Faces agree if their squared distance is at most this many times their summed variance.
 const AGREE: f64 = 1.0;
 
 /// Mean and covariance of a contact by the faces of one surface.
 pub(super) struct Moments {
-    /// Of the faces that agree with the best one, m: between two places that a person may mean, neither is
-    /// touched.
+    /// Mean of the faces that agree with the best one, m: a mean between two possible targets would be touched by nobody.
     pub(super) mean_m: DVec3,
-    /// About that mean, of all faces, m²: positive semidefinite, as that of every face is.
+    /// Covariance about that mean, over all faces, m²: positive semidefinite, like that of each face.
     pub(super) covariance_m2: DMat3,
 }
 
@@ -22,7 +21,7 @@ impl Moments {
             let sum_m2 = trace(&f.covariance_m2) + trace(&best.covariance_m2);
             f.mean_m.distance_squared(best.mean_m) <= AGREE * sum_m2
         };
-        // A vague part must not pull at the place that a sharp one names.
+        // A vague component must not shift the mean away from a sharp one.
         let best_m2 = trace(&best.covariance_m2);
         let sharp = |f: &Face| {
             let vaguer = trace(&f.covariance_m2) > best_m2;

@@ -11,41 +11,39 @@ use hwall_numeric::check::{non_negative, positive, that};
 /// Settings of a [`FusedPredictor`](super::FusedPredictor).
 #[derive(Debug, Clone, PartialEq)]
 pub struct FusedConfig {
-    /// How people look while they reach. It is worth fitting to the eye tracker in use.
+    /// How people look while they reach. Best fitted to the eye tracker in use.
     pub evidence: EvidenceModel,
-    /// What begins and ends a reach.
+    /// Detection of the beginning and end of a reach.
     pub watch: WatchConfig,
-    /// Standard deviation of an estimate that comes without a covariance, in each axis, m. Default 0.1.
+    /// Standard deviation of an estimate without a covariance, in each axis, m. Default 0.1.
     pub default_sd_m: f64,
-    /// Standard deviation of the registration of the tracker to the scene in each axis, m. It adds to every
-    /// covariance, and a hand at rest within a few of it from a surface is on that surface. Default 0.008;
-    /// measure it with [`RigidFit`](hwall_hand::RigidFit), and take 0 for simulations. It shifts hand, gaze
-    /// and estimate alike, so it does not move them apart.
+    /// Standard deviation of the registration of the tracker to the scene in each axis, m. It is added to every covariance, and a hand at rest
+    /// within a few of it from a surface counts as on that surface. Default 0.008; measure it with [`RigidFit`](hwall_hand::RigidFit), and use 0 in
+    /// simulation. It shifts hand, gaze and estimate alike, so they stay consistent with each other.
     pub registration_sd_m: f64,
-    /// Is the error of registration learnt from touches ([`RegistrationEstimator`](crate::RegistrationEstimator)), and from what
-    /// on? Its covariance then takes the place of `registration_sd_m`. The predictor must be told of touches
-    /// ([`Predictor::touched`](super::Predictor::touched)), and the scene stand where it is touched: on what a board stands for, within
-    /// millimetres. It corrects hand, gaze and head against the scene; where the headset that tracks the hand also draws the
-    /// scene, both are off alike, and the correction belongs in the pose of the world instead. In a world that is turned or moved under its
-    /// user (redirection) the predictor sees the moved world, in which an error that is fixed to the tracker turns along: what was learnt
-    /// before a move is wrong after it, so learn only where the world stands. Default `None`: not learnt.
+    /// Settings to learn the registration error from touches ([`RegistrationEstimator`](crate::RegistrationEstimator)); its covariance then
+    /// replaces `registration_sd_m`. Touches must be reported ([`Predictor::touched`](super::Predictor::touched)), and the scene must match the
+    /// real surfaces within millimetres where they are touched. It corrects hand, gaze and head relative to the scene; if the headset that tracks
+    /// the hand also draws the scene, both are off alike, and the correction belongs in the pose of the world instead. Do not use it in a world
+    /// that is turned or moved under the user (redirection): the predictor sees the moved world, in which a tracker-fixed error moves along, so a
+    /// correction learned before a move is wrong after it. Default `None`: not learned.
     pub registration: Option<RegistrationConfig>,
-    /// Surfaces further than this from the hand are not about to be touched, m. Default 1.5.
+    /// Surfaces further than this from the hand are ignored, m. Default 1.5.
     pub max_distance_m: f64,
-    /// Most rays for each hypothesis; only seven are cast for one that weighs little, or that is narrow and
-    /// meets one plane alone. Default 19; take more for scenes of many small surfaces.
+    /// Most rays per hypothesis; only seven are cast for one that weighs little, or that is narrow and meets a single plane. Default 19; use more
+    /// for scenes of many small surfaces.
     pub rays: usize,
-    /// Surfaces below this probability are left out, except the best one; the rest add up to 1 again, before a place touched
-    /// before takes its share. In [0, 1). Default 0.005.
+    /// Surfaces below this probability are left out, except the best one; the rest is normalised again, before a place touched before takes its
+    /// share. In [0, 1). Default 0.005.
     pub min_probability: f64,
-    /// An estimator that was learnt from fewer reaches than this is not believed, and the ray leads
-    /// ([`FusedPredictor::experience`](super::FusedPredictor::experience)). Default 30: with eight an estimator can be made, with fifty it is good.
+    /// An estimator with fewer training reaches than this is not used; the gaze ray is used instead
+    /// ([`FusedPredictor::experience`](super::FusedPredictor::experience)). Default 30: eight are the minimum for training, with fifty it is good.
     pub least_reaches: usize,
-    /// How large the regions of predictions are ([`ContactPrediction::regions`](super::ContactPrediction::regions)). Default
-    /// `None`: as of a normal distribution, whose regions of 50 and 70 % hold more than they say; that of 90 % is right. What is
-    /// learnt is the error of the prediction; that of the registration is added to it as it is.
+    /// Sizes of the regions of predictions ([`ContactPrediction::regions`](super::ContactPrediction::regions)). Default `None`: those of a normal
+    /// distribution, whose regions of 50 and 70 % hold more than stated; that of 90 % is right. The model describes the error of the prediction;
+    /// the registration error is added unchanged.
     pub regions: Option<RegionModel>,
-    /// The predictor that leads then, and when no surface lies where the evidence points.
+    /// The predictor for that case, and for evidence that points at no surface.
     pub fallback: DeterministicConfig,
 }
 

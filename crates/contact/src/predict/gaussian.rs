@@ -1,4 +1,4 @@
-//! A Gaussian in space, and what a plane cuts out of it.
+//! A Gaussian in space, and its restriction to a plane.
 
 use crate::matrices::{isotropic, square, trace};
 use glam::{DMat3, DVec3};
@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 /// Its square is added to every variance, so that inverses exist, m.
 const FLOOR_M: f64 = 1e-3;
 
-/// Larger standard deviations mean nothing in a room, m.
+/// Larger standard deviations are meaningless in a room, m.
 const CEILING_M: f64 = 1e2;
 
 /// A normal distribution of a point, with the inverse of its covariance.
@@ -40,23 +40,23 @@ impl Gaussian {
         })
     }
 
-    /// Root of the mean variance of the three axes, m.
+    /// Root mean variance of the three axes, m.
     pub(super) fn sd_m(&self) -> f64 {
         (trace(&self.covariance_m2) / 3.0).sqrt()
     }
 
-    /// Square of the distance from the mean in standard deviations.
+    /// Squared Mahalanobis distance from the mean.
     pub(super) fn mahalanobis_squared(&self, point_m: DVec3) -> f64 {
         let off = point_m - self.mean_m;
         off.dot(self.precision * off)
     }
 
-    /// Logarithm of the density at a point, per m³.
+    /// Log density at a point, per m³.
     pub(super) fn log_density(&self, point_m: DVec3) -> f64 {
         -0.5 * (self.mahalanobis_squared(point_m) + self.determinant.ln() + 3.0 * TAU.ln())
     }
 
-    /// The part of the Gaussian that lies in the plane through `point_m` with the unit `normal`.
+    /// Restriction of the Gaussian to the plane through `point_m` with the unit `normal`.
     pub(super) fn in_plane(&self, point_m: DVec3, normal: DVec3) -> InPlane {
         let cn = self.covariance_m2 * normal;
         let variance = normal.dot(cn);
@@ -71,7 +71,7 @@ impl Gaussian {
         }
     }
 
-    /// With standard deviations `factor` times as large; `None` where they mean nothing any more.
+    /// With standard deviations scaled by `factor`; `None` above the ceiling.
     pub(super) fn stretched(&self, factor: f64) -> Option<Self> {
         Self::checked(self.mean_m, self.covariance_m2 * (factor * factor))
     }
@@ -92,39 +92,37 @@ impl Gaussian {
 /// A Gaussian, given that the point lies in a plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct InPlane {
-    /// Logarithm of the density of the plane's offset, per metre: how much of the Gaussian the
-    /// plane holds.
+    /// Log density of the plane's offset, per metre: the weight of the Gaussian in the plane.
     pub(super) log_density: f64,
-    /// Square of the distance of the plane from the mean in standard deviations.
+    /// Squared distance of the plane from the mean, in standard deviations.
     off_squared: f64,
     pub(super) mean_m: DVec3,
     pub(super) covariance_m2: DMat3,
     peak_per_m2: f64,
 }
 
-/// Up to so many standard deviations an error is as one of a Gaussian; beyond, the tails are those of a t distribution ...
+/// Errors follow a Gaussian up to this many standard deviations; beyond, a t distribution ...
 const FAR_SD: f64 = 3.0;
-/// ... of so many degrees of freedom.
+/// ... with this many degrees of freedom.
 const TAILS: f64 = 4.0;
 
 impl InPlane {
-    /// How many times the variances within the plane are those of the cut: who is wrong by several standard deviations in one
-    /// direction is wrong by more than the stated ones in the others, too. At least 1. Source: conditional of a multivariate t
-    /// distribution, Ding 2016, On the conditional distribution of the multivariate t distribution, from three deviations on.
+    /// Factor on the variances within the plane: an error of several standard deviations in one direction implies larger errors in the others, too.
+    /// At least 1. Source: conditional of a multivariate t distribution, Ding 2016, On the conditional distribution of the multivariate t
+    /// distribution, beyond three deviations.
     pub(super) fn widening(&self) -> f64 {
         1.0 + (self.off_squared - FAR_SD * FAR_SD).max(0.0) / (TAILS + 1.0)
     }
 
-    /// Density at a point of the plane, per square metre; `of` is the Gaussian it was cut from.
+    /// Density at a point of the plane, per square metre; `of` is the Gaussian that was restricted.
     pub(super) fn density_per_m2(&self, of: &Gaussian, point_m: DVec3) -> f64 {
         let within = (of.mahalanobis_squared(point_m) - self.off_squared).max(0.0);
         self.peak_per_m2 * (-0.5 * within).exp()
     }
 }
 
-/// Points that stand for a standard normal distribution in the plane, all with the same weight:
-/// a spiral by the golden angle through the middles of rings of equal probability, moved and
-/// scaled to mean zero and unit variance. No straight edge runs along a row of them.
+/// Equally weighted points for a standard normal distribution in the plane: a golden-angle spiral through the middles of rings of equal
+/// probability, shifted and scaled to mean zero and unit variance. No straight edge runs along a row of them.
 pub(super) fn spiral(count: usize) -> Vec<[f64; 2]> {
     let golden_rad = TAU / 5_f64.sqrt().midpoint(1.0).powi(2);
     let n = count as f64;
@@ -213,7 +211,7 @@ mod tests {
             ] {
                 assert!(first.abs() < 1e-12 && (second - 1.0).abs() < 1e-12);
             }
-            // Enough for proposals: the weights make up for the rest.
+            // Accurate enough for proposals: the weights correct the rest.
             assert!(mean(|p| p[0] * p[1]).abs() < 0.4, "{count}");
         }
         assert_eq!(spiral(1), [[0.0, 0.0]]);

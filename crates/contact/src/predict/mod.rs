@@ -1,18 +1,18 @@
 //! Which surface is about to be touched, where and when: by one ray, or by all evidence.
 //!
-//! # One belief
+//! # The fused predictor
 //!
-//! `FusedPredictor` keeps a mixture of what each source says about the next contact: the motion of the hand, the present look and the one
-//! before it, the places that this person has touched, and anywhere else (`EvidenceSource`). `EvidenceModel::fit_streams` learns from
-//! whole streams and their contacts (`LabelledStream`) how often each is right: by what the hand does (`ReachPhase`: at rest, stirring,
-//! setting off, under way, near the end), by the age of the look, and by whether the look agrees with the motion or, at rest, whether
-//! the eyes of this person rest there in pauses, too. It also learns how far from its target a look lands, and where people touch, seen from
-//! their resting hand. Each touch teaches how far each source can be taken for this person. `ContactPrediction::looked_at_since_s` says
-//! since when the gaze has rested on what is predicted. The covariance is that in the plane of the surface, so it is wide along a
-//! surface that is seen at a slant. While the eye is in flight, and for 0.3 s after the gaze is lost, the last look holds.
+//! `FusedPredictor` keeps a mixture over the sources of the next contact: the motion of the hand, the present and the previous fixation, the places
+//! this person has touched, and anywhere else (`EvidenceSource`). `EvidenceModel::fit_streams` learns from whole streams and their contacts
+//! (`LabelledStream`) how often each source is right, depending on the phase of the hand (`ReachPhase`: at rest, starting to move, onset, under
+//! way, near the end), the age of the fixation, and the agreement of fixation and motion or, at rest, whether this person also fixates there in
+//! pauses. It also learns how far a fixation is from its target, and where people touch relative to their resting hand. Each touch updates the
+//! reliability of each source for this person. `ContactPrediction::looked_at_since_s` is the start of the fixation on the predicted place. The
+//! covariance lies in the plane of the surface, so it is wide along a surface seen at a slant. During saccades, and for 0.3 s after the gaze is
+//! lost, the last fixation is used.
 //!
-//! A model learnt from fewer than `FusedConfig::least_reaches` is not trusted: `FusedPredictor::experience` says so, and
-//! the gaze ray leads (`DeterministicConfig::ray_led`).
+//! A model with fewer training reaches than `FusedConfig::least_reaches` is not used: `FusedPredictor::experience` tells so, and the gaze ray is
+//! used instead (`DeterministicConfig::ray_led`).
 //!
 //! # The dissertation's predictor
 //!

@@ -7,53 +7,47 @@ use glam::{DMat3, DVec3};
 use hwall_hand::{Gaze, HandFrame, HandState};
 use hwall_scene::{Scene, SurfaceId};
 
-/// What a predictor is given at one time: a sample and what the filters made of it, all in the frame of the
-/// scene.
+/// Input of a predictor at one time: a sample and the filter outputs, all in the frame of the scene.
 #[derive(Debug, Clone, Copy)]
 pub struct PredictorInput<'a> {
     /// The sample as the tracker gave it.
     pub frame: &'a HandFrame,
     /// The hand, filtered; `None` while it is lost.
     pub hand: Option<&'a HandState>,
-    /// The gaze, filtered: where it rests and since when, in flight, or lost.
+    /// The gaze, filtered: a fixation and its start, a saccade, or lost.
     pub gaze: Gaze,
 }
 
-/// Where and when the hand may be about to touch, in the frame of the scene.
+/// A possible next contact, in the frame of the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactPrediction {
     /// The surface.
     pub surface: SurfaceId,
     /// The expected point on it, m, if it is this surface.
     pub point_m: DVec3,
-    /// Covariance of the error of `point_m`, if it is this surface, symmetric, m²; `None` from a
-    /// predictor that has none.
+    /// Covariance of the error of `point_m`, if it is this surface, symmetric, m²; `None` if the predictor has none.
     pub covariance_m2: Option<DMat3>,
-    /// How large the regions of 50, 70 and 90 % are, in standard deviations of this covariance: those of a normal distribution
-    /// from a predictor that has not learnt them.
+    /// Sizes of the regions of 50, 70 and 90 %, in standard deviations of this covariance; those of a normal distribution unless learned.
     pub regions: RegionSizes,
     /// Unit normal of the surface there, on the person's side.
     pub normal: DVec3,
-    /// Roughness level of the surface, on the scale of the scene, where it has one.
+    /// Roughness level of the surface, on the scale of the scene, if it has one.
     pub roughness: Option<f64>,
-    /// Distance of the hand from the surface, m; negative for a hand that is already behind the
-    /// surface, then along the normal.
+    /// Distance of the hand from the surface, m; negative, along the normal, for a hand already behind the surface.
     pub distance_m: f64,
-    /// Time until the hand is there, s: 0 for a hand behind the surface, `None` for one that does
-    /// not approach.
+    /// Time until the hand is there, s: 0 for a hand behind the surface, `None` for one that does not approach.
     pub time_to_contact_s: Option<TimeToContact>,
-    /// Probability of this place; those of all predictions of a sample add up to 1. That of a surface is the sum over those that name
-    /// it.
+    /// Probability of this place; they sum to 1 over all predictions of a sample. The probability of a surface is the sum over its places.
     pub probability: f64,
-    /// What the surface was found by.
+    /// How the surface was found.
     pub source: PredictionSource,
-    /// Since when the eyes have rested on the predicted place, s; `None` if they do not.
+    /// Start of the fixation on the predicted place, s; `None` if it is not fixated.
     pub looked_at_since_s: Option<f64>,
 }
 
 impl ContactPrediction {
-    /// One place, for certain, with the hand there: without covariance, time, roughness or look, found by the hand's motion. A
-    /// predictor that knows more fills in the rest.
+    /// A single place with probability 1 and the hand there: without covariance, time, roughness or fixation, found by the hand's motion. Fill in
+    /// the rest if known.
     #[must_use]
     pub const fn of_place(surface: SurfaceId, point_m: DVec3, normal: DVec3) -> Self {
         Self {
@@ -71,8 +65,8 @@ impl ContactPrediction {
         }
     }
 
-    /// Squared distance of a point of the surface from the predicted one in standard deviations, in the plane of the surface; `None`
-    /// without a covariance. Within [`regions`](Self::regions) it is to be compared with them.
+    /// Squared Mahalanobis distance of a point of the surface from the predicted one, in the plane of the surface; `None` without a covariance.
+    /// Compare it with [`regions`](Self::regions).
     #[must_use]
     pub fn squared_deviations(&self, point_m: DVec3) -> Option<f64> {
         let axes = axes_across(self.normal);
@@ -82,7 +76,7 @@ impl ContactPrediction {
     }
 }
 
-/// What a predicted surface was found by.
+/// How a predicted surface was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum PredictionSource {
@@ -90,44 +84,41 @@ pub enum PredictionSource {
     Gaze,
     /// The ray from the hand along its direction of motion meets it.
     HandDirection,
-    /// It is the closest touchable surface.
+    /// The closest touchable surface.
     Nearest,
-    /// An estimate of where the hand's motion ends, combined with the gaze.
+    /// The estimated end of the hand's motion, combined with gaze.
     Motion,
-    /// This person has touched the place before. A surface may then be named twice: with this place, and with the one that the rest
-    /// of the evidence speaks for.
+    /// A place this person has touched before. A surface may then be listed twice: with this place, and with the one from the rest of the evidence.
     TouchedBefore,
 }
 
-/// Predicts contact from a scene, a tracked hand and, where there is one, a gaze.
+/// Predicts contact from a scene, a tracked hand and, if available, gaze.
 ///
-/// Samples come in order of time, including those in which the hand is lost. The scene may change from
-/// sample to sample, since doors move.
+/// Samples come in order of time, including those without the hand. The scene may change between samples, e.g. a door moves.
 pub trait Predictor {
-    /// Predicts the contact that comes next, the most probable place first; empty when no contact is in
-    /// sight. All numbers are finite.
+    /// Predicts the next contact, the most probable place first; empty if there is none. All numbers are finite.
     fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction];
 
-    /// Joint angles with which an arm shall answer the last sample, rad, from a predictor that learnt them: the arm goes
-    /// there, and not to where the predicted contact is. `None`, as the default, from one that knows no arm.
+    /// Joint angles of the arm's response to the last sample, rad, from a predictor that learned them: the arm goes there instead of to the
+    /// predicted contact. The default, `None`, is for predictors without an arm model.
     fn response_rad(&self) -> Option<[f64; 7]> {
         None
     }
 
-    /// Does the predictor hold its answer back because the motion is unlike all it learnt from? `false`, as the default, from one
-    /// that does not test for it.
+    /// Does the predictor withhold its answer because the motion is unlike its training data? The default, `false`, is for predictors without that
+    /// test.
     fn is_unfamiliar(&self) -> bool {
         false
     }
 
-    /// The hand has touched there, m, with the point that touches, then, s, on the clock of the samples: predictors
-    /// that adapt learn from it. Others do nothing, as the default does.
+    /// The touching point touched here, m, at this time, s, on the clock of the samples: adaptive predictors learn from it. The default does
+    /// nothing.
     fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
         let _ = (contact_m, contact_s);
     }
 
-    /// Forgets the samples so far, for another person or a scene that leapt to another place; what was learnt stays, except
-    /// from [`touched`](Self::touched).
+    /// Forgets the samples so far, e.g. for another person or a scene that jumped. The trained model stays; adaptation from
+    /// [`touched`](Self::touched) is lost.
     fn reset(&mut self) {}
 }
 

@@ -1,18 +1,17 @@
-//! An estimator for a stream of samples, which finds the reaches itself.
+//! An estimator for a continuous stream of samples, with detection of reaches.
 
 use crate::error::ContactError;
 use crate::estimate::{ContactEstimate, ContactEstimator};
 use glam::DVec3;
 use hwall_hand::{HandFrame, HandState, ReachWatch, WatchConfig, WatchUpdate};
 
-/// Feeds an estimator the reaches of an unbroken stream, each from its true start.
+/// Feeds an estimator the reaches of a continuous stream, each from its true start.
 ///
-/// The onset of a reach is seen some samples late. An estimator that can be ahead of it
-/// ([`ContactEstimator::begin_tentatively`]) is given these samples as they come, so that no step takes longer than
-/// another. To others, and after a turn in the middle of a movement, they are replayed: the step at the onset then takes as
-/// long as that many steps of the estimator, at most [`WatchConfig::buffer`]. The estimates are the same either way.
-/// Nothing is allocated after the construction, except by an estimator that does so when a reach begins or, tentatively, may have
-/// begun: at rest that is with nearly every sample.
+/// An onset is detected some samples late. An estimator that supports it ([`ContactEstimator::begin_tentatively`]) gets these samples as they come,
+/// so that all steps take equally long. For others, and after a turn in the middle of a movement, they are replayed: the step at the onset then
+/// takes as long as that many steps of the estimator, at most [`WatchConfig::buffer`]. The estimates are the same either way. After the
+/// construction nothing is allocated, except by an estimator that allocates when a reach begins or may have begun: at rest, with nearly every
+/// sample.
 #[derive(Debug, Clone)]
 pub struct StreamEstimator<E> {
     watch: ReachWatch,
@@ -23,33 +22,32 @@ pub struct StreamEstimator<E> {
     last_s: f64,
 }
 
-/// What the estimator knows of a reach that may have begun.
+/// State of the estimator in a reach that may have begun.
 #[derive(Debug, Clone, Copy)]
 struct Ahead {
     /// Time of the first sample, s.
     first_s: f64,
-    /// How many samples it was given.
+    /// Number of samples it was given.
     samples: usize,
     estimate: Option<ContactEstimate>,
 }
 
-/// An estimator gets ahead of an onset from no more samples than this: later it would have to catch up on a reach that may
-/// never begin.
+/// A tentative reach starts from no more samples than this: later the estimator would have to catch up on a reach that may never begin.
 const MOST_TO_CATCH_UP: usize = 3;
 
-/// How the reach under way began.
+/// The beginning of the present reach.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReachBeginning {
-    /// When, s.
+    /// Time, s.
     pub since_s: f64,
-    /// Where the touching point was, m.
+    /// Position of the touching point, m.
     pub place_m: DVec3,
-    /// Did the hand turn to it in the middle of a movement, and not from rest?
+    /// Did the hand turn to it in the middle of a movement, instead of starting from rest?
     pub turned: bool,
 }
 
 impl<E: ContactEstimator> StreamEstimator<E> {
-    /// A stream of which nothing has been seen.
+    /// A stream without samples.
     ///
     /// # Errors
     /// A setting outside its range.
@@ -64,7 +62,7 @@ impl<E: ContactEstimator> StreamEstimator<E> {
         })
     }
 
-    /// The estimator.
+    /// The estimator in use.
     #[must_use]
     pub const fn estimator(&self) -> &E {
         &self.estimator
@@ -82,14 +80,14 @@ impl<E: ContactEstimator> StreamEstimator<E> {
         self.estimate.as_ref()
     }
 
-    /// How the reach under way began; `None` at rest.
+    /// The beginning of the present reach; `None` at rest.
     #[must_use]
     pub const fn began(&self) -> Option<&ReachBeginning> {
         self.began.as_ref()
     }
 
-    /// How far the touching point has come since it was last slow, m, while no reach is under way: a reach begins some samples
-    /// before it is seen.
+    /// Distance of the touching point from where it was last slow, m, while no reach is detected: a reach begins some samples before it is
+    /// detected.
     #[must_use]
     pub fn stirred_m(&self) -> f64 {
         let point_m = |frame: &HandFrame| Some(frame.contact_point()?.position_m);
@@ -101,11 +99,10 @@ impl<E: ContactEstimator> StreamEstimator<E> {
         }
     }
 
-    /// The reach under way, or the last one, has ended with a touch there, m, then, s; see
-    /// [`ContactEstimator::touched`].
+    /// The present or last reach ended with a touch here, m, at this time, s; see [`ContactEstimator::touched`].
     pub fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
         self.estimator.touched(contact_m, contact_s);
-        // What was said ahead did not know of this touch.
+        // The tentative estimates did not include this touch.
         self.ahead = None;
     }
 
@@ -119,12 +116,11 @@ impl<E: ContactEstimator> StreamEstimator<E> {
         self.last_s = f64::NEG_INFINITY;
     }
 
-    /// Takes the next sample, and the filtered hand unless it is lost; the estimate is `None` at rest. A
-    /// sample that repeats the time of the one before gets the same estimate, one without a finite time none; when the clock
-    /// is set back, the stream starts anew.
+    /// Takes the next sample, and the filtered hand unless it is lost; the estimate is `None` at rest. A sample that repeats the last time gets the
+    /// same estimate, one without a finite time gets none; a clock reset restarts the stream.
     pub fn step(&mut self, frame: &HandFrame, hand: Option<&HandState>) -> Option<ContactEstimate> {
         if !frame.t_s.is_finite() {
-            // The reach under way goes on with the next sample.
+            // The present reach continues with the next sample.
             self.estimate = None;
             return None;
         }
@@ -147,7 +143,7 @@ impl<E: ContactEstimator> StreamEstimator<E> {
         self.estimate
     }
 
-    /// A reach has begun with the newest `samples`.
+    /// A reach has begun at the oldest of the newest `samples`.
     fn begin(&mut self, samples: usize, turned: bool) {
         let mut seen = self
             .watch
@@ -172,8 +168,8 @@ impl<E: ContactEstimator> StreamEstimator<E> {
         }
     }
 
-    /// How many of the newest `samples` the estimator has had ahead, from the first of them on, and its estimate then; `None`
-    /// if it was given others.
+    /// How many of the newest `samples`, from the first one on, the estimator has processed tentatively, and its estimate then; `None` if it was
+    /// given others.
     fn known(&self, samples: usize) -> Option<(usize, Option<ContactEstimate>)> {
         let first_s = self.watch.latest(samples).next()?.t_s;
         let same = |a: &Ahead| a.first_s == first_s && a.samples <= samples;
@@ -181,8 +177,8 @@ impl<E: ContactEstimator> StreamEstimator<E> {
         Some((ahead.samples, ahead.estimate))
     }
 
-    /// Gives the estimator the samples of a reach that may have begun. While the hand is slow, that reach would begin with the newest
-    /// sample. Waiting for the next one would save steps at rest, but give the estimator two samples in one step of twelve.
+    /// Gives the estimator the samples of a reach that may have begun. While the hand is slow, that reach would begin with the newest sample.
+    /// Waiting for the next one would save steps at rest, but put two samples into one step of twelve.
     fn get_ahead(&mut self) {
         let samples = self.watch.samples_if_begun().unwrap_or(1);
         let (known, mut estimate) = match self.known(samples) {

@@ -1,4 +1,4 @@
-//! How a Gaussian over the contact point divides among the surfaces of a scene.
+//! Division of a Gaussian contact point among the surfaces of a scene.
 
 use super::belief::EvidenceSource;
 use super::gaussian::{Gaussian, spiral};
@@ -12,16 +12,16 @@ const SAME_NORMAL_COS: f64 = 0.9999;
 /// ... and their offsets to this length, m.
 const SAME_PLANE_M: f64 = 1e-3;
 
-/// A plane of a surface, and what one Gaussian says about a contact there.
+/// A plane of a surface, and the contact there by one Gaussian.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Face {
     pub(super) surface: SurfaceId,
     pub(super) normal: DVec3,
     /// A point of the face that was met, m.
     pub(super) met_m: DVec3,
-    /// Logarithm of the weight of a contact here; differences between faces count.
+    /// Log weight of a contact here; only differences between faces matter.
     log_mass: f64,
-    /// The weight itself, with 1 for the heaviest face; set by [`SurfaceShares::compare`].
+    /// The weight itself, relative to the heaviest face; set by [`SurfaceShares::compare`].
     pub(super) mass: f64,
     /// Mean and covariance of the contact on the face, m and m².
     pub(super) mean_m: DVec3,
@@ -30,7 +30,7 @@ pub(super) struct Face {
 }
 
 impl Face {
-    /// Not weighed yet.
+    /// A face without a weight yet.
     const fn new(surface: SurfaceId, met_m: DVec3, normal: DVec3, source: EvidenceSource) -> Self {
         Self {
             surface,
@@ -45,45 +45,42 @@ impl Face {
     }
 }
 
-/// Where surfaces are looked for from.
+/// The origin of the search for surfaces.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Viewpoint {
     pub(super) origin_m: DVec3,
-    /// Where the hand goes, for a Gaussian about the hand itself.
+    /// Direction of motion, for a Gaussian about the hand itself.
     pub(super) heading: Option<DVec3>,
-    /// Surfaces further away than this do not count, m.
+    /// Surfaces further away are ignored, m.
     pub(super) max_distance_m: f64,
 }
 
-/// A face that counts although no ray may meet it.
+/// A face that is included even if no ray meets it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SeenFace {
     pub(super) hit: Hit,
-    /// The share of it that counts at least.
+    /// Lower bound of its reachable share.
     pub(super) share: f64,
 }
 
-/// Divides Gaussians among the faces that straight ways from a point meet first.
+/// Divides Gaussians among the faces that straight paths from a point meet first.
 ///
-/// The contact point x has the density N(x; m, C) of the estimate, and every square metre of a
-/// touchable surface that can be reached is as likely to be touched as any other of the same slope:
-/// the weight is proportional to the sine of the angle at which the way from the hand meets it, because a
-/// hand that grazes a surface seldom means it. What a plane holds of the Gaussian is known in closed form;
-/// rays through regular points of the Gaussian only tell which share of that can be reached. Ray i through
-/// the node zᵢ meets the plane f at xᵢ and has the weight wᵢ = N(xᵢ | f) |dA/dz| / φ(zᵢ), whether or not
-/// it meets something else before; the share is Σ wᵢ over the rays that meet f first, divided by Σ wᵢ over
-/// all. So an infinite wall gets its exact weight from any number of rays, and an edge costs an error of
-/// about half a ray.
+/// The contact point x has the density N(x; m, C) of the estimate. Every reachable square metre of touchable surface of the same slope is equally
+/// likely to be touched: the weight is proportional to the sine of the angle of incidence of the path from the hand, because a hand rarely touches
+/// a surface it grazes. The weight of the Gaussian in a plane is known in closed form; rays through regular points of the Gaussian only estimate
+/// the reachable share. Ray i through the node zᵢ meets the plane f at xᵢ and has the weight wᵢ = N(xᵢ | f) |dA/dz| / φ(zᵢ), whether or not
+/// something is in front; the share is Σ wᵢ over the rays that meet f first, divided by Σ wᵢ over all. So an infinite wall gets its exact weight
+/// from any number of rays, and an edge causes an error of about half a ray.
 #[derive(Debug, Clone)]
 pub(super) struct SurfaceShares {
-    /// The first `few` are spread like all of them.
+    /// The first `few` have the same spread as all of them.
     nodes: Vec<Node>,
     few: usize,
     rays: Vec<Ray>,
     faces: Vec<Face>,
 }
 
-/// A point of a standard normal distribution in the plane, and what it stands for.
+/// A point of a standard normal distribution in the plane, and its area.
 #[derive(Debug, Clone, Copy)]
 struct Node {
     at: [f64; 2],
@@ -101,33 +98,32 @@ impl Node {
     }
 }
 
-/// A way from the hand.
+/// A path from the hand.
 #[derive(Debug, Clone, Copy)]
 struct Ray {
     direction: DVec3,
-    /// Area on a unit sphere about the hand divided by the density of its node, as if of all rays together.
+    /// Area on a unit sphere about the hand divided by the density of its node; the average over all rays integrates.
     solid_angle: f64,
-    /// Index of the face met first, if it can be touched.
+    /// Index of the face met first, if touchable.
     met: Option<usize>,
 }
 
-/// This many rays are cast first. They are enough if all meet one face and are closer together than the
-/// things that people touch are wide, that is for a Gaussian of at most this sd, m ...
+/// This many rays are cast first. They suffice if all meet one face and the Gaussian is narrower than typical targets, i.e. its sd is at most this,
+/// m ...
 const FEW_RAYS: usize = 7;
 const NARROW_M: f64 = 0.02;
-/// ... and for every hypothesis that weighs less than this.
+/// ... and for every hypothesis with less weight than this.
 const LITTLE: f64 = 0.1;
 
-/// Least sine of the approach that counts: a grazed surface is not ruled out.
+/// Lower bound of the sine of the approach angle: a grazed surface is not excluded.
 const LEAST_SLOPE: f64 = 0.05;
 
-/// Faces that weigh less than this beside the heaviest one are left out.
+/// Faces with less weight than this, relative to the heaviest one, are left out.
 const NEGLIGIBLE: f64 = 1e-5;
 
-/// Nobody touches a place further from the viewpoint than this, m.
+/// Contacts further from the viewpoint than this are discarded, m.
 const FARTHEST_M: f64 = 100.0;
 
-/// No more faces than this are kept.
 const MAX_FACES: usize = 96;
 
 impl SurfaceShares {
@@ -157,12 +153,11 @@ impl SurfaceShares {
         self.faces.clear();
     }
 
-    /// Makes the weights of the faces comparable and drops those that weigh next to nothing. Returns whether
-    /// any is left.
+    /// Normalises the weights of the faces and drops negligible ones. Returns whether any is left.
     pub(super) fn compare(&mut self) -> bool {
         let log_masses = self.faces.iter().map(|f| f.log_mass);
         let most = log_masses.fold(f64::NEG_INFINITY, f64::max);
-        // Infinity less infinity is NaN, which is dropped.
+        // Infinity minus infinity is NaN, which is dropped.
         self.faces
             .iter_mut()
             .for_each(|f| f.mass = (f.log_mass - most).exp());
@@ -191,7 +186,7 @@ impl SurfaceShares {
         self.scale(first, weight * met)
     }
 
-    /// Brings the faces from `first` on to a weight together. Returns whether they have any.
+    /// Scales the faces from `first` on to a total weight. Returns whether they have any.
     fn scale(&mut self, first: usize, weight: f64) -> bool {
         let faces = &mut self.faces[first..];
         let scale = weight.ln() - log_mass(faces);
@@ -203,13 +198,13 @@ impl SurfaceShares {
         true
     }
 
-    /// Share of the rays that met something, at least this.
+    /// Share of the rays that met something, at least `least`.
     fn met(&self, least: f64) -> f64 {
         let met = self.rays.iter().filter(|ray| ray.met.is_some()).count();
         (met as f64 / self.rays.len().max(1) as f64).max(least)
     }
 
-    /// Adds only the face closest to the mean, for when no ray meets any.
+    /// Adds only the face closest to the mean, if no ray meets any.
     pub(super) fn add_closest(
         &mut self,
         scene: &Scene,
@@ -233,7 +228,7 @@ impl SurfaceShares {
         });
     }
 
-    /// Adds a place by itself: a face of its own.
+    /// Adds a single place as a face of its own.
     pub(super) fn add_place(
         &mut self,
         place: &SurfacePlace,
@@ -250,8 +245,7 @@ impl SurfaceShares {
         }
     }
 
-    /// Casts the rays: all of them if `closely` is set and the first few disagree, else those few. The faces
-    /// met are appended after `first`, each once.
+    /// Casts the rays: all of them if `closely` is set and the first few disagree, else those few. Appends the faces met after `first`, each once.
     fn cast(
         &mut self,
         scene: &Scene,
@@ -268,7 +262,7 @@ impl SurfaceShares {
         self.rays.clear();
         let sd_m = gaussian.sd_m();
         let to_mean = gaussian.mean_m - origin_m;
-        // Near the end the direction of the mean is noise; the heading then leads.
+        // Near the end the direction of the mean is noise; the heading is used instead.
         let lead_m = (2.0 * sd_m - to_mean.length()).max(0.0);
         let aim = to_mean + heading.unwrap_or(DVec3::ZERO) * lead_m;
         let Some(axis) = aim.try_normalize().or(heading) else {
@@ -296,7 +290,7 @@ impl SurfaceShares {
             let length_m = through.length();
             let direction = through / length_m;
             let solid_angle = a * c * area * direction.dot(axis) / (length_m * length_m);
-            // The scene refuses only rays that are not finite or have no direction.
+            // The scene rejects only rays that are not finite or have no direction.
             let hit = scene.ray_cast(origin_m, direction).ok().flatten();
             let hit = hit.filter(|hit| {
                 hit.distance_m <= max_distance_m && scene.surface(hit.surface).touchable()
@@ -310,7 +304,7 @@ impl SurfaceShares {
         }
     }
 
-    /// The face of a hit among those from `first` on, which is added if it is new.
+    /// The face of a hit among those from `first` on; added if new.
     fn face_of(&mut self, hit: &Hit, source: EvidenceSource, first: usize) -> Option<usize> {
         let known = self.faces[first..].iter().position(|face| {
             face.surface == hit.surface
@@ -320,7 +314,7 @@ impl SurfaceShares {
         if let Some(known) = known {
             return Some(first + known);
         }
-        // Limited, so that no step allocates; only rubble has more planes than this.
+        // Bounded, so that no step allocates; only rubble has more planes.
         (self.faces.len() < MAX_FACES).then(|| {
             let face = Face::new(hit.surface, hit.point_m, hit.normal, source);
             self.faces.push(face);
@@ -333,7 +327,7 @@ impl SurfaceShares {
         let face = self.faces[index];
         let cut = gaussian.in_plane(face.met_m, face.normal);
         if cut.log_density < f64::MIN_POSITIVE.ln() {
-            // Nothing of the Gaussian is there.
+            // The Gaussian has no weight there.
             return;
         }
         let (mut all, mut met) = (Moments::ZERO, Moments::ZERO);
@@ -342,7 +336,7 @@ impl SurfaceShares {
         for ray in &self.rays {
             let slope = ray.direction.dot(face.normal);
             let distance_m = (face.met_m - origin_m).dot(face.normal) / slope;
-            // The ray runs along the plane or away from it.
+            // The ray is parallel to the plane or points away from it.
             if !(distance_m > 0.0 && distance_m.is_finite()) {
                 continue;
             }
@@ -360,7 +354,7 @@ impl SurfaceShares {
                 blocked = true;
             }
         }
-        // The weights of all add up to 1 where the rays cover what the plane holds.
+        // The weights sum to 1 if the rays cover the part in the plane.
         let share = (met.weight / all.weight.max(0.5)).min(1.0);
         let face = &mut self.faces[index];
         let approach = (face.met_m - origin_m).normalize_or_zero();
@@ -368,7 +362,7 @@ impl SurfaceShares {
         face.log_mass = cut.log_density + share.max(least_share).ln() + slope.ln();
         let widening = cut.widening();
         if blocked && met.weight > 1e-9 {
-            // Few rays say little about the spread, so each stands for a part of the whole.
+            // Few rays estimate the spread poorly, so each represents a part of the whole.
             face.mean_m = cut.mean_m + met.mean() - all.mean();
             face.covariance_m2 =
                 (met.covariance() + cut.covariance_m2 * (1.0 / met.effective())) * widening;
@@ -378,13 +372,13 @@ impl SurfaceShares {
         }
         let is_near = face.mean_m.distance(origin_m) <= FARTHEST_M;
         if !is_near || Gaussian::new(face.mean_m, face.covariance_m2).is_none() {
-            // From a viewpoint that is nowhere.
+            // The viewpoint is absurdly far away.
             face.log_mass = f64::NEG_INFINITY;
         }
     }
 }
 
-/// Logarithm of the weight of some faces before they are compared.
+/// Log total weight of some faces, before normalisation.
 fn log_mass(faces: &[Face]) -> f64 {
     let most = faces
         .iter()
@@ -418,7 +412,7 @@ impl Moments {
         self.second += square(x) * weight;
     }
 
-    /// How many points of equal weight would say as much.
+    /// Effective number of equally weighted points.
     fn effective(&self) -> f64 {
         self.weight * self.weight / self.weight_squared
     }

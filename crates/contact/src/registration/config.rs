@@ -4,23 +4,22 @@ use crate::error::ContactError;
 use glam::DVec3;
 use hwall_numeric::check::{all_finite, non_negative, positive};
 
-/// What is known of the error of a registration before any touch, and how well touches are measured.
+/// Prior of the registration error, and the measurement error of touches.
 ///
-/// The error is a turn about `centre_m` and an offset: what the tracker sees at `s` is at `R (s - centre) + centre + offset`.
+/// The error is a rotation about `centre_m` and an offset: a point tracked at `s` is at `R (s - centre) + centre + offset`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RegistrationConfig {
     /// Standard deviation of the offset in each axis, m. Default 0.008, as [`FusedConfig::registration_sd_m`](crate::FusedConfig::registration_sd_m).
     pub offset_sd_m: f64,
-    /// Standard deviation of the turn about each axis, rad. Default 0.01, over half a degree. 0 for a registration whose
-    /// axes are known, as of a tracker that feels gravity and a compass that does not lie.
+    /// Standard deviation of the rotation about each axis, rad. Default 0.01, over half a degree. 0 for a registration with known axes, e.g. a
+    /// tracker with gravity and a reliable compass.
     pub turn_sd_rad: f64,
-    /// The point that the turn is about: the middle of the points that the registration was made with, m. Default
-    /// (0.6, 0, 0.6), in front of the base, where boards stand.
+    /// Centre of the rotation: the middle of the points used for the registration, m. Default (0.6, 0, 0.6), in front of the base, where boards
+    /// stand.
     pub centre_m: DVec3,
-    /// Standard deviation of where the tracker has the touching point at a touch, m: noise, and a finger that yields. Default
-    /// 0.004.
+    /// Standard deviation of the tracked touching point at a touch, m: noise, and a finger that yields. Default 0.004.
     pub touch_sd_m: f64,
-    /// A touch counts half after so many others: trackers drift. Default 40.
+    /// Number of further touches after which a touch counts half: trackers drift. Default 40.
     pub half_life_touches: f64,
     /// Probability that the tracker, or the arm, was moved between two touches, in (0, 1). Default 0.005.
     pub moved_probability: f64,

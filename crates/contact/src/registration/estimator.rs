@@ -1,4 +1,4 @@
-//! Learns the error of a registration, touch by touch.
+//! Learns the registration error, touch by touch.
 
 use super::config::RegistrationConfig;
 use super::fit::{Fit, Prior};
@@ -7,48 +7,44 @@ use crate::error::ContactError;
 use glam::{DMat3, DVec3};
 use hwall_hand::Pose;
 
-/// So many touches are remembered.
+/// Most touches remembered.
 const REMEMBERED: usize = 64;
-/// A tracker was moved within the last so many touches, or it is too late to tell: touches of three surfaces in turn show a move
-/// across one of them at each third touch.
+/// A move is only detected within this many touches: touches of three surfaces in turn show a move across one of them at every third touch.
 const MOVED_WITHIN: usize = 9;
-/// So many touches must contradict those before and agree with each other: stray ones come alone.
+/// Number of touches that must contradict the earlier ones and agree with each other: outliers come alone.
 const AGREEING: usize = 3;
-/// A touch that surprises less than this contradicts nothing, standard deviations.
+/// A touch with a smaller residual contradicts nothing, standard deviations.
 const UNSURPRISING: f64 = 2.0;
-/// A registration that was moved is off by so many times what the settings say.
+/// Factor on the prior standard deviations after a move.
 const MOVED_WIDENS: f64 = 4.0;
-/// A touch further off than this hardly counts, standard deviations.
+/// A touch with a larger residual hardly counts, standard deviations.
 const ASTRAY: f64 = 3.0;
 
-/// Estimates how far off the registration of a tracker is from touches of surfaces whose true place is known: offset and turn, and
-/// their covariance.
+/// Estimates the registration error of a tracker from touches of surfaces with known poses: offset and rotation, with covariance.
 ///
-/// A touch of a plane says how far off the tracker is across that plane, and nothing along it. What no touch has said stays as
-/// it was before, at its most probable value, which is no error, with its whole covariance: after touches of one wall alone only the
-/// offset across that wall and the turns that tilt it are corrected. Touches far off weigh little (Student's t distribution with 4
-/// degrees of freedom); several in a row that agree with each other mean that something was moved
-/// ([`TouchVerdict::Moved`]), by comparing the evidence for one registration and for two.
+/// A touch of a plane measures the error across that plane, and nothing along it. Unobserved directions keep their prior: zero error, with the full
+/// covariance. After touches of one wall only the offset across it and the rotations that tilt it are corrected. Outliers weigh little (Student's t
+/// distribution with 4 degrees of freedom); several in a row that agree with each other mean that something was moved ([`TouchVerdict::Moved`]),
+/// decided by the evidence for one registration against two.
 ///
-/// A finger's flesh looks like an error of registration if all surfaces face one way; boards then stand where the finger meets them,
-/// which is what is wanted.
+/// If all surfaces face one way, the flesh of the finger looks like a registration error; boards then stand where the finger meets them, as
+/// desired.
 ///
-/// Error, for planted errors and touches of the default standard deviations on three walls at right angles in turn
-/// (tests/it/registration.rs): a place 0.3 to 0.6 m from the centre is off by 15.0 mm (root mean square) before the first touch, by 9.3 mm
-/// after 3, 5.9 mm after 10 and 3.1 mm after 40; 90 % regions hold 88 to 93 %. A tracker moved by 35 mm is noticed after 3 to 7
-/// touches in 99 of 100 cases, and none was called moved in 3,000 touches without a move. Most probable error by iteratively reweighted
-/// least squares over up to 64 touches; nothing is allocated.
+/// Error, for simulated errors and touches of the default standard deviations on three walls at right angles in turn (tests/it/registration.rs): a
+/// point 0.3 to 0.6 m from the centre is off by 15.0 mm (root mean square) before the first touch, by 9.3 mm after 3, 5.9 mm after 10 and 3.1 mm
+/// after 40; 90 % regions hold 88 to 93 %. A tracker moved by 35 mm is detected after 3 to 7 touches in 99 of 100 cases, with no false detection in
+/// 3,000 touches without a move. Maximum a posteriori by iteratively reweighted least squares over up to 64 touches; allocation-free.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RegistrationEstimator {
     config: RegistrationConfig,
-    /// The oldest first; the first `count`.
+    /// Oldest first; the first `count` are valid.
     touches: [MeasuredTouch; REMEMBERED],
     count: usize,
     prior: Prior,
     fit: Fit,
 }
 
-/// Something was moved: the touches since then, and the registration from then on.
+/// Something was moved: the touches since then, and the registration after it.
 struct Move {
     since: usize,
     fit: Fit,
@@ -63,7 +59,7 @@ const NO_TOUCH: MeasuredTouch = MeasuredTouch {
 };
 
 impl RegistrationEstimator {
-    /// An estimator that has seen no touch.
+    /// An estimator without touches.
     ///
     /// # Errors
     /// A setting outside its range.
@@ -79,10 +75,10 @@ impl RegistrationEstimator {
         })
     }
 
-    /// Learns from a touch, and says whether it fitted.
+    /// Learns from a touch and reports whether it fitted.
     ///
     /// # Errors
-    /// NaN or infinity, a point outside any room, a normal without a direction; nothing is learnt then.
+    /// NaN or infinity, a point outside any room, a normal without a direction; the estimate is then unchanged.
     pub fn touched(&mut self, touch: &MeasuredTouch) -> Result<TouchVerdict, ContactError> {
         let touch = touch.checked()?;
         if self.count == REMEMBERED {
@@ -108,7 +104,7 @@ impl RegistrationEstimator {
         })
     }
 
-    /// Are the last touches better explained by another registration than those before?
+    /// Are the last touches better explained by a different registration?
     fn moved(&self) -> Option<Move> {
         let all = &self.touches[..self.count];
         let prior = Prior::new(&self.config, MOVED_WIDENS);
@@ -134,7 +130,7 @@ impl RegistrationEstimator {
         best.1
     }
 
-    /// Touches of which the last is `age` touches old.
+    /// Fit to touches, the last of which is `age` touches old.
     fn fit_aged(&self, touches: &[MeasuredTouch], prior: &Prior, from: &Fit, age: usize) -> Fit {
         let half_life = self.config.half_life_touches;
         let last = touches.len() + age;
@@ -143,7 +139,7 @@ impl RegistrationEstimator {
         prior.fit_to(aged, from)
     }
 
-    /// What brings points as the tracker has them to where they are; the identity before the first touch.
+    /// Maps tracked points to true points; the identity before the first touch.
     #[must_use]
     pub fn true_from_seen(&self) -> Pose {
         let rotation = self.fit.rotation();
@@ -152,26 +148,25 @@ impl RegistrationEstimator {
         Pose::new(rotation, position_m).unwrap_or(Pose::IDENTITY)
     }
 
-    /// Covariance of the error that is left of a corrected point, seen at `seen_m`, symmetric, m²; without touches that
-    /// of the settings.
+    /// Covariance of the remaining error of a corrected point, tracked at `seen_m`, symmetric, m²; without touches, from the settings.
     #[must_use]
     pub fn covariance_m2(&self, seen_m: DVec3) -> DMat3 {
         self.fit.covariance_m2(seen_m)
     }
 
-    /// How many touches are remembered.
+    /// Number of remembered touches.
     #[must_use]
     pub const fn touches(&self) -> usize {
         self.count
     }
 
-    /// The settings.
+    /// The settings in use.
     #[must_use]
     pub const fn config(&self) -> &RegistrationConfig {
         &self.config
     }
 
-    /// Forgets all touches, as for another tracker.
+    /// Forgets all touches, e.g. for another tracker.
     pub fn forget(&mut self) {
         self.count = 0;
         self.prior = Prior::new(&self.config, 1.0);

@@ -1,4 +1,4 @@
-//! The error of a registration that explains touches best.
+//! The registration error that best explains the touches.
 
 use super::config::RegistrationConfig;
 use super::touch::MeasuredTouch;
@@ -7,44 +7,44 @@ use glam::{DMat3, DQuat, DVec3};
 use hwall_hand::hwall_geometry::rotation_vector;
 use hwall_numeric::dense::{cholesky_in_place, solve_lower, solve_lower_transposed};
 
-/// Degrees of freedom of Student's t distribution of a touch's residual: heavy tails, so that a touch far off weighs little.
+/// Degrees of freedom of Student's t distribution of a touch's residual: heavy tails, so that outliers weigh little.
 const DEGREES: f64 = 4.0;
 
-/// Most steps of a fit; it converges in 5 to 10.
+/// Most iterations of a fit; it converges in 5 to 10.
 const STEPS: usize = 30;
-/// A step below this, in standard deviations of the prior, ends a fit.
+/// A smaller step, in standard deviations of the prior, ends a fit.
 const SMALL: f64 = 1e-9;
 
-/// Offset and turn in units of the standard deviations of their prior.
+/// Offset and rotation in units of their prior standard deviations.
 type Six = [f64; 6];
 
-/// An error of registration, and what is known of it.
+/// A registration error and its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Fit {
     pub(super) offset_m: DVec3,
     /// Rotation vector, rad.
     pub(super) turn_rad: DVec3,
-    /// Lower Cholesky factor of the information of offset and turn, each in units of the prior's standard deviation.
+    /// Lower Cholesky factor of the information of offset and rotation, in units of the prior standard deviations.
     factor: [f64; 36],
     prior: Prior,
-    /// Logarithm of the density of the touches, the error integrated out (Laplace's method), but for a constant a touch.
+    /// Log density of the touches with the error integrated out (Laplace's method), up to a constant per touch.
     pub(super) log_evidence: f64,
-    /// Negative logarithm of the posterior density, but for a constant.
+    /// Negative log posterior density, up to a constant.
     cost: f64,
 }
 
-/// What is known before any touch.
+/// Prior before any touch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Prior {
     centre_m: DVec3,
     offset_sd_m: f64,
     turn_sd_rad: f64,
-    /// Scale of the distribution of a touch's residual, m.
+    /// Scale of the t distribution of a touch's residual, m.
     scale_m: f64,
 }
 
 impl Prior {
-    /// `widened`: by how much the standard deviations are larger than those of the settings.
+    /// `widened`: factor on the standard deviations of the settings.
     pub(super) fn new(config: &RegistrationConfig, widened: f64) -> Self {
         Self {
             centre_m: config.centre_m,
@@ -54,7 +54,7 @@ impl Prior {
         }
     }
 
-    /// Nothing learnt.
+    /// The prior as a fit.
     pub(super) fn fit(&self) -> Fit {
         let mut factor = [0.0; 36];
         (0..6).for_each(|i| factor[7 * i] = 1.0);
@@ -68,8 +68,8 @@ impl Prior {
         }
     }
 
-    /// The most probable error given the touches, each with the power of its likelihood that counts, started from nothing
-    /// and from another fit. Iteratively reweighted least squares; allocates nothing.
+    /// The most probable error given the touches, each with a power on its likelihood, started from zero and from another fit. Iteratively
+    /// reweighted least squares; allocation-free.
     pub(super) fn fit_to<'a, T>(&self, touches: T, from: &Fit) -> Fit
     where
         T: Iterator<Item = (&'a MeasuredTouch, f64)> + Clone,
@@ -89,7 +89,7 @@ impl Prior {
         }
     }
 
-    /// `None` if the equations cannot be solved, which only numbers without bounds bring about.
+    /// `None` if the equations cannot be solved, which only unbounded numbers cause.
     fn descend<'a, T>(&self, touches: T, from: Fit) -> Option<Fit>
     where
         T: Iterator<Item = (&'a MeasuredTouch, f64)> + Clone,
@@ -114,7 +114,7 @@ impl Prior {
         fit.judged(touches)
     }
 
-    /// In units of the standard deviations; 0 where there is none.
+    /// In units of the prior standard deviations; 0 where that is 0.
     fn scaled(&self, fit: &Fit) -> Six {
         let share = |value: f64, sd: f64| if sd > 0.0 { value / sd } else { 0.0 };
         let [x, y, z] = fit.offset_m.to_array();
@@ -140,18 +140,18 @@ impl Fit {
         self.prior.centre_m
     }
 
-    /// Where a point truly is that is seen at `seen_m`.
+    /// True position of a point tracked at `seen_m`.
     fn corrected(&self, seen_m: DVec3) -> DVec3 {
         self.rotation() * (seen_m - self.prior.centre_m) + self.prior.centre_m + self.offset_m
     }
 
-    /// Distance of a touch from its surface in standard deviations of a touch, whatever their number of directions.
+    /// Root mean square residual of a touch over its measured directions, in standard deviations.
     pub(super) fn surprise(&self, touch: &MeasuredTouch) -> f64 {
         let rows = self.rows(touch);
         (rows.squared() / rows.count as f64).sqrt() * scale_of_sd()
     }
 
-    /// Adds cost, information and evidence to a fit that has converged.
+    /// Adds cost, information and evidence to a converged fit.
     fn judged<'a, T>(mut self, touches: T) -> Option<Self>
     where
         T: Iterator<Item = (&'a MeasuredTouch, f64)>,
@@ -164,7 +164,7 @@ impl Fit {
             let count = rows.count as f64;
             let over = (rows.squared() / DEGREES).ln_1p();
             self.cost += power * 0.5 * (DEGREES + count) * over;
-            // The information of Student's t distribution: less than that of the weights, whose mean is 1.
+            // The information of the t distribution: less than that of the weights, whose mean is 1.
             let known = (DEGREES + count) / (DEGREES + count + 2.0);
             let weight = power * rows.weight() * known;
             rows.each(|residual, slope| normal.add(residual, slope, weight));
@@ -175,7 +175,7 @@ impl Fit {
         self.log_evidence.is_finite().then_some(self)
     }
 
-    /// Covariance of the error that is left at a point that is seen at `seen_m`, m².
+    /// Covariance of the remaining error of a point tracked at `seen_m`, m².
     pub(super) fn covariance_m2(&self, seen_m: DVec3) -> DMat3 {
         let arm = self.rotation() * (seen_m - self.prior.centre_m);
         let columns = [DVec3::X, DVec3::Y, DVec3::Z].map(|along| {
@@ -192,7 +192,7 @@ impl Fit {
         let off_m = self.corrected(touch.seen_m) - touch.surface_m;
         let arm = self.rotation() * (touch.seen_m - self.prior.centre_m);
         let [u, v] = axes_across(touch.normal);
-        // Along the surface the arm's own error comes on top of the tracker's.
+        // Along the surface the arm's own error is added to the tracker's.
         let along_m = touch
             .located_sd_m
             .map(|sd_m| sd_m.hypot(self.prior.scale_m));
@@ -210,23 +210,23 @@ impl Fit {
     }
 }
 
-/// Scale of Student's t distribution with which a residual says as much as it would of a Gaussian with standard deviation 1.
+/// Scale of the t distribution that carries as much information as a Gaussian with standard deviation 1.
 fn scale_of_sd() -> f64 {
     ((DEGREES + 1.0) / (DEGREES + 3.0)).sqrt()
 }
 
-/// How a corrected point goes along a direction with offset and turn, `arm` its place from the centre, m.
+/// Derivative of a corrected point along a direction by offset and rotation; `arm` is its position from the centre, m.
 fn slope(direction: DVec3, arm: DVec3, prior: &Prior) -> Six {
     let [x, y, z] = (direction * prior.offset_sd_m).to_array();
     let [a, b, c] = (arm.cross(direction) * prior.turn_sd_rad).to_array();
     [x, y, z, a, b, c]
 }
 
-/// What one touch says: residuals in units of their scale and how they go with the error.
+/// Residuals of one touch in units of their scale, and their derivatives by the error.
 struct Rows {
     residuals: [f64; 3],
     slopes: [Six; 3],
-    /// How many of them count.
+    /// Number of valid rows.
     count: usize,
 }
 
@@ -248,13 +248,13 @@ impl Rows {
 
 /// Normal equations of the step to the most probable error.
 struct NormalEquations {
-    /// Row-major, the lower triangle alone.
+    /// Row-major, lower triangle only.
     matrix: [f64; 36],
     right: Six,
 }
 
 impl NormalEquations {
-    /// The prior's part, `scaled` the present error in units of its standard deviations.
+    /// The prior's part; `scaled` is the present error in units of its standard deviations.
     fn of_prior(scaled: Six) -> Self {
         let mut matrix = [0.0; 36];
         (0..6).for_each(|i| matrix[7 * i] = 1.0);

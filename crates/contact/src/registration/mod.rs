@@ -1,4 +1,4 @@
-//! How far off the registration of a tracker is, learnt from touches.
+//! The registration error of a tracker, learned from touches.
 
 mod config;
 mod estimator;

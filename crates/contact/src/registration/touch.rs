@@ -1,4 +1,4 @@
-//! A touch as the tracker saw it and as it was measured, and what became of it.
+//! A touch as tracked and as measured, and its effect on the registration.
 
 use crate::error::ContactError;
 use glam::DVec3;
@@ -6,17 +6,17 @@ use hwall_hand::MAX_COORDINATE_M;
 use hwall_hand::hwall_geometry::direction;
 use hwall_numeric::check::{all_finite, positive, that};
 
-/// A touch of a surface whose true place is known, as that of a board is from the joints of its arm.
+/// A touch of a surface with a known pose, e.g. a board positioned by its arm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeasuredTouch {
-    /// Where the tracker saw the touching point, m, by the registration as it was made, uncorrected.
+    /// Tracked position of the touching point, m, by the original, uncorrected registration.
     pub seen_m: DVec3,
-    /// A point of the surface that was touched, m; the point that was touched, if the arm felt where.
+    /// A point of the touched surface, m; the contact point itself if the arm measured it.
     pub surface_m: DVec3,
     /// Normal of the surface there, of any length and either side.
     pub normal: DVec3,
-    /// Standard deviation of `surface_m` in each direction along the surface, m, if it is where the arm felt the contact;
-    /// `None` if it is just a point of the surface, so that the touch says something across it alone.
+    /// Standard deviation of `surface_m` in each direction along the surface, m, if it is the measured contact point; `None` if it is any point of
+    /// the surface, so that the touch only measures the error across it.
     pub located_sd_m: Option<f64>,
 }
 
@@ -43,14 +43,13 @@ impl MeasuredTouch {
     }
 }
 
-/// What a touch meant for the registration.
+/// Effect of a touch on the registration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TouchVerdict {
-    /// It fits, and was learnt from.
+    /// It fits and was used.
     Fits,
-    /// It lies three standard deviations off or more: it hardly counts, as of an elbow or a hand that was seen wrongly.
+    /// Its residual is three standard deviations or more: it hardly counts, e.g. an elbow, or a mistracked hand.
     Astray,
-    /// The last touches agree with each other and not with those before: the tracker or the arm was moved. The touches
-    /// before it are forgotten.
+    /// The last touches agree with each other but not with the earlier ones: the tracker or the arm was moved. The earlier touches are forgotten.
     Moved,
 }

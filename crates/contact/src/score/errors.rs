@@ -1,4 +1,4 @@
-//! How far off one estimate of a reach is, and in the measure of its own covariance.
+//! The error of one estimate of a reach, absolute and relative to its stated covariance.
 
 use crate::estimate::ContactEstimate;
 use glam::DVec3;
@@ -8,7 +8,7 @@ use hwall_hand::LabelledReach;
 /// A region about the mean of a normal distribution in three dimensions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Region {
-    /// Probability within it.
+    /// Probability of the region.
     pub probability: f64,
     /// Square of its radius, in standard deviations.
     pub radius_squared: f64,
@@ -37,45 +37,45 @@ const fn region(probability: f64, radius_squared: f64) -> Region {
 
 /// Half of a board's edge, m.
 const HALF_BOARD_M: f64 = 0.1;
-/// Half widths of the intervals of 50 % and 90 % of a normal distribution, deviations.
+/// Half widths of the 50 % and 90 % intervals of a normal distribution, in standard deviations.
 pub(super) const INTERVALS: [f64; 2] = [0.674_489_750_196, 1.644_853_626_951];
 
-/// How sure an estimate is of its point, and how far off it is in that measure.
+/// The stated uncertainty of an estimate, and its normalised error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spread {
     /// Standard deviation of each axis, m.
     pub sd_m: DVec3,
-    /// Square of the distance from the true contact, in standard deviations.
+    /// Squared Mahalanobis distance from the true contact.
     pub distance_squared: f64,
 }
 
-/// How far off an estimate of the time to contact is.
+/// The error of a time to contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimeError {
     /// Estimated minus true time, s.
     pub error_s: f64,
-    /// The standard deviation that was stated, s.
+    /// The stated standard deviation, s.
     pub sd_s: Option<f64>,
 }
 
-/// How far off one estimate of one reach is.
+/// The error of one estimate of one reach.
 #[derive(Debug, Clone, Copy)]
 pub struct EstimateError {
     /// Predicted minus true contact, m.
     pub error_m: DVec3,
-    /// Length of that along the surface, m, where its normal is known.
+    /// Its length along the surface, m, if the normal is known.
     pub along_m: Option<f64>,
-    /// Does a board of 0.2 m, centred on the prediction, miss the hand? Along the surface where its normal
-    /// is known; else: are the two more than 0.1 m apart?
+    /// Does a board of 0.2 m, centred on the prediction, miss the hand? Measured along the surface if its normal is known; otherwise the limit is a
+    /// distance of 0.1 m.
     pub missed: bool,
-    /// Where the estimate states a covariance.
+    /// If the estimate states a covariance.
     pub spread: Option<Spread>,
-    /// Where it states a time to contact.
+    /// If it states a time to contact.
     pub time: Option<TimeError>,
 }
 
 impl EstimateError {
-    /// Of the estimate of one frame of a reach.
+    /// The error of the estimate at one frame of a reach.
     #[must_use]
     pub fn new(reach: &LabelledReach, frame: usize, estimate: &ContactEstimate) -> Self {
         let error_m = estimate.point_m - reach.contact_m;
@@ -101,8 +101,7 @@ impl EstimateError {
         }
     }
 
-    /// Mean over the axes of the continuous ranked probability score, m; without a covariance it is the
-    /// absolute error.
+    /// Continuous ranked probability score, mean over the axes, m; without a covariance the absolute error.
     #[must_use]
     pub fn crps_m(&self) -> f64 {
         let Some(Spread { sd_m, .. }) = self.spread else {
@@ -120,10 +119,9 @@ impl EstimateError {
     }
 }
 
-/// Does a board of 0.2 m, upright and centred on the prediction, miss the hand: is the error along the
-/// surface more than half of the board to a side or up? An error along the normal does not count: the arm
-/// knows the surface's plane from the scene. Where the normal is unknown, so is the plane, and the whole
-/// distance counts, which is the harder test.
+/// Does a board of 0.2 m, upright and centred on the prediction, miss the hand: is the error along the surface more than half of the board sideways
+/// or up? An error along the normal does not count: the arm knows the plane from the scene. Without a normal the plane is unknown, and the full
+/// distance counts, which is the stricter test.
 fn missed(error_m: DVec3, normal: Option<DVec3>) -> bool {
     let Some(normal) = normal else {
         return error_m.length() > HALF_BOARD_M;
@@ -142,16 +140,16 @@ mod tests {
         assert!(!missed(DVec3::new(0.3, 0.09, -0.09), Some(DVec3::X)));
         assert!(missed(DVec3::new(0.0, 0.11, 0.0), Some(DVec3::X)));
         assert!(missed(DVec3::new(0.0, 0.0, 0.11), Some(-DVec3::X)));
-        // A table top: both directions along it are level.
+        // A table top: both directions along it are horizontal.
         assert!(!missed(DVec3::new(0.0, 0.0, 0.5), Some(DVec3::Z)));
-        // The surface is unknown: the distance counts.
+        // Unknown surface: the distance counts.
         assert!(missed(DVec3::new(0.08, 0.08, 0.0), None));
         assert!(!missed(DVec3::new(0.06, 0.06, 0.0), None));
     }
 
     #[test]
     fn regions_are_those_of_three_dimensions() {
-        // Distribution of the squared radius: chi square with three degrees of freedom.
+        // The squared radius follows a chi-square distribution with three degrees of freedom.
         let mut sampler = hwall_testkit::Sampler::new(1);
         let square = |_: u32| (0..3).map(|_| sampler.normal().powi(2)).sum();
         let squares: Vec<f64> = (0..200_000).map(square).collect();

@@ -1,4 +1,4 @@
-//! Runs an estimator over every held-out reach.
+//! Evaluates an estimator on every held-out reach.
 
 use super::errors::EstimateError;
 use super::folds::Split;
@@ -8,21 +8,20 @@ use crate::error::ContactError;
 use crate::estimate::ContactEstimator;
 use hwall_hand::LabelledReach;
 
-/// The estimates of one reach at all moments.
+/// The errors of one reach at all moments.
 #[derive(Debug, Clone)]
 pub struct JudgedReach {
-    /// Its number.
+    /// Its index.
     pub reach: usize,
     /// Who made it.
     pub person: Option<String>,
-    /// How many touches this person had made by then; an estimator that is told has learnt from them.
+    /// Number of earlier touches of this person; with feedback the estimator has learned from them.
     pub touches: usize,
-    /// At every moment of [`Evaluation::moments`]; the outer `None` where the reach starts later, the inner one
-    /// where there is no estimate.
+    /// At every moment of [`Evaluation::moments`]; the outer `None` if the reach starts later, the inner one without an estimate.
     pub errors: Vec<Option<Option<EstimateError>>>,
 }
 
-/// Every held-out reach, judged once.
+/// Every held-out reach, evaluated once.
 #[derive(Debug, Clone, Default)]
 pub struct Evaluation {
     /// By fold, then in the order of the reaches.
@@ -30,18 +29,17 @@ pub struct Evaluation {
 }
 
 impl Evaluation {
-    /// When reaches are judged: the usual moments, and when the hand starts.
+    /// The evaluated moments: the default ones, and the onset of the hand.
     #[must_use]
     pub fn moments() -> Vec<Moment> {
         Moment::all().chain([Moment::Started]).collect()
     }
 
-    /// Trains on the learning part of every fold and follows the reaches of the other in their order. With
-    /// `tell` the estimator is told each touch once it has been judged, as a system that feels contacts would;
-    /// it forgets them when another person comes.
+    /// Trains on the training part of every fold and evaluates the test reaches in order. With `tell` the estimator gets each touch after its
+    /// evaluation, as in a system that feels contacts; it forgets them when the person changes.
     ///
     /// # Errors
-    /// What training refuses.
+    /// Errors of training.
     pub fn run<E: ContactEstimator>(
         reaches: &[LabelledReach],
         split: &Split,
@@ -57,7 +55,7 @@ impl Evaluation {
         Ok(Self { reaches: judged })
     }
 
-    /// Follows the reaches with these numbers with an estimator that has not learnt from them.
+    /// Evaluates the reaches with these indices with an estimator not trained on them.
     pub fn follow<E: ContactEstimator + ?Sized>(
         estimator: &mut E,
         reaches: &[LabelledReach],
@@ -100,7 +98,7 @@ impl Evaluation {
         self.among(|_| true, |m| m == moment)
     }
 
-    /// Over some reaches at some moments together.
+    /// Over some reaches and some moments together.
     #[must_use]
     pub fn among(
         &self,
@@ -115,7 +113,7 @@ impl Evaluation {
         }))
     }
 
-    /// The people judged, each once, in order of their names.
+    /// The people evaluated, each once, in order of their names.
     #[must_use]
     pub fn people(&self) -> Vec<Option<&str>> {
         let mut people: Vec<_> = self.reaches.iter().map(|r| r.person.as_deref()).collect();
@@ -124,7 +122,7 @@ impl Evaluation {
         people
     }
 
-    /// Every person at some moments together, from the reach after so many touches on.
+    /// Every person over some moments together, from the reach with this many earlier touches on.
     #[must_use]
     pub fn by_person(
         &self,

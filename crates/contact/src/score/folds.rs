@@ -1,33 +1,33 @@
-//! Which reaches are held out together.
+//! Division of reaches into folds.
 
 use hwall_hand::LabelledReach;
 
 /// With at least this many recordings, whole recordings are held out.
 const FEWEST_RECORDINGS: usize = 5;
-/// More folds than this are joined: training is repeated for each.
+/// Above this number folds are merged: training is repeated for each.
 const MOST_FOLDS: usize = 50;
 
-/// What is learnt from and what is judged, by number of the reach.
+/// Training and test reaches, by index.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fold {
-    /// Learnt from.
+    /// Training reaches.
     pub train: Vec<usize>,
-    /// Judged.
+    /// Test reaches.
     pub test: Vec<usize>,
 }
 
-/// How the reaches are divided.
+/// Division of the reaches into folds.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Split {
-    /// In words.
+    /// Description in words.
     pub description: String,
-    /// Every reach is judged in one fold at most.
+    /// Every reach is in at most one test part.
     pub folds: Vec<Fold>,
 }
 
 impl Split {
-    /// Holds out each person, where there are two or more; else each recording, where there are five or more;
-    /// else each reach. Beyond fifty folds neighbours are joined. `recordings`: the recording of each reach.
+    /// Holds out each person if there are two or more; else each recording if there are five or more; else each reach. Above fifty folds,
+    /// neighbours are merged. `recordings`: the recording of each reach.
     #[must_use]
     pub fn of(reaches: &[LabelledReach], recordings: &[usize]) -> Self {
         let people: Option<Vec<&str>> = reaches.iter().map(|r| r.person.as_deref()).collect();
@@ -63,7 +63,7 @@ impl Split {
     }
 }
 
-/// Gives equal things the same number, in the order in which they first occur.
+/// Numbers equal items alike, in the order of their first occurrence.
 fn units<T: PartialEq>(things: &[T]) -> Vec<usize> {
     let mut known: Vec<&T> = Vec::new();
     things
@@ -96,7 +96,7 @@ mod tests {
         let of = |people: &[Option<&str>], recordings: &[usize]| {
             let reaches: Vec<LabelledReach> = people.iter().map(|p| reach(*p)).collect();
             let split = Split::of(&reaches, recordings);
-            // Everything is judged once, and by nothing that it taught.
+            // Each reach is tested once, and never by a model trained on it.
             let mut judged: Vec<usize> = split.folds.iter().flat_map(|f| f.test.clone()).collect();
             judged.sort_unstable();
             assert_eq!(judged, (0..reaches.len()).collect::<Vec<_>>());
@@ -117,7 +117,7 @@ mod tests {
             assert_eq!(recordings.folds[0].test, [0, 1]);
         }
         assert_eq!(of(&[None; 4], &[0, 0, 1, 1]).folds.len(), 4);
-        // Neighbours go together.
+        // Neighbours are merged.
         let many = of(&[None; 120], &[0; 120]);
         assert_eq!(many.folds.len(), MOST_FOLDS);
         assert_eq!(many.folds[0].test, [0, 1, 2]);

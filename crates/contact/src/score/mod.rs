@@ -1,11 +1,11 @@
-//! The yardstick: estimators on reaches of people whom they have not learnt from.
+//! Evaluation of estimators on reaches of unseen people.
 //!
 //! ```
 //! use hwall_contact::score::{Evaluation, Moment, Split};
 //! use hwall_contact::{Hold, hwall_hand::LabelledReach};
 //!
 //! # fn judged(reaches: &[LabelledReach]) -> Result<(), hwall_contact::ContactError> {
-//! // Everybody is held out once; who is judged may tell the estimator where the last reach ended.
+//! Every person is held out once; touches of earlier reaches are reported to the estimator.
 //! let split = Split::of(reaches, &vec![0; reaches.len()]);
 //! let evaluation = Evaluation::run(reaches, &split, true, |train| Hold::train(train))?;
 //! let half_way = evaluation.at(Moment::Share(0.5));

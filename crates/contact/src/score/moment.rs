@@ -1,28 +1,28 @@
-//! When estimates of a reach are judged, and which of them are written down.
+//! The moments at which estimates of a reach are evaluated, and the samples that are written.
 
 use hwall_hand::LabelledReach;
 use std::collections::BTreeSet;
 
-/// Shares of the time of a reach after which it is judged.
+/// Shares of the duration of a reach at which it is evaluated.
 pub const SHARES: [f64; 6] = [0.3, 0.5, 0.7, 0.8, 0.9, 1.0];
-/// Times before contact at which it is judged, s.
+/// Times before contact at which it is evaluated, s.
 pub const BEFORE_S: [f64; 7] = [0.5, 0.4, 0.3, 0.2, 0.15, 0.1, 0.05];
-/// Between the moments one prediction is written in each stretch of this length, s.
+/// Besides the moments, one prediction is written per interval of this length, s.
 pub const WRITTEN_EVERY_S: f64 = 0.05;
-/// Room for rounding, s.
+/// Rounding tolerance, s.
 const ROUNDING_S: f64 = 1e-9;
 
 /// From the start of a reach to its contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Span {
-    /// The hand starts, s.
+    /// Start of the hand, s.
     pub start_s: f64,
-    /// It touches, s.
+    /// Contact, s.
     pub contact_s: f64,
 }
 
 impl Span {
-    /// Of a reach.
+    /// The span of a reach.
     #[must_use]
     pub fn of(reach: &LabelledReach) -> Self {
         Self {
@@ -32,23 +32,21 @@ impl Span {
     }
 }
 
-/// When a reach is judged.
+/// A moment of evaluation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Moment {
-    /// After a share of its time.
+    /// After a share of the duration.
     Share(f64),
     /// A time before contact, s.
     Before(f64),
-    /// When the hand clearly moves: when an online system knows that it has started
-    /// ([`ReachOnset`](hwall_hand::ReachOnset)).
+    /// When the hand clearly moves: when an online system knows that it has started ([`ReachOnset`](hwall_hand::ReachOnset)).
     Started,
-    /// Once the touching point has gone this far from where it was first seen, m: a moment that can be told
-    /// online.
+    /// Once the touching point has moved this far from its first position, m: detectable online.
     Gone(f64),
 }
 
 impl Moment {
-    /// The usual ones, shares of the time first.
+    /// The default ones, shares of the duration first.
     pub fn all() -> impl Iterator<Item = Self> {
         let shares = SHARES.into_iter().map(Self::Share);
         shares.chain(BEFORE_S.into_iter().map(Self::Before))
@@ -65,8 +63,7 @@ impl Moment {
         }
     }
 
-    /// The frame of a reach at the moment: the last by then, or the first at which the hand has gone that far;
-    /// `None` in a reach that starts later.
+    /// The frame of a reach at the moment: the last by then, or the first at that distance; `None` if the reach starts later.
     #[must_use]
     pub fn frame(self, reach: &LabelledReach) -> Option<usize> {
         match self {
@@ -81,8 +78,7 @@ impl Moment {
         }
     }
 
-    /// The last of these times, s, that is not after the moment; `None` where all are later, and for a moment
-    /// that times do not tell.
+    /// Index of the last of these times, s, not after the moment; `None` if all are later, and for moments not defined by time.
     #[must_use]
     pub fn index(self, times_s: impl IntoIterator<Item = f64>, span: Span) -> Option<usize> {
         let Span { start_s, contact_s } = span;
@@ -97,7 +93,7 @@ impl Moment {
     }
 }
 
-/// Which samples of a reach are written: those of all moments, and the first of every 50 ms.
+/// Samples of a reach to write: those of all moments, and the first of every 50 ms.
 #[must_use]
 pub fn written(times_s: &[f64], span: Span) -> BTreeSet<usize> {
     let at = |m: Moment| m.index(times_s.iter().copied(), span);
@@ -134,7 +130,7 @@ mod tests {
         assert!((20..30).contains(&chosen.len()), "{chosen:?}");
         let steps = chosen.iter().zip(chosen.iter().skip(1));
         assert!(steps.map(|(a, b)| b - a).max().unwrap() <= 5);
-        // A reach that starts late is not judged early.
+        // A reach that starts late is not evaluated early.
         let late = times[80..].iter().copied();
         assert_eq!(Moment::Before(0.3).index(late, span), None);
         assert_eq!(written(&[], span).len(), 0);
@@ -150,7 +146,7 @@ mod tests {
         let frames = (0..=100).map(frame).collect();
         let mut short = LabelledReach::new(HandPoint::Index, frames, DVec3::ONE, 1.0);
         short.frames.drain(..80);
-        // A hand that has gone 0.1 m never goes ten, and moves from the first sample on.
+        // A hand that moves 0.1 m never moves ten, and moves from the first sample on.
         for (moment, frame) in [
             (Moment::Before(0.3), None),
             (Moment::Before(0.1), Some(10)),

@@ -1,14 +1,14 @@
-//! Averages of errors over reaches.
+//! Statistics of errors over reaches.
 
 use super::errors::{EstimateError, INTERVALS, REGIONS, Spread};
 use glam::DVec3;
 
-/// Averages over the reaches at one moment, or over several.
+/// Statistics over the reaches at one moment, or over several.
 #[derive(Debug, Clone, Copy)]
 pub struct Summary {
-    /// Estimates.
+    /// Number of estimates.
     pub count: usize,
-    /// Reaches without an estimate.
+    /// Number of reaches without an estimate.
     pub silent: usize,
     /// Median distance, m.
     pub median_m: f64,
@@ -16,28 +16,28 @@ pub struct Summary {
     pub mean_m: f64,
     /// 90 % of the distances are at most this, m.
     pub p90_m: f64,
-    /// Median distance along the surface, m, where the reaches tell its normal.
+    /// Median distance along the surface, m, if the reaches have a normal.
     pub along_m: Option<f64>,
     /// Mean error of each axis, m.
     pub axis_mean_m: DVec3,
     /// Largest error of each axis, m.
     pub axis_max_m: DVec3,
-    /// Boards missed.
+    /// Number of missed boards.
     pub missed: usize,
-    /// Share of the 50 % and 90 % intervals per axis that hold the truth.
+    /// Coverage of the 50 % and 90 % intervals per axis.
     pub intervals: Option<[f64; 2]>,
-    /// Share of the regions of [`REGIONS`] that hold the truth.
+    /// Coverage of the regions of [`REGIONS`].
     pub regions: Option<[f64; REGIONS.len()]>,
     /// Mean continuous ranked probability score per axis, m.
     pub crps_m: f64,
     /// Mean error of the time to contact, s.
     pub time_mean_s: Option<f64>,
-    /// Share of its 90 % intervals that hold the truth.
+    /// Coverage of its 90 % intervals.
     pub time_interval: Option<f64>,
 }
 
 impl Summary {
-    /// Over estimates; `None` stands for a reach without one. Without any estimate the figures are NaN.
+    /// Over estimates; `None` for a reach without one. Without any estimate the figures are NaN.
     #[must_use]
     pub fn of(errors: impl IntoIterator<Item = Option<EstimateError>>) -> Self {
         let (mut all, mut silent) = (Vec::new(), 0);
@@ -105,7 +105,7 @@ impl Summary {
         }
     }
 
-    /// Share of the 90 % regions that hold the truth; `None` where no covariance is stated.
+    /// Coverage of the 90 % regions; `None` without covariances.
     #[must_use]
     pub fn covered(&self) -> Option<f64> {
         let most = REGIONS.iter().position(|r| r.probability == 0.9)?;
@@ -113,7 +113,7 @@ impl Summary {
     }
 }
 
-/// The value below which the share `p` of sorted values lies, linear between neighbours; NaN of none.
+/// Quantile `p` of sorted values, interpolated linearly; NaN without values.
 fn quantile(sorted: &[f64], p: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else {
         return f64::NAN;

@@ -1,11 +1,11 @@
-//! A step of the learned estimator does not touch the heap.
+//! A step of the learned estimator does not allocate.
 
 use crate::reaches::reaches;
 use hwall_contact::{Combination, ContactEstimator, LearnedConfig, LearnedModel};
 use hwall_hand::{HandFrame, HandPoint};
 
-/// Samples after which nothing may be allocated any more: beginning a reach copies the primitive,
-/// and its copy grows one list at the first observation.
+/// Number of samples after which nothing may be allocated: beginning a reach copies the primitive, whose copy grows one list at the first
+/// observation.
 const FIRST: usize = 3;
 
 fn steps_allocate(combination: Combination, frames: &[HandFrame]) -> u64 {
@@ -55,7 +55,7 @@ fn steps_do_not_allocate_when_points_are_missing_or_the_reach_does_not_end() {
             frame.set_point(HandPoint::Palm, None);
         }
     }
-    // A hand that waits before the wall: more samples than are kept of a reach.
+    // A hand that waits in front of the wall: more samples than the track keeps.
     let last = frames[frames.len() - 1];
     frames.extend((1..=1500).map(|k| HandFrame {
         t_s: last.t_s + f64::from(k) / 90.0,

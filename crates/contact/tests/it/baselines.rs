@@ -1,4 +1,4 @@
-//! Estimators that a learned one must beat: exact where they should be, and always with an estimate.
+//! Baseline estimators: exact where they should be, and always with an estimate.
 
 use crate::common::{gaussian, minimum_jerk};
 use glam::DVec3;
@@ -11,8 +11,8 @@ use hwall_testkit::Sampler;
 
 type Trained = Box<dyn ContactEstimator>;
 
-/// A reach along a curve of the share of its time, sampled at uneven times: trackers drop frames. The
-/// palm is 0.1 m behind the index tip.
+/// A reach along a curve parametrised by the share of its time, sampled at uneven times, as trackers drop frames. The palm is 0.1 m behind the
+/// index tip.
 fn reach(duration_s: f64, curve: impl Fn(f64) -> DVec3) -> LabelledReach {
     let mut times = vec![3.0];
     while times[times.len() - 1] + 0.02 < 3.0 + duration_s {
@@ -109,7 +109,7 @@ fn constant_velocity_is_exact_on_a_uniform_motion_of_known_duration() {
         let left_s = line.contact_s - estimate.t_s;
         assert!((estimate.time_to_contact_s.unwrap().mean_s - left_s).abs() < 1e-12);
     }
-    // A single frame has no velocity; a hand that is late stays where it is.
+    // A single frame has no velocity; a late hand is predicted to stay where it is.
     estimator.begin();
     let first = estimator.step(&line.frames[0]).unwrap();
     assert_eq!(
@@ -154,7 +154,7 @@ fn minimum_jerk_is_exact_on_a_minimum_jerk_motion() {
         let off_s = left_s - (reach.contact_s - estimate.t_s);
         assert!(off_s.abs() < 5e-3, "{share}: {off_s}");
     }
-    // Longer and slower than any that it was trained with: what was seen wins.
+    // Longer and slower than any training reach: the samples outweigh the prior.
     let unusual = reach(1.0, |tau| minimum_jerk(tau) * DVec3::new(0.4, 0.3, 0.1));
     let estimate = after(&mut estimator, &unusual, 0.7);
     assert!(estimate.point_m.distance(unusual.contact_m) < 0.02);
@@ -162,7 +162,7 @@ fn minimum_jerk_is_exact_on_a_minimum_jerk_motion() {
 
 #[test]
 fn nearest_neighbours_find_the_demonstrations_of_the_same_kind() {
-    // Five ways, five demonstrations each, from other starts and at other times.
+    // Five paths, five demonstrations each, from other starts and at other times.
     let ways = [
         DVec3::X,
         DVec3::Y,
@@ -184,7 +184,7 @@ fn nearest_neighbours_find_the_demonstrations_of_the_same_kind() {
         let reach = of(way);
         for share in [0.3, 0.6, 1.0] {
             let estimate = after(&mut estimator, &reach, share);
-            // Demonstrations are kept at even times, on straight lines between uneven ones.
+            // Demonstrations are resampled at regular times, by linear interpolation.
             assert!(estimate.point_m.distance(reach.contact_m) < 2e-3, "{share}");
             check("nearest", &estimate);
         }
@@ -204,7 +204,7 @@ fn demonstrations_that_are_over_rest_where_they_ended() {
             let estimate = estimator.step(frame).unwrap();
             let now_m = frame.point(HandPoint::Index).unwrap();
             if frame.t_s > 3.45 {
-                // Nothing is left to the one, all of its way to the other.
+                // The one has nothing left, the other its whole displacement.
                 let expected_m = now_m + 0.5 * (far - now_m);
                 let off_m = estimate.point_m.distance(expected_m);
                 assert!(off_m < 1e-3, "{off_m} m at {} s", frame.t_s);
@@ -228,7 +228,7 @@ fn ridge_finds_an_end_that_is_linear_in_what_was_seen() {
 
 #[test]
 fn ridge_states_the_error_on_people_it_has_not_met() {
-    // Everybody reaches beyond what the motion says, each by a way of their own.
+    // All people overshoot the motion, each by a personal amount.
     let mut sampler = Sampler::new(6);
     let sd = DVec3::new(0.02, 0.05, 0.01);
     let mut all: Vec<LabelledReach> = Vec::new();
@@ -244,7 +244,7 @@ fn ridge_states_the_error_on_people_it_has_not_met() {
     let estimate = after(&mut estimator, &all[0], 0.5);
     let c = estimate.covariance_m2.unwrap();
     let stated = DVec3::new(c.x_axis.x, c.y_axis.y, c.z_axis.z).map(f64::sqrt);
-    // 24 people: their deviation is known to a seventh or so.
+    // 24 people: their standard deviation is known to about a seventh.
     let ratio = (stated / sd).to_array();
     assert!(ratio.iter().all(|r| (0.6..1.6).contains(r)), "{ratio:?}");
 }
@@ -264,8 +264,7 @@ fn a_missing_finger_is_bridged_by_the_palm() {
     for (name, mut estimator) in trained(&training) {
         for share in [0.0, 0.4, 1.0] {
             let expected = after(&mut *estimator, whole, share);
-            // The palm keeps its distance, so it tells as much; where the finger was never seen, by the
-            // distance in training.
+            // The palm keeps its distance and is equally informative; if the finger was never seen, the distance from training is used.
             for other in [&gaps, &none] {
                 let estimate = after(&mut *estimator, other, share);
                 let off_m = estimate.point_m.distance(expected.point_m);
@@ -371,7 +370,7 @@ fn too_little_to_learn_from_is_an_error_or_enough() {
             }
         }
     }
-    // Eight that are all the same: no feature says anything, no division by zero.
+    // Eight identical reaches: no feature is informative, and nothing is divided by zero.
     let same = vec![one[0].clone(); 8];
     for (name, mut estimator) in trained(&same) {
         check(name, &after(&mut *estimator, &one[0], 0.5));

@@ -1,5 +1,4 @@
-//! What the fused predictor says of itself is true: an estimator that knows its own error, seen
-//! through rooms of 1, 3, 6 and 12 surfaces.
+//! The stated uncertainty of the fused predictor is right: an estimator with a known error in rooms of 1, 3, 6 and 12 surfaces.
 
 use crate::common::{
     ELSEWHERE, ELSEWHERE_RAD, EYE, Fused, blurred, error, following_the_motion, gaussian, gaze_at,
@@ -16,7 +15,7 @@ struct Tally {
     right: f64,
     /// Sums of stated probability, of hits, and counts, by tenths of the stated probability.
     bins: [[f64; 3]; 10],
-    /// How many contacts lie in the 90 % region, of those on the first surface.
+    /// Number of contacts in the 90 % region, of those on the first surface.
     inside: f64,
     raw_m: Vec<f64>,
     fused_m: Vec<f64>,
@@ -40,7 +39,7 @@ fn tally(surfaces: usize, sd_m: DVec3, with_gaze: bool, reaches: usize) -> Tally
             model.on_target_sd_rad
         };
         gaze.direction = blurred(&mut sampler, gaze.direction, spread_rad);
-        // The tracker is registered to the scene with an error, which shifts all it says.
+        // The registration of the tracker to the scene has an error, which shifts everything.
         let shift_m = gaussian(&mut sampler) * config.registration_sd_m;
         gaze.origin_m += shift_m;
         let mut fused = Fused::new(config.clone());
@@ -87,7 +86,7 @@ fn stated_probabilities_are_frequencies_and_regions_hold_what_they_say() {
         for with_gaze in [false, true] {
             for surfaces in [1, 3, 6, 12] {
                 let t = tally(surfaces, sd, with_gaze, 1500);
-                // How far a look is from the motion counts only roughly.
+                // The distance of a fixation from the motion only counts roughly.
                 let (rough, most) = if with_gaze {
                     (0.08, 0.98)
                 } else {
@@ -95,8 +94,8 @@ fn stated_probabilities_are_frequencies_and_regions_hold_what_they_say() {
                 };
                 let inside = t.inside / t.right;
                 let (raw, fused) = (mean(&t.raw_m), mean(&t.fused_m));
-                // Surfaces that hold little of the Gaussian are seen by few rays, hence the bound
-                // beside three standard deviations of the count.
+                // Surfaces with a small part of the Gaussian are met by few rays, hence the tolerance in addition to three standard deviations of
+                // the count.
                 for [stated, hits, count] in t.bins.into_iter().filter(|b| b[2] >= 50.0) {
                     let (p, f) = (stated / count, hits / count);
                     let allowed = 3.0 * (p * (1.0 - p) / count).sqrt() + rough;

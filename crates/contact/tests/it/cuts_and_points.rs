@@ -1,4 +1,4 @@
-//! Reaches that somebody else has cut, and points of the arm that a tracker names.
+//! Reaches with external segmentation, and named points of the arm.
 
 use crate::common::{gaussian, minimum_jerk};
 use crate::learned::reaches_of;
@@ -10,7 +10,7 @@ use std::sync::LazyLock;
 
 const PERIOD_S: f64 = 1.0 / 90.0;
 
-/// With the index tip alone; the elbow goes where the hand will end, and is there at half the time.
+/// With the index tip alone; the elbow moves to where the hand will end, in half the time.
 fn reaches(seed: u64, people: usize, each: usize) -> Vec<LabelledReach> {
     reaches_of(seed, (people, each), |sampler, tau, [from, to, tip_m]| {
         let mut frame = HandFrame::empty(0.0);
@@ -28,7 +28,7 @@ fn without_elbow(mut all: Vec<LabelledReach>) -> Vec<LabelledReach> {
     all
 }
 
-/// With a rest before it, in which the hand trembles.
+/// With a rest before it, with hand tremor.
 fn rested(mut reach: LabelledReach, rest_s: f64, sampler: &mut Sampler) -> LabelledReach {
     let first = reach.frames[0];
     let count = (rest_s / PERIOD_S) as usize;
@@ -126,7 +126,7 @@ fn a_point_of_the_arm_is_used_where_it_tells_more_and_may_come_and_go() {
     let alone_m = mean_error_m(&MODEL, &without_elbow(test.clone()), 0.3);
     let helped_m = mean_error_m(&model, &test, 0.3);
     assert!(helped_m < 0.8 * alone_m, "{alone_m} {helped_m}");
-    // It is lost, found, NaN and gone for good: never a gap or a number that is none.
+    // It is lost, found, NaN and gone for good: estimates never stop or become invalid.
     let mut estimator = model.estimator();
     for reach in &test {
         estimator.begin();
@@ -160,11 +160,11 @@ fn where_a_decisive_point_stays_away_the_others_answer_less_sure() {
             "{share}: {without:?} {usual:?}"
         );
     }
-    // It decides.
+    // It is decisive.
     assert!(judged(&full, &seen, 0.5).0 < 0.6 * judged(&full, &away, 0.5).0);
 }
 
-/// Everything is 5 cm further to the side than it was learnt, and a touch is told of when the next reach may already have begun.
+/// Everything is 5 cm further to the side than in training, and touches are reported when the next reach may already have begun.
 #[test]
 fn a_touch_teaches_the_model_that_answered() {
     let full = trained(&reaches(31, 6, 10));
@@ -223,12 +223,12 @@ fn a_decisive_point_that_comes_late_or_goes_is_used_while_it_is_known() {
         all
     };
     let whole = judged(&full, &seen, 0.7);
-    // What it did before is not known when it comes in the middle, so regions are somewhat too small then: 72 %.
+    // The samples before the cut are unknown, so the regions are somewhat too small: 72 %.
     for (from, to) in [(0.0, 0.03), (0.0, 0.35), (0.2, 0.25), (0.4, 0.5)] {
         let now = judged(&full, &hidden(from, to), 0.7);
         assert!(now.0 < 1.6 * whole.0 + 2e-3 && now.1 > 0.65);
     }
-    // In a dropout of a few frames at the start nothing changes hands.
+    // A dropout of a few frames at the start does not switch to the smaller model.
     let mut estimator = full.estimator();
     for reach in hidden(0.0, 0.05) {
         estimator.begin();

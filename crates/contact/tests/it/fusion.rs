@@ -9,7 +9,7 @@ use hwall_hand::GazeRay;
 use hwall_scene::{Scene, SurfaceId};
 use hwall_testkit::{Tol, assert_close};
 
-/// Without a say of the direction of motion, registered without error.
+/// Without influence of the direction of motion, and without registration error.
 fn by_estimate() -> Fused {
     Fused::new(FusedConfig {
         registration_sd_m: 0.0,
@@ -37,7 +37,7 @@ fn an_estimate_off_the_wall_is_brought_to_it_by_its_covariance() {
     let sidecar = "[surface.wall]\nroughness = 0.4\n";
     let scene = scene(&[("wall", WALL)], Some(sidecar));
     let state = (DVec3::new(0.2, 0.0, 1.2), DVec3::X);
-    // Depth and height err together: 5 cm too deep is 2.5 cm too high.
+    // Errors in depth and height are correlated: 5 cm too deep is 2.5 cm too high.
     let c = DMat3::from_cols_array(&[0.0025, 0.0, 0.00125, 0.0, 0.0004, 0.0, 0.00125, 0.0, 0.0012]);
     let mut fused = by_estimate();
     let answers = fused.see(&scene, state, Some((DVec3::new(0.75, 0.1, 1.3), c)), None);
@@ -47,7 +47,7 @@ fn an_estimate_off_the_wall_is_brought_to_it_by_its_covariance() {
     assert_close!(p.normal, DVec3::NEG_X, Tol::abs(1e-12));
     assert_close!(p.distance_m, 0.5, Tol::abs(1e-12));
     let c = p.covariance_m2.unwrap();
-    // Registered without error, the wall is where it is to a millimetre.
+    // Without registration error, the wall position is known to a millimetre.
     assert_close!(c.x_axis, DVec3::X * 1e-6, Tol::abs(1e-12));
     assert_close!(c.y_axis.y, 0.0004, Tol::abs(2e-6));
     assert_close!(c.z_axis.z, 0.0012 - 0.00125 * 0.5, Tol::abs(2e-6));
@@ -60,7 +60,7 @@ fn an_estimate_off_the_wall_is_brought_to_it_by_its_covariance() {
 
 #[test]
 fn failure_gaze_misses_the_object() {
-    // A post as wide as a hand; the gaze passes it by 5 degrees and meets the wall behind.
+    // A post as wide as a hand; the gaze misses it by 5 degrees and meets the wall behind.
     let scene = scene(
         &[
             ("wall", front(1.2, [-1.0, 1.0], [0.0, 2.0])),
@@ -81,7 +81,7 @@ fn failure_gaze_misses_the_object() {
 
 #[test]
 fn failure_the_object_is_occluded() {
-    // The eye sees a panel before the wall that the hand, beside the panel, is going to touch.
+    // The eye sees a panel in front of the wall; the hand, beside the panel, is going to touch the wall.
     let scene = scene(
         &[
             ("wall", WALL),
@@ -145,7 +145,7 @@ fn failure_two_surfaces_meet_in_a_corner() {
     let corner = DVec3::new(0.7, 0.5, 1.2);
     let start = DVec3::new(0.2, 0.0, 1.2);
     let aimed = |aside_m: f64| {
-        // From 6 cm on one wall round the corner to 6 cm on the other; the gaze goes along.
+        // From 6 cm on one wall around the corner to 6 cm on the other; the gaze moves along.
         let target_m = corner - DVec3::new(aside_m.max(0.0), (-aside_m).max(0.0), 0.0);
         let state = (start, (target_m - start).normalize());
         let estimate = Some((target_m, ball(0.03)));
@@ -154,13 +154,13 @@ fn failure_two_surfaces_meet_in_a_corner() {
         let [front, side] = ["front", "side"].map(|name| probability(&scene, answers, name));
         (front, side, answers.to_vec())
     };
-    // Sure away from the corner, undecided in it, and no leap between.
+    // Certain away from the corner, undecided in it, without a jump in between.
     assert!(aimed(-0.1).0 > 0.97 && aimed(0.1).1 > 0.97);
     let (front, side, answers) = aimed(0.0);
     for half in [front, side] {
         assert!((half - 0.5).abs() < 0.15, "{front} {side}");
     }
-    // Both answers lie in the corner: whichever is right, the board is not far.
+    // Both answers are in the corner: whichever is right, the board is near.
     assert!(answers.iter().all(|a| a.point_m.distance(corner) < 0.05));
     let mut before = aimed(-0.1).0;
     for i in -19..=20 {
@@ -185,7 +185,7 @@ fn what_cannot_be_touched_bars_the_way_but_what_is_or_was_looked_at_is_thought_o
     let answers = fused.see(&scene, state, estimate, None);
     assert_eq!(Some(answers[0].surface), scene.find("post"));
     assert_eq!(probability(&scene, answers, "glass"), 0.0);
-    // The hand may go round; in the end the eyes see nothing that could be touched.
+    // The hand may go round; at the end the eyes see nothing touchable.
     let eye_m = DVec3::new(0.3, 0.0, 2.6);
     let at_wall = gaze_at(eye_m, DVec3::new(0.7, 0.05, 1.3));
     let away = gaze_at(eye_m, DVec3::new(0.3, 2.0, 2.8));
@@ -245,7 +245,7 @@ fn a_hand_at_rest_is_told_by_the_gaze_or_by_what_is_near() {
     );
     assert!(p.point_m.distance(meant) < 0.08 && p.time_to_contact_s.is_none());
     assert!((0.7..0.99).contains(&p.probability), "{p:?}");
-    // Without a gaze there is only what is near.
+    // Without gaze only nearby surfaces are predicted.
     let p = fused().see(&scene, (DVec3::new(0.4, 0.2, 1.5), DVec3::ZERO), None, None)[0];
     assert_eq!(
         (Some(p.surface), p.source),
@@ -293,7 +293,7 @@ fn an_estimate_wrong_by_many_deviations_in_depth_is_not_sure_of_the_rest() {
         let p = by_estimate().see(&scene, state, Some((at, ball(0.02))), None)[0];
         p.covariance_m2.unwrap().y_axis.y.sqrt()
     };
-    // Up to three deviations are what an estimate states; ten make 1 + (100 - 9) / 5 times the variance.
+    // Up to three standard deviations the stated covariance applies; ten give 1 + (100 - 9) / 5 times the variance.
     assert_close!(sd_m(0.02), 0.02, Tol::abs(1e-4));
     assert_close!(sd_m(0.05), 0.02, Tol::abs(1e-4));
     let more_m = 0.02 * (1.0 + 91.0_f64 / 5.0).sqrt();

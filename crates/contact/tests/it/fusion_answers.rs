@@ -1,4 +1,4 @@
-//! What holds for every answer of the fused predictor, and its settings.
+//! Invariants of every answer of the fused predictor, and its settings.
 
 use crate::common::{
     EYE, Fused, Scripted, WALL, ball, error, fused, gaze_at, hand, room, scene, target,
@@ -74,7 +74,7 @@ fn every_covariance_is_symmetric_and_positive_definite() {
             ..FusedConfig::default()
         });
         for _ in 0..10 {
-            // From a needle to a ball, at rest and under way.
+            // From needle-shaped to spherical covariances, at rest and under way.
             let sd_m = DVec3::new(0.0, sampler.uniform(0.0, 0.01), sampler.uniform(0.0, 0.5));
             let (off_m, covariance) = error(&mut sampler, sd_m);
             let velocity = sampler.unit_vector() * [0.0, 1.0][sampler.index(2)];
@@ -88,7 +88,7 @@ fn every_covariance_is_symmetric_and_positive_definite() {
                     continue;
                 };
                 assert_eq!(c, c.transpose());
-                // Squares of the diagonal of a Cholesky factor: the smallest is no eigenvalue but has its sign.
+                // Squared diagonal of a Cholesky factor: the smallest entry is not an eigenvalue but has its sign.
                 let a = c.x_axis.x;
                 let b = c.y_axis.y - c.x_axis.y.powi(2) / a;
                 let pivots = [a, b, c.determinant() / (a * b)];

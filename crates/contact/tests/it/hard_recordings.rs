@@ -1,4 +1,4 @@
-//! Recordings as they come: whatever can be read is learnt from, and no estimate is NaN.
+//! Difficult recordings: anything readable can be used for training, and no estimate is NaN.
 
 use crate::common::{gaussian, minimum_jerk};
 use crate::learned::reaches_of;
@@ -8,7 +8,7 @@ use hwall_contact::{ContactEstimator, LearnedConfig, LearnedModel};
 use hwall_hand::{HandFrame, HandPoint, LabelledReach};
 use hwall_testkit::Sampler;
 
-/// The palm and the head are tracked as well.
+/// Palm and head are also tracked.
 fn reaches(seed: u64, people: usize, each: usize) -> Vec<LabelledReach> {
     reaches_of(seed, (people, each), |sampler, tau, [_, _, tip_m]| {
         let tip_m = tip_m + 7e-4 * gaussian(sampler);
@@ -21,7 +21,7 @@ fn reaches(seed: u64, people: usize, each: usize) -> Vec<LabelledReach> {
     })
 }
 
-/// Elsewhere by so much.
+/// Offset from the training place.
 fn shifted(reach: &mut LabelledReach, by_m: DVec3) {
     for frame in &mut reach.frames {
         for point in [HandPoint::Index, HandPoint::Palm] {
@@ -36,7 +36,7 @@ fn samples(all: &[LabelledReach]) -> usize {
     all.iter().map(|reach| reach.frames.len()).sum()
 }
 
-/// Learns from some reaches and follows others, told of each touch; every number must be finite.
+/// Trains on some reaches and follows others, with touch feedback; every number must be finite.
 fn follow(known: &[LabelledReach], others: &[LabelledReach]) -> usize {
     let model = LearnedModel::train(known, &LearnedConfig::default()).expect("learnt from");
     let mut estimator = model.estimator();
@@ -81,7 +81,7 @@ fn points_that_come_and_go() {
     let known = holes(reaches(1, 4, 8), &mut sampler);
     let others = holes(reaches(3, 2, 4), &mut sampler);
     assert!(follow(&known, &others) > 300);
-    // A head that was always there, and then never again.
+    // A head that was always tracked, and then never again.
     let mut blind = reaches(4, 1, 2);
     blind
         .iter_mut()
@@ -95,7 +95,7 @@ fn people_of_one_touch_and_sessions_of_one_reach() {
     let known = reaches(5, 12, 1);
     let test = reaches(6, 3, 1);
     assert_eq!(follow(&known, &test), samples(&test));
-    // One person with nearly everything, others with a single touch.
+    // One person with nearly all reaches, others with a single touch.
     let mut uneven = reaches(7, 1, 12);
     let late = reaches(8, 3, 1).into_iter().enumerate();
     uneven.extend(late.map(|(k, r)| r.by(format!("late {k}"), "0")));
@@ -127,7 +127,7 @@ fn coordinates_that_never_change() {
 fn clocks_that_jump() {
     let mut jumping = reaches(13, 3, 5);
     for (k, reach) in jumping.iter_mut().enumerate() {
-        // A pause of minutes in the middle, and clocks that begin anywhere.
+        // A pause of minutes in the middle, and arbitrary clock offsets.
         let start_s = [0.0, 1.7e9, -40.0][k % 3];
         let pause_s = [0.0, 200.0, 1e-9][k % 3];
         for (i, frame) in reach.frames.iter_mut().enumerate() {
@@ -156,7 +156,7 @@ fn touches_far_away_or_not_a_number_are_survived() {
         estimator.touched(wrong_m, reach.contact_s);
     }
     assert_eq!(estimator.touches(), 2);
-    // Forgotten is forgotten.
+    // After `forget`, nothing is left.
     estimator.forget();
     let fresh = &mut model.estimator();
     estimator.begin();
@@ -190,7 +190,7 @@ fn a_room_that_moves_is_noticed_and_followed_within_a_few_touches() {
         Evaluation::run(&all, &split, tell, train).expect("good")
     };
     let (silent, told) = (run(false), run(true));
-    // At 90 % of the time both are within the noise of the tracker.
+    // At 90 % of the time both are within tracker noise.
     for (share, better) in [(0.5, 0.8), (0.7, 0.4), (0.9, 2.0)] {
         let late = |e: &Evaluation| e.among(|r| r.reach >= 84, |m| m == Moment::Share(share));
         let (silent, told) = (late(&silent), late(&told));

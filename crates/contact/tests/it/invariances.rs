@@ -1,4 +1,4 @@
-//! What is predicted depends on neither place, heading, and order of the surfaces of a room nor on the clock.
+//! Predictions depend neither on the place, heading and surface order of a room nor on the clock.
 
 use crate::common::{Quad, ball, fused, gaze_at, hand, minimum_jerk, room, scene, target};
 use crate::learned::{follow, reaches};
@@ -11,7 +11,7 @@ use hwall_hand::{Gaze, HandFrame};
 use hwall_scene::Scene;
 use hwall_testkit::Sampler;
 
-/// A world as it is seen from elsewhere.
+/// A world in another frame.
 #[derive(Clone, Copy)]
 struct View {
     linear: DMat3,
@@ -44,7 +44,7 @@ impl View {
 
 type Said = Vec<(String, ContactPrediction)>;
 
-/// What is said of some reaches in a room: by fusion, and by the hand alone.
+/// Predictions for some reaches in a room: by fusion, and by the hand alone.
 fn said(view: &View) -> Vec<[Said; 2]> {
     let (here, there) = (View::PLAIN.scene(), view.scene());
     let quads: Vec<(&str, Quad)> = room(12);
@@ -83,7 +83,7 @@ fn said(view: &View) -> Vec<[Said; 2]> {
     said
 }
 
-/// Surfaces that are less probable than `share` may be named or not; points agree within `close_m`.
+/// Surfaces below the probability `share` may be missing; points agree within `close_m`.
 fn compare(name: &str, view: View, share: f64, close_m: f64) {
     let usual = said(&View::PLAIN);
     assert!(usual.len() > 40);

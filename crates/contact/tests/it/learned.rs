@@ -1,4 +1,4 @@
-//! The learned estimator on reaches whose truth is planted.
+//! The learned estimator on simulated reaches.
 
 use crate::common::{gaussian, minimum_jerk};
 use glam::{DMat3, DVec3};
@@ -9,8 +9,8 @@ use hwall_hand::{HandFrame, HandPoint, LabelledReach};
 use hwall_testkit::Sampler;
 use std::sync::OnceLock;
 
-/// Reaches of half a metre to a wall at x = 0, minimum jerk with a bow, by people who differ. The frames are made from the share of
-/// the time, the start, the end and the place of the tip.
+/// Reaches of half a metre to a wall at x = 0, minimum jerk with curvature, by people who differ. A function makes the frames from the share of the
+/// time, the start, the end and the tip position.
 pub(crate) fn reaches_of(
     seed: u64,
     (people, each): (usize, usize),
@@ -45,7 +45,7 @@ pub(crate) fn reaches_of(
     all
 }
 
-/// Of the index tip and the palm.
+/// Index tip and palm.
 pub(crate) fn reaches(seed: u64, people: usize, each: usize) -> Vec<LabelledReach> {
     reaches_of(seed, (people, each), |sampler, _, [_, _, tip_m]| {
         frame(0.0, tip_m + 7e-4 * gaussian(sampler))
@@ -149,10 +149,10 @@ fn what_is_sure_along_the_normal_of_a_wall_is_said_to_be() {
         least_sure += covariance.y_axis.y.max(covariance.z_axis.z);
         held += f64::from(last.distance_squared(test.contact_m).expect("learnt") <= 6.251);
     }
-    // All contacts lie on x = 0, half way estimates are off it by 6 mm (rms) and say 11 mm, and along the wall they say 29 mm. They do
-    // not say less across because one shape holds for all reaches, along the way of each: ways that are at up to 35 degrees to the
-    // normal turn some of what is unsure along the wall into it. Axes of the room would say less across the wall, and are chosen
-    // where they make all held-out contacts more probable; here they do not.
+    // All contacts are on x = 0; halfway, estimates are off it by 6 mm (rms) and state 11 mm, and 29 mm along the wall. They do not state less
+    // across because one covariance shape holds for all reaches, along the path of each: paths at up to 35 degrees to the normal rotate some of the
+    // uncertainty along the wall into it. Room axes would state less across the wall, and are chosen if they make all held-out contacts more
+    // probable; here they do not.
     assert!(across < 0.18 * least_sure, "{across} of {least_sure}");
     assert!(across > off && across < 4.5 * off, "{across} for {off}");
     let held = held / tests.len() as f64;
@@ -204,7 +204,7 @@ fn samples_that_say_nothing_get_no_answer_and_do_no_harm() {
             let infinite = frame(f.t_s + 1e-3, DVec3::INFINITY);
             let empty = HandFrame::empty(f.t_s + 1e-3);
             for blind in [nan, infinite, empty] {
-                // The last answer stands.
+                // The last answer is kept.
                 let answer = disturbed.step(&blind).expect("a short gap");
                 assert_eq!(answer.point_m, expected.expect("tracked").point_m);
             }
@@ -248,7 +248,7 @@ fn the_same_reach_again_gets_the_same_answers() {
     assert_eq!(again, first);
 }
 
-/// The reach with the tip elsewhere in each frame.
+/// The reach with the tip shifted in each frame.
 fn moved(mut reach: LabelledReach, mut to_m: impl FnMut(DVec3) -> DVec3) -> LabelledReach {
     for f in &mut reach.frames {
         *f = frame(f.t_s, to_m(f.point(HandPoint::Index).expect("made so")));
@@ -256,7 +256,7 @@ fn moved(mut reach: LabelledReach, mut to_m: impl FnMut(DVec3) -> DVec3) -> Labe
     reach
 }
 
-/// How far answers are off those of the model of all tests, for a model learnt from changed reaches, m.
+/// Difference between the answers of a model trained on changed reaches and of the common model, m.
 fn most_apart_m(
     mut change: impl FnMut(LabelledReach) -> LabelledReach,
     back: impl Fn(DVec3) -> DVec3,
@@ -286,7 +286,7 @@ fn ten_kilometres_from_the_origin() {
     assert!(apart_m < 1e-6, "{apart_m} m");
 }
 
-/// Samples on the ticks of one clock lie on thresholds between others of them: rounding must not choose the side.
+/// With a regular clock, samples lie on thresholds between other samples: rounding must not choose the side.
 #[test]
 fn rounding_of_the_samples_decides_nothing() {
     let mut sampler = Sampler::new(3);
@@ -295,7 +295,7 @@ fn rounding_of_the_samples_decides_nothing() {
     assert!(apart_m < 1e-5, "{apart_m} m");
 }
 
-/// The same reaches in 1.8 times the time.
+/// The same reaches slowed down by 1.8.
 fn slowed(mut reaches: Vec<LabelledReach>) -> Vec<LabelledReach> {
     for reach in &mut reaches {
         reach.contact_s *= 1.8;
@@ -313,7 +313,7 @@ fn hands_slower_than_all_that_were_learnt_from_are_foreseen_by_another_pace() {
         ..LearnedConfig::default()
     };
     let paced = LearnedModel::train(&known, &config).expect("good reaches");
-    // A copy is no experience.
+    // A copy does not count as another reach.
     assert_eq!(paced.reaches(), known.len());
     let made = model(Combination::Both);
     let error_m = |model: &LearnedModel| {
@@ -370,7 +370,7 @@ fn all_reaches_alike_leave_no_singular_equations() {
     let mut estimator = model.expect("alike is no fault").estimator();
     let last = *follow(&mut estimator, &one.frames).last().expect("tracked");
     assert!(last.point_m.distance(one.contact_m) < 1e-3);
-    // The noise of a good tracker is the least that is ever claimed.
+    // The noise of a good tracker is the lowest stated error.
     let covariance = last.covariance_m2.expect("learnt");
     for axis in 0..3 {
         assert!(
@@ -426,7 +426,7 @@ fn what_cannot_be_learnt_from_is_refused_by_name() {
 
 #[test]
 fn covariances_are_in_the_frame_of_the_samples() {
-    // Seen in a frame turned about z, everything turns with it.
+    // In a frame rotated about z, everything rotates with it.
     let turn = DMat3::from_rotation_z(0.7);
     let turned = |mut reach: LabelledReach| {
         for f in &mut reach.frames {
@@ -490,7 +490,7 @@ fn where_the_gaze_stays_away_the_model_without_it_answers() {
     let without = LearnedModel::train(&blind(known), &config).expect("good");
     let seen = of(2, true);
     assert!(mean_error_m(&with, &seen, 0.3) < 0.6 * mean_error_m(&without, &seen, 0.3));
-    // Also after a model has been to a file and back.
+    // Also after saving and loading the model.
     let kept = LearnedModel::from_json(&with.to_json()).expect("what was written");
     let [mut a, mut b] = [&kept, &without].map(LearnedModel::estimator);
     for reach in blind(seen) {

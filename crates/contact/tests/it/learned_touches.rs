@@ -1,4 +1,4 @@
-//! What the learned estimator takes from the touches of the person in front of it.
+//! Adaptation of the learned estimator to a person's touches.
 
 use crate::common::gaussian;
 use crate::learned::{follow, reaches};
@@ -9,7 +9,7 @@ use hwall_testkit::Sampler;
 use std::ops::Range;
 use std::sync::OnceLock;
 
-/// Some hurry first and others at the end, always: the same hand has more way and more time left in one case than in the other.
+/// Some people are fast first and others at the end, consistently: the same hand has more distance and time left in one case than in the other.
 #[test]
 fn what_is_a_persons_own_is_learnt_from_touches() {
     let of_person = |seed: u64, each: usize| -> Vec<LabelledReach> {
@@ -49,7 +49,7 @@ fn what_is_a_persons_own_is_learnt_from_touches() {
     assert!(told_s < time_s, "{time_s} {told_s}");
 }
 
-/// Reaches of a person who bows to a side of their own, up, down, left or right; the same half way means different ends.
+/// Reaches of people with a personal direction of curvature, up, down, left or right; the same first half leads to different ends.
 fn bowed(seed: u64, each: usize, size: f64) -> Vec<LabelledReach> {
     let mut made = reaches(seed, 1, each);
     let mut sampler = Sampler::new(seed);
@@ -69,7 +69,7 @@ fn bowed(seed: u64, each: usize, size: f64) -> Vec<LabelledReach> {
     made
 }
 
-/// The model of twelve people who bow, trained once for all tests.
+/// The model of twelve people with such curvature, trained once for all tests.
 fn model_of_bows() -> &'static LearnedModel {
     static MODEL: OnceLock<LearnedModel> = OnceLock::new();
     MODEL.get_or_init(|| {
@@ -79,7 +79,7 @@ fn model_of_bows() -> &'static LearnedModel {
     })
 }
 
-/// From the 20th touch on all contacts are 8 cm beside where the hand seems to go, as after a tracker was moved.
+/// From the 20th touch on all contacts are 8 cm beside the apparent target, as after a tracker was moved.
 #[test]
 fn a_room_that_has_moved_is_followed_at_all_times_left() {
     let model = model_of_bows();

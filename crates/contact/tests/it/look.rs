@@ -1,4 +1,4 @@
-//! What a look says about the next contact is learnt from people, and told while it lasts.
+//! The information of a fixation about the next contact is learned from people, and used during the fixation.
 
 use crate::common::{self, EYE, ball, blurred, gaussian, gaze_at, minimum_jerk, scene};
 use glam::DVec3;
@@ -9,7 +9,7 @@ use hwall_testkit::{Sampler, Tol, assert_close};
 const REST: DVec3 = DVec3::new(0.0, 0.0, 1.2);
 const PERIOD_S: f64 = 1.0 / 90.0;
 
-/// Knows only that a reach ends somewhere on the wall.
+/// Only predicts that a reach ends somewhere on the wall.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Vague;
 
@@ -24,16 +24,16 @@ impl ContactEstimator for Vague {
     }
 }
 
-/// How somebody looks before a reach.
+/// Gaze behaviour before a reach.
 #[derive(Debug, Clone, Copy)]
 struct Habits {
-    /// Looks at places that are not touched, before each touch.
+    /// Number of fixations on places that are not touched, before each touch.
     glances: usize,
-    /// How long each lasts, s.
+    /// Duration of each, s.
     glance_s: [f64; 2],
-    /// How long the eyes rest ahead before, s.
+    /// Duration of the preceding fixation straight ahead, s.
     ahead_s: f64,
-    /// How long the look at the target precedes the hand, s.
+    /// Lead of the fixation on the target before the hand, s.
     lead_s: f64,
 }
 
@@ -45,7 +45,7 @@ fn person(habits: &Habits, touches: usize, seed: u64) -> (Vec<HandFrame>, Vec<St
         let mut places = Sampler::new(seed + 1000);
         move || DVec3::new(0.7, places.uniform(-0.5, 0.5), places.uniform(0.9, 1.5))
     };
-    // What is looked at from when on, and from where to where the hand moves when.
+    // Fixations with their start times, and hand movements with start and end.
     let (mut looks, mut ways, mut contacts) = (vec![(0.0, ahead)], Vec::new(), Vec::new());
     let mut t_s = 0.0;
     for _ in 0..touches {
@@ -122,7 +122,7 @@ const GLANCING: Habits = Habits {
 fn how_long_a_look_precedes_a_reach_is_learnt() {
     let steady = model_of(&STEADY);
     assert_eq!(steady.touches, 96);
-    // Who looks at one thing and touches it looks at a target when the look is young, and ahead when it is old.
+    // For a person who looks at one thing and touches it, a young fixation is on the target, and an old one straight ahead.
     let now = |model: &EvidenceModel, age_s: f64, cue: Option<f64>| {
         model.shares(ReachPhase::Rest, Some(age_s), cue)[EvidenceSource::Look as usize]
     };
@@ -131,7 +131,7 @@ fn how_long_a_look_precedes_a_reach_is_learnt() {
         "{steady:?}"
     );
     assert!(now(&steady, 1.5, Some(1.0)) < 0.1);
-    // Of four looks of a person who glances around one is meant, and it is the one that lasts. The oldest are ahead.
+    // Of four fixations of a person who glances around, the longest is on the target. The oldest are straight ahead.
     let glancing = model_of(&GLANCING);
     assert!(now(&glancing, 0.05, Some(0.0)) < 0.4, "{glancing:?}");
     assert!(
@@ -139,7 +139,7 @@ fn how_long_a_look_precedes_a_reach_is_learnt() {
         "{glancing:?}"
     );
     assert!(now(&glancing, 1.5, Some(1.0)) < 0.2, "{glancing:?}");
-    // On the way the hand follows what is looked at.
+    // While moving, the hand follows the fixated place.
     for model in [&steady, &glancing] {
         let on_the_way = model.shares(ReachPhase::UnderWay, Some(0.8), Some(0.0));
         let looked_at = [EvidenceSource::MotionAndLook, EvidenceSource::Look];
@@ -195,7 +195,7 @@ fn what_a_look_means_is_told_while_it_lasts() {
         let c = last.covariance_m2.unwrap();
         (c.y_axis.y + c.z_axis.z).sqrt()
     };
-    // The longer a person who glances around looks at a place, the surer it is.
+    // The longer a person who glances around fixates a place, the more certain it is.
     let [young_m, old_m] = [0.1, 0.6].map(|age_s| sd_m_at(age_s, target_m));
     assert!(old_m < 0.8 * young_m, "{young_m} {old_m}");
 }
@@ -246,7 +246,7 @@ fn the_filter_and_the_fusion_together_are_right_soon_after_the_landing() {
                 gaze: gaze.step(frame.t_s, frame.gaze_ray().as_ref()),
             };
             let first = predictor.predict(&scene, &input).first().copied();
-            // From 0.1 s after the landing to the contact; the look leads the hand by 0.35 s, which needs 0.7 s.
+            // From 0.1 s after the landing to the contact; the gaze leads the hand by 0.35 s, and the hand takes 0.7 s.
             let due = contacts
                 .iter()
                 .find(|c| (c.contact_s - 0.95..c.contact_s).contains(&frame.t_s));

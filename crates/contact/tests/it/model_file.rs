@@ -1,4 +1,4 @@
-//! Files of learned models: the same answers bit by bit, and every damage an error.
+//! Files of learned models: bit-identical answers, and an error for every damage.
 
 use crate::common::damaged;
 use crate::reaches::reaches;
@@ -17,7 +17,7 @@ fn trained(change: impl Fn(&mut LearnedConfig, &mut Vec<LabelledReach>)) -> Lear
     LearnedModel::train(&known, &config).expect("good reaches")
 }
 
-/// Few numbers: what is broken in many ways should be short.
+/// A small model, so that tests with many kinds of damage are fast.
 static SMALL: LazyLock<String> = LazyLock::new(|| {
     trained(|config, known| {
         config.regions = Some(2);
@@ -36,7 +36,7 @@ static SMALL: LazyLock<String> = LazyLock::new(|| {
     .to_json()
 });
 
-/// To hands of which everything is seen, and to those of which the touching point alone is.
+/// Answers to fully visible hands, and to hands with only the touching point.
 fn answers(model: &LearnedModel) -> Vec<ContactEstimate> {
     let mut estimator = model.estimator();
     let mut all = Vec::new();
@@ -54,7 +54,7 @@ fn answers(model: &LearnedModel) -> Vec<ContactEstimate> {
     all
 }
 
-/// Of everything in an answer, which `==` of ±0 would not tell.
+/// Bits of all numbers in an answer, as `==` does not distinguish ±0.
 fn bits(answers: &[ContactEstimate]) -> Vec<u64> {
     let numbers = |e: &ContactEstimate| {
         let time = e.time_to_contact_s.expect("learnt");
@@ -156,7 +156,7 @@ fn each_damage_has_its_error() {
     let found = "hwall-bip model".to_owned();
     let other = error(r#"{"format": "hwall-bip model", "version": 1}"#);
     assert_eq!(other, E::File(F::Format { expected, found }));
-    // A newer version may look different in every other way.
+    // A newer version may differ in every other field.
     let (newest, found) = (7, 9);
     let new = format!(r#"{{"format": "{expected}", "version": 9, "x": 1}}"#);
     assert_eq!(error(&new), E::File(F::Version { newest, found }));
@@ -224,7 +224,7 @@ fn each_damage_has_its_error() {
     }
 }
 
-/// The model of the touching point alone is a part of the file, and as well guarded.
+/// The model of the touching point alone is part of the file, and equally protected.
 #[test]
 fn the_model_for_hands_of_which_little_is_seen_is_guarded_too() {
     let model = trained(|config, _| {
@@ -248,7 +248,7 @@ fn the_model_for_hands_of_which_little_is_seen_is_guarded_too() {
         let refused = LearnedModel::from_json(&other.to_string());
         assert!(refused.is_err(), "{path}");
     }
-    // The digest of the whole covers it.
+    // The digest of the file covers it.
     let mut without = file.clone();
     without.as_object_mut().expect("an object").remove("alone");
     assert!(matches!(
@@ -257,7 +257,7 @@ fn the_model_for_hands_of_which_little_is_seen_is_guarded_too() {
     ));
 }
 
-/// A digest is against accidents: durations and variances are looked at before it is compared.
+/// A digest only protects against accidents: durations and variances are checked before it.
 #[test]
 fn forged_files_with_negative_durations_or_variances_are_refused() {
     for path in [
@@ -297,7 +297,7 @@ fn readers_and_writers_that_fail_are_reported() {
     assert!(io(model.write_json(&mut full[..]).expect_err("full")));
 }
 
-/// Whatever happens to the bytes, a file gives the model that was written or an error.
+/// Whatever the damage, a file gives the written model or an error.
 #[test]
 fn no_damage_passes_unnoticed() {
     let text = SMALL.as_bytes();

@@ -1,4 +1,4 @@
-//! Deterministic prediction: what it must get right, and its known failures.
+//! Deterministic prediction: required behaviour and known failures.
 
 use crate::common::{self, Quad, fixed, front, minimum_jerk, scene, side};
 use glam::DVec3;
@@ -94,7 +94,7 @@ fn failure_gaze_misses_the_object() {
     let p = predict(&scene, &approaching, past).unwrap();
     assert_eq!(p.source, HandDirection);
     assert_close!(p.point_m, DVec3::new(1.0, 0.1, 1.2), Tol::abs(1e-12));
-    // Neither gaze nor direction: only what is close by.
+    // Neither gaze nor direction: only nearby surfaces.
     let idle = |x: f64| hand(DVec3::new(x, 0.1, 1.2), DVec3::ZERO);
     assert_eq!(predict(&scene, &idle(0.0), past), None);
     let p = predict(&scene, &idle(0.8), past).unwrap();
@@ -113,7 +113,7 @@ fn failure_the_object_is_occluded() {
     assert_eq!((p.source, p.surface), (Gaze, found(&scene, "panel")));
     // Its edge is closest.
     assert_close!(p.point_m, DVec3::new(0.6, -0.1, 1.2), Tol::abs(1e-12));
-    // The motion alone would have shown it.
+    // The motion alone would have found it.
     let p = predict(&scene, &state, None).unwrap();
     assert_eq!(p.surface, found(&scene, "wall"));
 }
@@ -121,7 +121,7 @@ fn failure_the_object_is_occluded() {
 #[test]
 fn failure_the_hand_is_already_behind_the_surface() {
     let gaze = Some(gaze_at(DVec3::new(1.0, 0.0, 1.2)));
-    // A sheet, and a slab of 10 cm whose back the hand is nearer to.
+    // A sheet, and a slab of 10 cm with its back nearer to the hand.
     let [a, b, c, d] = wall(1.1);
     let back = [b, a, d, c];
     let sheet = scene(&[("wall", wall(1.0))], None);
@@ -142,7 +142,7 @@ fn failure_the_hand_is_already_behind_the_surface() {
             assert_eq!(p.time_to_contact_s.map(|t| t.mean_s), Some(0.0));
         }
     }
-    // Without a gaze nobody knows where the person stands: the back is taken for the front.
+    // Without gaze the person's side is unknown: the back is taken for the front.
     let behind = hand(DVec3::new(1.08, 0.1, 1.3), DVec3::NEG_X);
     let p = predict(&sheet, &behind, None).unwrap();
     assert_close!(p.normal, DVec3::X, Tol::abs(1e-12));
@@ -153,7 +153,7 @@ fn failure_two_surfaces_meet_in_a_corner() {
     let side = side(1.0, [-1.0, 1.0], [0.0, 2.0]);
     let scene = scene(&[("front", wall(1.0)), ("side", side)], None);
     let state = hand(DVec3::new(0.8, 0.9, 1.2), DVec3::new(0.5, 0.5, 0.0));
-    // One millimetre of gaze decides; the point leaps around the corner with it.
+    // One millimetre of gaze decides; the point jumps around the corner with it.
     let front = predict(&scene, &state, Some(gaze_at(DVec3::new(1.0, 0.999, 1.2)))).unwrap();
     let beside = predict(&scene, &state, Some(gaze_at(DVec3::new(0.999, 1.0, 1.2)))).unwrap();
     let surfaces = [front.surface, beside.surface];
@@ -172,7 +172,7 @@ fn an_untouchable_surface_that_is_gazed_at_is_not_predicted() {
     let scene = scene(&[("wall", wall(1.0)), ("glass", wall(0.9))], Some(sidecar));
     let gaze = Some(gaze_at(DVec3::new(1.0, 0.0, 1.2)));
     let glass = scene.find("glass");
-    // The glass also blocks the way of the hand, so only nearness is left.
+    // The glass also blocks the path of the hand, so only nearness is left.
     let p = predict(&scene, &hand(DVec3::new(0.8, 0.0, 1.2), DVec3::X), gaze).unwrap();
     assert_ne!(Some(p.surface), glass);
     assert_eq!(p.source, PredictionSource::Nearest);
@@ -215,7 +215,7 @@ fn bad_numbers_predict_nothing_or_are_refused() {
 
 #[test]
 fn random_hands_and_walls_agree_with_the_plane() {
-    // Planted truth: a large wall anywhere, a hand before it, a gaze at it.
+    // Known truth: a large wall anywhere, a hand in front of it, a gaze at it.
     let mut sampler = Sampler::new(12);
     for _ in 0..200 {
         let (turn, middle) = (sampler.rotation(), sampler.unit_vector() * 2.0);
@@ -267,7 +267,7 @@ fn a_simulated_reach_is_predicted_before_it_arrives() {
         }
     }
     let at = |share: f64| *errors.iter().find(|e| e.0 >= share).unwrap();
-    // The projection is off by the part of the way along the wall that is still to go.
+    // The projection is off by the remaining distance along the wall.
     assert!(at(0.5).1 < 0.20 && at(0.9).1 < 0.01);
 }
 
@@ -284,10 +284,10 @@ fn led_by_the_ray_the_point_is_where_the_gaze_rests_until_the_hand_is_near() {
     let far = predict_led(&scene, &state, Some(gaze_at(seen)));
     assert_close!(far.point_m, seen, Tol::abs(1e-9));
     assert_close!(far.normal, DVec3::NEG_X, Tol::abs(1e-12));
-    // Distance and time stay those of the hand.
+    // Distance and time are still those of the hand.
     assert_close!(far.distance_m, 0.6, Tol::abs(1e-12));
     assert_close!(due_s(&far), 0.6, Tol::abs(1e-12));
-    // Within 0.02 m the hand decides, half way to 0.06 m both.
+    // Within 0.02 m the hand decides, halfway to 0.06 m both.
     let resting = |distance: f64| hand(DVec3::new(1.0 - distance, 0.1, 1.2), DVec3::ZERO);
     let near = predict_led(&scene, &resting(0.015), Some(gaze_at(seen)));
     assert_close!(near.point_m, DVec3::new(1.0, 0.1, 1.2), Tol::abs(1e-12));
@@ -299,11 +299,11 @@ fn led_by_the_ray_the_point_is_where_the_gaze_rests_until_the_hand_is_near() {
 fn led_by_the_ray_a_hand_at_a_slant_meets_the_wall_where_its_motion_leads() {
     let scene = scene(&[("wall", wall(1.0))], None);
     let slanted = hand(DVec3::new(0.9, 0.1, 1.2), DVec3::new(0.5, 0.5, 0.0));
-    // Without a gaze the ray is the hand's own direction.
+    // Without gaze the ray is the hand's direction of motion.
     let led = predict_led(&scene, &slanted, None);
     assert_eq!(led.source, HandDirection);
     assert_close!(led.point_m, DVec3::new(1.0, 0.2, 1.2), Tol::abs(1e-9));
-    // Near the wall, too, whatever the gaze says.
+    // Also near the wall, whatever the gaze.
     let close = hand(DVec3::new(0.985, 0.1, 1.2), DVec3::new(0.5, 0.5, 0.0));
     let led = predict_led(&scene, &close, Some(gaze_at(DVec3::new(1.0, -0.4, 1.0))));
     assert_close!(led.point_m, DVec3::new(1.0, 0.115, 1.2), Tol::abs(1e-9));

@@ -1,4 +1,4 @@
-//! Files of region models: the same regions bit by bit, and every damage an error.
+//! Files of region models: bit-identical regions, and an error for every damage.
 
 use crate::common::damaged;
 use hwall_contact::hwall_bip::model_file::ModelFileError;
@@ -6,7 +6,7 @@ use hwall_contact::{ContactError, RegionModel};
 use hwall_testkit::Sampler;
 use serde_json::{Value, json};
 
-/// As one that was learnt writes it, but for the digest.
+/// As a trained model is written, without the digest.
 fn unsigned() -> Value {
     let logarithms: Vec<[f64; 3]> = (0..7)
         .map(|knot| [0.1, 0.7, 1.5].map(|l| l + 0.1 * f64::from(knot)))
@@ -20,7 +20,7 @@ fn unsigned() -> Value {
     })
 }
 
-/// With the digest that a forger would write.
+/// With a forged digest.
 fn signed(mut file: Value) -> String {
     file["digest"] = "?".into();
     match RegionModel::from_json(&file.to_string()) {
@@ -76,7 +76,7 @@ fn each_damage_has_its_error() {
     assert!(matches!(error(&changed), File(F::Digest { .. })));
 }
 
-/// A digest is against accidents.
+/// A digest only protects against accidents.
 #[test]
 fn forged_numbers_are_refused() {
     for (touches, logarithm) in [(3, 0.1), (0, 0.1), (144, 20.5), (144, -1e300), (144, 1e300)] {
@@ -86,7 +86,7 @@ fn forged_numbers_are_refused() {
         let error = RegionModel::from_json(&signed(file)).expect_err("forged");
         assert!(matches!(error, ContactError::Argument(_)), "{error}");
     }
-    // Within bounds nothing comes of it but other sizes, which rise all the same.
+    // Within bounds only the sizes change, which still rise.
     let mut file = unsigned();
     file["logarithms"][3] = json!([19.0, -19.0, 0.0]);
     let model = RegionModel::from_json(&signed(file)).expect("within bounds");
@@ -94,7 +94,7 @@ fn forged_numbers_are_refused() {
     assert!(a > 0.0 && a <= b && b <= c && c.is_finite());
 }
 
-/// Whatever happens to the bytes, a file gives the model that was written or an error.
+/// Whatever the damage, a file gives the written model or an error.
 #[test]
 fn no_damage_passes_unnoticed() {
     let text = signed(unsigned());

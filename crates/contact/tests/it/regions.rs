@@ -1,4 +1,4 @@
-//! Regions learnt from errors hold what they say at every moment, although errors have heavy tails and shrink towards the end.
+//! Learned regions have the stated coverage at every moment, although errors have heavy tails and shrink towards the end.
 
 use crate::common::{ball, minimum_jerk};
 use glam::DVec3;
@@ -14,18 +14,18 @@ use hwall_testkit::Sampler;
 const WALL: &str = "o wall\nv 0 -2 0\nv 0 2 0\nv 0 2 3\nv 0 -2 3\nf 1 2 3 4\n";
 const HOME: DVec3 = DVec3::new(0.6, 0.0, 1.2);
 const PERIOD_S: f64 = 1.0 / 90.0;
-/// A reach, the way back and a rest, s.
+/// A reach, the return and a rest, s.
 const REACH_S: f64 = 0.8;
 const CYCLE_S: f64 = 2.4;
-/// What the estimator says of itself, m.
+/// The stated standard deviation, m.
 const STATED_M: f64 = 0.03;
 
-/// Reaches from one place to a wall, and an estimator whose error is drawn for each of them.
+/// Reaches from one place to a wall, and an estimator with a random error per reach.
 #[derive(Clone)]
 struct Person {
     frames: Vec<HandFrame>,
     contacts: Vec<StreamContact>,
-    /// In units of what is stated.
+    /// In units of the stated standard deviation.
     errors: Vec<DVec3>,
 }
 
@@ -37,7 +37,7 @@ fn person(sampler: &mut Sampler, touches: usize) -> Person {
     };
     for touch in 0..touches {
         let point_m = DVec3::new(0.0, sampler.uniform(-0.3, 0.3), sampler.uniform(1.0, 1.4));
-        // Three of four are much smaller than stated, the fourth is larger.
+        // Three of four errors are much smaller than stated, the fourth is larger.
         let usual = sampler.uniform(0.0, 1.0) < 0.75;
         let size = if usual { 0.3 } else { 1.5 };
         let error = DVec3::new(0.0, sampler.normal(), sampler.normal()) * size;
@@ -59,7 +59,7 @@ fn person(sampler: &mut Sampler, touches: usize) -> Person {
     person
 }
 
-/// Off by the error of the reach, which shrinks with the way left; always states the same.
+/// The error of the reach, shrinking with the remaining distance; the stated one is constant.
 #[derive(Clone)]
 struct Planted(Person);
 
@@ -107,7 +107,7 @@ fn learnt(scene: &Scene, people: &[Person]) -> Result<RegionModel, ContactError>
     RegionModel::fit_streams(scene, &streams, predictor, &filters)
 }
 
-/// Shares that the regions hold where so much of the way is left, m.
+/// Coverage of the regions at this remaining distance, m.
 fn held(scene: &Scene, people: &[Person], regions: Option<RegionModel>, left_m: f64) -> [f64; 3] {
     let (mut held, mut count) = ([0.0; 3], 0.0);
     for person in people {
@@ -181,7 +181,7 @@ fn few_touches_claim_no_more_than_they_tell() {
     let mut nowhere = one[0].clone();
     nowhere.contacts[2].point_m.y = f64::NAN;
     assert!(learnt(&scene, &[nowhere]).is_err());
-    // Off all surfaces nothing is learnt from a contact.
+    // A contact off all surfaces is not used.
     let mut beside = one[0].clone();
     beside.contacts[2].point_m.x = 0.5;
     assert_eq!(learnt(&scene, &[beside]).expect("the others").touches(), 9);

@@ -1,4 +1,4 @@
-//! The error of a registration, learnt from touches: planted truths, few touches, one wall, outliers, moved trackers, bad input.
+//! The registration error, learned from touches: simulated truths, few touches, one wall, outliers, moved trackers, bad input.
 
 use crate::common::{Fused, front, gaussian, scene};
 use glam::{DMat3, DQuat, DVec3};
@@ -27,7 +27,7 @@ fn estimator() -> RegistrationEstimator {
     RegistrationEstimator::new(CONFIG).unwrap()
 }
 
-/// The pose by which a tracker is off: `true_from_seen`.
+/// The error of the tracker, as a pose: `true_from_seen`.
 fn error(offset_m: DVec3, turn_rad: DVec3) -> Pose {
     let rotation = DMat3::from_quat(DQuat::from_scaled_axis(turn_rad));
     let centre_m = CONFIG.centre_m;
@@ -50,7 +50,7 @@ fn touch(truth: &Pose, at_m: DVec3, normal: DVec3, noise_m: DVec3) -> MeasuredTo
     let (u, v) = normal.any_orthonormal_pair();
     MeasuredTouch {
         seen_m: truth.inverse_transform_point(at_m + noise_m),
-        // Some point of the surface, as a board's middle.
+        // Any point of the surface, e.g. the middle of a board.
         surface_m: at_m + u * 0.05 - v * 0.03,
         normal,
         located_sd_m: None,
@@ -70,7 +70,7 @@ fn without_a_touch_there_is_no_correction_and_the_error_of_the_settings() {
     assert_eq!(none.true_from_seen(), Pose::IDENTITY);
     let at_centre = none.covariance_m2(CONFIG.centre_m);
     assert!((at_centre - DMat3::IDENTITY * 0.008_f64.powi(2)).abs_diff_eq(DMat3::ZERO, 1e-15));
-    // Half a metre beside the centre, turns about the two axes across move a point.
+    // Half a metre from the centre, rotations about the two axes across move a point.
     let beside = none.covariance_m2(CONFIG.centre_m + DVec3::X * 0.5);
     assert!((beside.x_axis.x - 0.008_f64.powi(2)).abs() < 1e-15);
     assert!((beside.y_axis.y - 0.008_f64.powi(2) - 0.005_f64.powi(2)).abs() < 1e-15);
@@ -88,7 +88,7 @@ fn touches_that_fit_correct_nothing() {
     }
 }
 
-/// Against a planted error that is as large as the settings say, without noise.
+/// With a simulated error as large as the settings state, without noise.
 #[test]
 fn a_planted_error_is_found_from_touches_of_three_walls() {
     for seed in 0..20 {
@@ -108,7 +108,7 @@ fn a_planted_error_is_found_from_touches_of_three_walls() {
     }
 }
 
-/// Where the arm feels where it is pressed, three touches are enough for all that there is.
+/// If the arm measures the contact point, three touches determine everything.
 #[test]
 fn located_touches_say_more() {
     let mut sampler = Sampler::new(3);
@@ -146,7 +146,7 @@ fn one_wall_tells_of_what_lies_across_it_alone() {
     let after = found.covariance_m2(at_m);
     assert!(left_m.x.abs() < 0.003, "{left_m}");
     assert!(after.x_axis.x.sqrt() < 0.0015, "{after}");
-    // Along the wall nothing is known, nothing is corrected, and that is said.
+    // Along the wall the error is unknown, uncorrected, and stated as such.
     for (left_m, before, after) in [
         (left_m.y - -offset_m.y, before.y_axis.y, after.y_axis.y),
         (left_m.z - -offset_m.z, before.z_axis.z, after.z_axis.z),
@@ -168,7 +168,7 @@ fn the_first_touch_halves_the_error_across_its_surface() {
     assert!(left_m.y.abs() < 1e-4 && left_m.z.abs() < 1e-4);
 }
 
-/// Squared distance in standard deviations that 90 % of errors in space stay below.
+/// Squared Mahalanobis distance of the 90 % region in space.
 const IN_90: f64 = 6.251;
 
 #[test]
@@ -217,7 +217,7 @@ fn stray_touches_hardly_count() {
         let normal = WALLS[k % 3];
         let at_m = on_wall(&mut sampler, normal);
         let noise_m = gaussian(&mut sampler) * 0.003;
-        // Every fifth is an elbow, or a hand that jumped.
+        // Every fifth touch is by an elbow, or a hand that jumped.
         let stray_m = if k % 5 == 4 {
             normal * sampler.uniform(0.03, 0.08) * if k % 2 == 0 { 1.0 } else { -1.0 }
         } else {
@@ -255,7 +255,7 @@ fn a_tracker_that_was_moved_is_noticed_and_followed() {
         for k in 0..30 {
             false_alarms += usize::from(tell(&before, k) == TouchVerdict::Moved);
         }
-        // By 35 mm: someone ran into the tripod.
+        // By 35 mm: someone bumped into the tripod.
         let after = error(DVec3::new(0.02, -0.02, 0.02), DVec3::ZERO);
         let noticed = (0..12).find(|&k| tell(&after, k) == TouchVerdict::Moved);
         late.push(noticed.map_or(99, |k| k + 1));
@@ -312,7 +312,7 @@ fn what_is_no_touch_is_refused_and_teaches_nothing() {
 fn learning_allocates_nothing() {
     let (mut found, mut sampler) = (estimator(), Sampler::new(6));
     for k in 0..80 {
-        // Moved half-way.
+        // Moved halfway.
         let truth = error(DVec3::X * if k < 40 { 0.0 } else { 0.03 }, DVec3::ZERO);
         let at_m = on_wall(&mut sampler, DVec3::X);
         let seen = touch(&truth, at_m, DVec3::X, DVec3::ZERO);
@@ -323,7 +323,7 @@ fn learning_allocates_nothing() {
     }
 }
 
-/// Touches anywhere, of anything: numbers stay finite, corrections rigid.
+/// Random touches of anything: numbers stay finite, corrections rigid.
 #[test]
 fn touches_without_sense_leave_a_finite_correction() {
     for seed in 0..50 {
@@ -352,7 +352,7 @@ fn touches_without_sense_leave_a_finite_correction() {
     }
 }
 
-/// The fusion corrects what it sees: a hand that rests on the wall, seen 12 mm behind it, is on it after a few touches.
+/// The fusion corrects its input: a hand that rests on the wall, tracked 12 mm behind it, is on it after a few touches.
 #[test]
 fn the_fusion_learns_where_the_wall_is_for_the_tracker() {
     let scene = scene(&[("wall", front(0.7, [-1.0, 0.5], [0.3, 2.0]))], None);
@@ -382,7 +382,7 @@ fn the_fusion_learns_where_the_wall_is_for_the_tracker() {
     let left_m = found.true_from_seen().transform_point(seen_m).x - 0.7;
     assert!(left_m.abs() < 0.002, "{left_m}");
     assert!(sds_m[7] < 0.5 * sds_m[0], "{sds_m:?}");
-    // Another person, or a world elsewhere.
+    // Another person, or another world.
     fused.predictor.reset();
     assert_eq!(fused.predictor.registration().unwrap().touches(), 0);
 }

@@ -1,4 +1,4 @@
-//! Of a person whose gaze is not seen, the places touched before are named beside what the motion says.
+//! For a person without gaze tracking, places touched before are predicted besides the end of the motion.
 
 use crate::common::{ball, gaze_at};
 use glam::DVec3;
@@ -17,7 +17,7 @@ const HOME: DVec3 = DVec3::new(0.6, 0.3, 1.2);
 const PLACE: DVec3 = DVec3::new(0.0, 0.9, 1.3);
 const PERIOD_S: f64 = 1.0 / 90.0;
 
-/// Says the same of every motion: it may end anywhere about the middle.
+/// Gives the same estimate for every motion: an end anywhere around the middle.
 #[derive(Debug, Clone)]
 struct Vague;
 
@@ -70,7 +70,7 @@ impl Person {
         self.predictor.predict(&self.scene, &input).to_vec()
     }
 
-    /// So far of the way to a place and back, with a pause at either end; what is predicted half a second after the start.
+    /// Moves this far towards a place and back, with a pause at either end; returns the predictions half a second after the start.
     fn reach(&mut self, share: f64, looks_at_m: Option<DVec3>) -> Vec<ContactPrediction> {
         let mut early = Vec::new();
         for k in 0..=220_i32 {
@@ -98,7 +98,7 @@ impl Person {
         person
     }
 
-    /// What is predicted when it sets off once more.
+    /// Predictions at the next start.
     fn again(&mut self) -> Option<ContactPrediction> {
         repeat(&self.reach(0.5, None)).copied()
     }

@@ -1,4 +1,4 @@
-//! A hand that comes to a wall, stays on it and leaves: its surface is known all the while.
+//! A hand that comes to a wall, rests on it and leaves: its surface is known throughout.
 
 use crate::common::{self, EYE, ball, fixed, front, gaussian, gaze_at, minimum_jerk, side};
 use glam::DVec3;
@@ -10,11 +10,11 @@ use hwall_hand::{HandFilter, HandFilterConfig, HandFrame, HandPoint};
 use hwall_scene::Scene;
 use hwall_testkit::Sampler;
 
-/// Rest, reach, hold, and the way to the next target, s.
+/// Rest, reach, hold, and the motion to the next target, s.
 const SPANS_S: [f64; 4] = [0.5, 0.8, 1.0, 0.8];
 const PERIOD_S: f64 = 1.0 / 90.0;
 
-/// A start, the place where the hand stops and holds, and where it goes next, m.
+/// Start, place where the hand stops and holds, and next target, m.
 #[derive(Clone, Copy)]
 struct Way {
     start_m: DVec3,
@@ -39,7 +39,7 @@ fn there_and_back(start_m: DVec3, stop_m: DVec3) -> Way {
     }
 }
 
-/// Knows where the hand goes, to 15 mm.
+/// Knows the target of the hand, to 15 mm.
 struct Knows(Way);
 
 impl ContactEstimator for Knows {
@@ -56,7 +56,7 @@ impl ContactEstimator for Knows {
     }
 }
 
-/// All answers with their times; the eyes look at the target, and elsewhere once the hand is there.
+/// All answers with their times; the eyes are on the target, and elsewhere once the hand is there.
 fn follow(scene: &Scene, way: Way, look_m: DVec3, seed: u64) -> Vec<(f64, Vec<ContactPrediction>)> {
     let mut predictor = FusedPredictor::new(Knows(way), FusedConfig::default()).unwrap();
     let mut filter = HandFilter::new(HandFilterConfig::simulated()).unwrap();
@@ -121,7 +121,7 @@ fn a_hand_that_holds_on_a_wall_is_on_it_although_the_eyes_are_elsewhere() {
         );
         let predictions = follow(&scene, way, DVec3::new(x - 0.02, 0.2, 1.4), seed as u64);
         holds(&scene, "wall", way, &predictions);
-        // It is followed as soon as the hand leaves at the speed that begins a reach.
+        // It is followed as soon as the hand leaves at the onset speed of a reach.
         let leaves_s: f64 = SPANS_S[..3].iter().sum();
         let after = |t_s: f64| t_s > leaves_s + 0.17 && t_s < leaves_s + 0.75;
         for (t_s, answers) in predictions.iter().filter(|(t_s, _)| after(*t_s)) {
@@ -139,7 +139,7 @@ fn in_a_corner_the_hand_is_on_the_wall_it_came_towards() {
         ("side", DVec3::new(0.7, 0.0, 1.2)),
     ] {
         for off_m in [-0.004, 0.004, 0.01] {
-            // Along the other wall at 6 mm, which may be the nearer one.
+            // Along the other wall at 6 mm, which may be nearer.
             let off_m = match name {
                 "front" => [off_m, 0.006],
                 _ => [0.006, off_m],
@@ -166,7 +166,7 @@ fn beside_nothing_a_hand_at_rest_touches_nothing() {
     let there_s = SPANS_S[0] + SPANS_S[1] + 0.2;
     for (t_s, answers) in follow(&scene, way, DVec3::new(0.76, 0.0, 1.0), 1) {
         if (there_s..there_s + 0.7).contains(&t_s) {
-            // Its own noise is no way to anywhere.
+            // Its own noise is not a motion.
             assert!(answers[0].time_to_contact_s.is_none(), "{t_s} {answers:?}");
             assert!(answers[0].covariance_m2.unwrap().determinant() > 0.01_f64.powi(6));
         }

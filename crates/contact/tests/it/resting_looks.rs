@@ -1,4 +1,4 @@
-//! What a look says beside a hand that rests or moves on, and while the eyes are on their way.
+//! Effect of fixations while a hand rests or moves on, and during saccades.
 
 use crate::common::{
     self, EYE, Fused, ball, blurred, front, fused, gaze_at, hand as hand_at, scene, side,
@@ -12,7 +12,7 @@ use hwall_testkit::{Sampler, Tol, assert_close};
 
 const REST: DVec3 = DVec3::new(0.0, 0.0, 1.2);
 
-/// A wall and a door beside it that is seen at a slant.
+/// A wall, with a door beside it seen at a slant.
 fn with_a_door() -> Scene {
     scene(
         &[
@@ -26,7 +26,7 @@ fn with_a_door() -> Scene {
 #[test]
 fn a_hand_at_rest_does_not_hold_the_prediction() {
     let scene = with_a_door();
-    // Near the wall rests the hand, the eyes land on the door.
+    // The hand rests near the wall, the eyes land on the door.
     let hand = (DVec3::new(0.4, -0.2, 1.2), DVec3::ZERO);
     let target_m = DVec3::new(0.3, 0.45, 1.1);
     let mut fused = fused();
@@ -119,7 +119,7 @@ fn in_flight_and_lost_for_a_moment_the_last_prediction_holds() {
     let both: [&mut dyn Predictor; 2] = [&mut led, &mut fused];
     for predictor in both {
         let mut at = |t_s: f64, gaze: Gaze| {
-            // At rest near the wall, trembling towards it.
+            // At rest near the wall, with noise towards it.
             let hand = hand_at(t_s, DVec3::new(0.5, -0.2, 1.2), DVec3::X * 0.06);
             see(&mut *predictor, &scene, &hand, gaze).first().copied()
         };
@@ -131,7 +131,7 @@ fn in_flight_and_lost_for_a_moment_the_last_prediction_holds() {
         }
         let before = before.unwrap();
         assert_eq!(Some(before.surface), scene.find("door"));
-        // A saccade, then a blink, then the look back: nothing moves.
+        // A saccade, then a blink, then the gaze returns: no prediction moves.
         for i in 40..65 {
             let t_s = 0.01 * f64::from(i);
             let gaze = if i < 48 {
@@ -146,7 +146,7 @@ fn in_flight_and_lost_for_a_moment_the_last_prediction_holds() {
         let p = at(0.66, look(0.66)).unwrap();
         assert_close!(p.point_m, before.point_m, Tol::abs(0.01));
         assert_eq!(p.looked_at_since_s, Some(0.0));
-        // Lost for good, the gaze says nothing more.
+        // After a longer loss the gaze is no longer used.
         let mut last = None;
         for i in 67..200 {
             last = at(0.01 * f64::from(i), Gaze::Lost);
@@ -184,7 +184,7 @@ fn no_gaze_makes_a_prediction_that_is_not_finite() {
     }
 }
 
-/// Says how much it was learnt from.
+/// Reports its number of training reaches.
 #[derive(Debug, Clone, Copy)]
 struct LearntFrom(usize);
 
@@ -246,7 +246,7 @@ fn without_a_gaze_a_fingertip_past_the_wall_touches_it_from_its_own_side() {
 
 #[test]
 fn a_look_that_begins_on_the_way_can_change_the_goal() {
-    // People of whom half look elsewhere while they reach change their minds.
+    // Trained on people of whom half look elsewhere while they reach, it follows a change of mind.
     let mut config = FusedConfig::default();
     let agrees = [0.0, 0.9, 0.05, 0.0, 0.0, 0.05];
     let disagrees = [0.3, 0.0, 0.7, 0.0, 0.0, 0.0];
@@ -262,7 +262,7 @@ fn a_look_that_begins_on_the_way_can_change_the_goal() {
         let p = fused.see(&scene, way(i), estimate, Some(gaze_at(EYE, first_m)))[0];
         assert_eq!(Some(p.surface), scene.find("wall"));
     }
-    // From the first sample of the new look on, though the hand still moves to the old goal.
+    // From the first sample of the new fixation on, although the hand still moves to the old target.
     for i in 50..55 {
         let looks_s = fused.now_s() + 0.01;
         let gaze = Gaze::Fixed(Fixation::of_ray(0.5, looks_s, gaze_at(EYE, second_m)));

@@ -1,4 +1,4 @@
-//! An estimator in a stream: each reach is replayed from where it began.
+//! An estimator in a stream: each reach is replayed from its beginning.
 
 use crate::common::{gaussian, minimum_jerk};
 use crate::reaches::reaches;
@@ -10,7 +10,7 @@ use hwall_contact::{
 use hwall_hand::{HandFilter, HandFilterConfig, HandFrame, HandPoint, WatchConfig};
 use hwall_testkit::Sampler;
 
-/// Writes down what it is given.
+/// Records its input.
 #[derive(Debug, Default)]
 struct Diary {
     reaches: Vec<Vec<f64>>,
@@ -47,12 +47,12 @@ fn a_reach_is_replayed_from_where_it_began_and_ends_at_rest() {
         assert_eq!(estimate.is_some(), stream.reaching());
         assert_eq!(stream.estimate(), estimate.as_ref());
         estimated_s.extend(estimate.map(|e| e.t_s));
-        // A repeated sample gets the same answer and does not reach the estimator.
+        // A repeated sample gets the same answer and is not passed to the estimator.
         assert_eq!(stream.step(&frame, tracking.state()), estimate);
     }
     let reaches = &stream.estimator().reaches;
     assert_eq!(reaches.len(), 1);
-    // The speed passes 0.1 m/s at 0.57 s, the filter is late, and the onset is seen later still.
+    // The speed passes 0.1 m/s at 0.57 s; the filter lags, and the onset is detected later still.
     let (seen, first_s) = (&reaches[0], estimated_s[0]);
     assert!((0.54..0.61).contains(&seen[0]), "{}", seen[0]);
     assert!((0.62..0.72).contains(&first_s), "onset seen at {first_s}");
@@ -60,7 +60,7 @@ fn a_reach_is_replayed_from_where_it_began_and_ends_at_rest() {
     assert!((1.25..1.45).contains(estimated_s.last().unwrap()));
 }
 
-/// Counts the steps of an estimator, which may get ahead of an onset or not.
+/// Counts the steps of an estimator, with or without tentative beginnings.
 struct Counted {
     estimator: LearnedEstimator,
     gets_ahead: bool,
@@ -94,7 +94,7 @@ impl ContactEstimator for Counted {
     }
 }
 
-/// Reaches with rests before and after them, a way back, and a tracker that trembles.
+/// Reaches with rests before and after them, a return, and tracker noise.
 fn session(tremor_m: f64) -> Vec<HandFrame> {
     let mut sampler = Sampler::new(5);
     let mut frames: Vec<HandFrame> = Vec::new();
@@ -113,7 +113,7 @@ fn session(tremor_m: f64) -> Vec<HandFrame> {
         (0..50).for_each(|_| add(&first, DVec3::ZERO));
         reach.frames.iter().for_each(|f| add(f, DVec3::ZERO));
         (0..40).for_each(|_| add(&last, DVec3::ZERO));
-        // A twitch that is no reach, then the way back.
+        // A twitch that is not a reach, then the return.
         (0..9).for_each(|k| add(&last, DVec3::X * 0.002 * f64::from(k)));
         (0..20).for_each(|_| add(&last, DVec3::X * 0.018));
         reach.frames.iter().rev().for_each(|f| add(f, DVec3::ZERO));
@@ -140,7 +140,7 @@ fn an_estimator_that_gets_ahead_of_an_onset_says_the_same_without_a_long_step() 
                     longest[k] = longest[k].max(stream.estimator().steps - before[k]);
                 }
             }
-            // Touches are told of in the reach, at rest and while the hand may be setting off.
+            // Touches are reported during the reach, at rest and while a reach may be beginning.
             if i % 97 == 0 {
                 for stream in [&mut ahead, &mut replayed] {
                     stream.touched(frame.point(HandPoint::Index).unwrap(), frame.t_s);
@@ -154,7 +154,7 @@ fn an_estimator_that_gets_ahead_of_an_onset_says_the_same_without_a_long_step() 
     }
 }
 
-/// Streams of one model, with an estimator that gets ahead of onsets and with one that does not.
+/// Streams of one model, with an estimator that supports tentative beginnings and with one that does not.
 fn streams(model: &LearnedModel) -> [StreamEstimator<Counted>; 2] {
     [true, false].map(|gets_ahead| {
         let counted = Counted {
@@ -170,7 +170,7 @@ fn model() -> LearnedModel {
     LearnedModel::train(&reaches(1, 3, 12), &LearnedConfig::default()).unwrap()
 }
 
-/// What the streams answer, sample by sample: the estimate and how its reach began.
+/// The answers of the streams, sample by sample: the estimate and the beginning of its reach.
 fn answers<'a>(
     streams: &mut [StreamEstimator<Counted>; 2],
     frames: impl IntoIterator<Item = &'a HandFrame>,
@@ -178,7 +178,7 @@ fn answers<'a>(
     let mut filter = HandFilter::new(HandFilterConfig::simulated()).unwrap();
     let mut said = Vec::new();
     for frame in frames {
-        // A filter answers a sample without a time with a lost hand.
+        // For a sample without a time, a filter reports a lost hand.
         let tracking = filter.step(frame);
         let [ahead, replayed] = streams.each_mut().map(|stream| {
             let estimate = stream.step(frame, tracking.state());
@@ -209,7 +209,7 @@ fn a_clock_that_is_set_back_starts_the_stream_anew() {
         assert_eq!(before, fresh[..set_back]);
         assert_eq!(answers(&mut streams, &frames), fresh, "{set_back}");
     }
-    // A hand that moves when the clock is set back has not turned.
+    // A hand that moves during a clock reset has not turned.
     let mut streams = streams(&model);
     answers(&mut streams, &frames[..reach + 10]);
     let said = answers(&mut streams, &frames[reach + 5..reach + 30]);
@@ -219,7 +219,7 @@ fn a_clock_that_is_set_back_starts_the_stream_anew() {
     );
 }
 
-/// A reach forgot how it had begun at a sample without a time.
+/// Regression test: a reach forgot its beginning at a sample without a time.
 #[test]
 fn samples_without_a_time_change_nothing_of_the_others() {
     let (model, frames) = (model(), session(5e-4));
@@ -249,7 +249,7 @@ fn after_a_reset_a_stream_is_a_new_one() {
     frames.truncate(800);
     let fresh = answers(&mut streams(&model), &frames);
     let ends = (1..frames.len()).find(|&i| fresh[i - 1].0.is_some() && fresh[i].0.is_none());
-    // Between reaches, and where one is under way; later times, and the same ones again.
+    // Between reaches, and during one; later times, and repeated ones.
     for at in [ends.unwrap() + 5, ends.unwrap() - 5] {
         for later_s in [0.0, 100.0] {
             let mut streams = streams(&model);

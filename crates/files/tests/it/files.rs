@@ -1,11 +1,11 @@
-//! Whole files or none, and names that lead to one file.
+//! Complete files or none, and paths to the same file.
 
 use hwall_files::{Beside, NewFile, same_file, write};
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// A folder of its own for a test.
+/// A folder for a test.
 struct Folder(PathBuf);
 
 impl Folder {
@@ -91,7 +91,7 @@ fn links_and_permissions_stay() {
     assert_eq!(text(&file), "2");
     let mode = fs::metadata(&file).unwrap().permissions().mode();
     assert_eq!(mode & 0o777, 0o640);
-    // A link that leads nowhere is written through, one that leads to itself is refused.
+    // A dangling link is written through; a link to itself is refused.
     let (new, loose) = (folder.0.join("new"), folder.0.join("loose"));
     symlink("new", &loose).unwrap();
     write(&loose, "3").unwrap();

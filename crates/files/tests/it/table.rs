@@ -1,4 +1,4 @@
-//! Tables as programs and spreadsheets of any country write them.
+//! Tables as written by programs and spreadsheets of any locale.
 
 use hwall_files::{Row, Table, TableError};
 use std::io::{BufReader, Read};
@@ -95,7 +95,7 @@ fn decimal_commas_are_read_where_commas_do_not_separate() {
             numbers(&text),
             [Ok(Some(1.5)), Ok(Some(-2500.0)), Ok(Some(0.0015))]
         );
-        // Without a header line, too.
+        // Also without a header line.
         let text = ["0,25", "1,5\n"].join(separator);
         let mut table = Table::with_names(text.as_bytes(), &["t", "x"]).unwrap();
         let mut row = Row::default();
@@ -150,7 +150,7 @@ fn what_is_no_table_is_refused_by_line() {
     );
 }
 
-/// Bits flipped, pieces cut and joined: nothing panics, and what is read has as many cells as the header.
+/// Bits flipped, pieces cut and joined: no panic, and every row has as many cells as the header.
 #[test]
 fn damaged_tables_do_no_harm() {
     let seeds: [&[u8]; 3] = [

@@ -1,4 +1,4 @@
-//! What is no pose is refused, with what is wrong with it.
+//! Invalid poses are rejected with the reason.
 
 use glam::{DMat3, DQuat, DVec3};
 use hwall_geometry::{ArgumentError, GeometryError, Pose, direction};

@@ -1,4 +1,4 @@
-//! A file cannot bring in a pose that is none.
+//! Reading a file cannot produce an invalid pose.
 
 use glam::DVec3;
 use hwall_geometry::Pose;

@@ -103,7 +103,7 @@ fn small_noise_is_repaired_and_more_is_refused() {
         assert!(deviation(repaired.rotation()) < 1e-15);
         let there = Pose::new(rotation, DVec3::ZERO).unwrap();
         assert!(repaired.distance(&there).angle_rad < 4e-6);
-        // As single precision leaves a quaternion.
+        // A quaternion with single-precision rounding.
         let single = rotation.as_mat3();
         assert!(Pose::new(single.as_dmat3(), DVec3::ZERO).is_ok());
     }
@@ -113,7 +113,7 @@ fn small_noise_is_repaired_and_more_is_refused() {
         stretched(ROTATION_TOLERANCE),
         Err(GeometryError::NotARotation { .. })
     ));
-    // An exact rotation stays as it is, to the last bit.
+    // An exact rotation is unchanged to the last bit.
     let exact = DMat3::from_quat(DQuat::from_rotation_y(0.4));
     assert_eq!(Pose::new(exact, DVec3::ZERO).unwrap().rotation(), exact);
 }

@@ -1,4 +1,4 @@
-//! From recordings to reaches with a known end.
+//! Extracts reaches with a known end from recordings.
 
 use super::labelled::LabelledReach;
 use super::onset::ReachOnset;
@@ -18,20 +18,20 @@ use hwall_numeric::check::{non_negative, positive};
 const CLEAR_SHARE: f64 = 0.25;
 /// At the end of a trial the hand is slow below this share of the trial's peak speed.
 const SLOW_SHARE: f64 = 0.05;
-/// A slow stretch at an end of a trial belongs to the movement if it is shorter than this plus a tenth of the movement, s: trials
-/// that were cropped to the movement then lose nothing.
+/// A slow stretch at an end of a trial belongs to the movement if it is shorter than this plus a tenth of the movement, s: so trials cropped to the
+/// movement lose nothing.
 const SHORTEST_REST_S: f64 = 0.1;
-/// Fewest samples in which the touching point is seen.
+/// Fewest samples that show the touching point.
 const MIN_SAMPLES: usize = 5;
-/// Share of a movement at either end in which it is slow: 6 % of a minimum-jerk motion, with some room.
+/// Slow share of a movement at either end: 6 % of a minimum-jerk motion, plus margin.
 const SLOW_FLANK: f64 = 0.1;
-/// A first sample is left over from before if its step is this many times as long as the next steps.
+/// A first sample is a leftover if its step is this many times as long as the next steps.
 const LEAP: f64 = 4.0;
-/// Shorter first steps never count as a leap, m.
+/// Shorter first steps never count as a jump, m.
 const LEAST_LEAP_M: f64 = 0.02;
-/// Steps that a leap at the start is compared with.
+/// Number of steps that the first one is compared with.
 const STEPS_AFTER_LEAP: usize = 5;
-/// [`SegmentConfig::adapted`] first cuts at this onset, m/s, and at this length, m.
+/// Onset, m/s, and length, m, of the first pass of [`SegmentConfig::adapted`].
 const TRIAL_ONSET_M_PER_S: f64 = 0.15;
 const TRIAL_LENGTH_M: f64 = 0.05;
 
@@ -39,31 +39,30 @@ const TRIAL_LENGTH_M: f64 = 0.05;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum ReachCut {
-    /// A recording that names its trial is one reach; any other is cut by speed into all its reaches.
+    /// A recording that names its trial is one reach; any other is segmented by speed into all its reaches.
     #[default]
     ByTrial,
-    /// The first reach of every recording, cut by speed: for files that hold one trial and then the way
-    /// back.
+    /// The first reach of every recording, segmented by speed: for files with one trial and the return motion.
     First,
-    /// All reaches of every recording, cut by speed.
+    /// All reaches of every recording, segmented by speed.
     All,
 }
 
 /// How recordings become labelled reaches.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LabelConfig {
-    /// The touching point; `None` (default): the index tip if it is seen in half of all samples or more,
-    /// else the best seen point, among equals the first of [`HandPoint::BY_CONTACT`].
+    /// The touching point; `None` (default): the index tip if it is seen in at least half of all samples, else the most seen point, among equals
+    /// the first of [`HandPoint::BY_CONTACT`].
     pub point: Option<HandPoint>,
     /// Which movements are reaches. Default [`ReachCut::ByTrial`].
     pub cut: ReachCut,
-    /// Label with the target where the recording names one (default), not with where the hand ends.
+    /// Use the target as the label if the recording names one (default), instead of the end of the motion.
     pub use_target: bool,
-    /// Below this speed a hand is slow at the end of every trial: tremor and tracker noise, m/s. Default 0.02.
+    /// Below this speed a hand is slow at the end of a trial: tremor and tracker noise, m/s. Default 0.02.
     pub slow_m_per_s: f64,
-    /// Shortest straight distance that the touching point covers, m. Default 0.05.
+    /// Shortest straight displacement of the touching point, m. Default 0.05.
     pub min_length_m: f64,
-    /// The cut by speed. `None` (default): [`SegmentConfig::adapted`] to the recordings.
+    /// Segmentation by speed. `None` (default): [`SegmentConfig::adapted`] to the recordings.
     pub segment: Option<SegmentConfig>,
 }
 
@@ -94,22 +93,21 @@ pub struct LeftOut {
 pub struct Labelled {
     /// All with the same touching point; each passes [`LabelledReach::validate`].
     pub reaches: Vec<LabelledReach>,
-    /// For each reach the index of its recording among those given.
+    /// For each reach, the index of its recording.
     pub recordings: Vec<usize>,
-    /// What is not among the reaches.
+    /// Movements that were left out.
     pub left_out: Vec<LeftOut>,
 }
 
-/// The reaches of recordings, in the order of the recordings, with where and when each ends.
+/// Extracts the reaches of recordings, in order, with position and time of each end.
 ///
-/// A trial starts at its [`ReachOnset`]. It ends when `contact` first turns 1, else when the hand first gets slow after it
-/// was last faster than a quarter of the peak speed of its trial. The label is the target if the recording names one, else
-/// where the touching point is at the end; if it is not seen then, another point stands in, shifted by the
-/// last offset. A first sample that is far away from where the hand goes on is dropped and listed.
+/// A trial starts at its [`ReachOnset`]. It ends when `contact` first becomes 1, else when the hand first is slow after it was last faster than a
+/// quarter of the trial's peak speed. The label is the target if the recording names one, else the end of the touching point; if that is not seen
+/// then, another point replaces it, shifted by the last offset. A first sample far from the rest of the motion is dropped and listed.
 ///
 /// # Errors
-/// A setting out of range; a recording that [`Recording::validate`] refuses. Recordings in which
-/// no point of the hand is seen give no reaches and are listed.
+/// A setting out of range; a recording that [`Recording::validate`] rejects. Recordings without any point of the hand give no reaches and are
+/// listed.
 pub fn labelled_reaches(
     recordings: &[Recording],
     config: &LabelConfig,
@@ -151,12 +149,11 @@ pub fn labelled_reaches(
 }
 
 impl SegmentConfig {
-    /// A cut for recordings about which nothing is known.
+    /// Segmentation for recordings without prior knowledge.
     ///
-    /// All movements of at least 5 cm and 0.15 m/s are found first. A reach must then have at least half
-    /// the 90th percentile of their lengths and at least a fifth of the 90th percentile of their peak
-    /// speeds. Frozen poses are looked for where three points or more are tracked: the distance between
-    /// two may well stay the same.
+    /// First finds all movements of at least 5 cm and 0.15 m/s. A reach must then have at least half the 90th percentile of their lengths and at
+    /// least a fifth of the 90th percentile of their peak speeds. Frozen poses are detected if three points or more are tracked: the distance
+    /// between two may stay constant in a live hand.
     #[must_use]
     pub fn adapted(recordings: &[Recording]) -> Self {
         let tracked = HandPoint::ALL
@@ -209,7 +206,7 @@ impl LeftOut {
     }
 }
 
-/// The trial, or the number of the recording from 1, and a time in it.
+/// Trial or number of the recording (from 1), and a time in it.
 fn name(recording: &Recording, number: usize, at_s: Option<f64>) -> String {
     let trial = recording.trial.clone();
     let trial = trial.unwrap_or_else(|| format!("recording {}", number + 1));
@@ -219,7 +216,7 @@ fn name(recording: &Recording, number: usize, at_s: Option<f64>) -> String {
     }
 }
 
-/// A recording, perhaps without its first sample.
+/// A recording, possibly without its first sample.
 struct Source<'a> {
     recording: &'a Recording,
     samples: &'a [Sample],
@@ -256,7 +253,7 @@ impl Source<'_> {
             let start_s = reach.start_s;
             let cut = match reach.end {
                 ReachEnd::TrackingLost => Err("the tracker loses the hand"),
-                // A file that is one trial may well end at the contact.
+                // A single-trial file may end at the contact.
                 ReachEnd::RecordingEnded if !first_only => Err("the hand does not stop"),
                 _ => {
                     let (first, last) = if first_only {
@@ -322,12 +319,12 @@ impl Source<'_> {
         let Some([start, clear]) = ReachOnset::of_peak(peak).find(&speeds) else {
             return Err("the hand does not move");
         };
-        // After the last clear movement: noise at rest may be faster than slow, too.
+        // After the last clear movement, because noise at rest may also exceed the slow speed.
         let last_clear = speeds
             .iter()
             .rposition(|&v| v >= CLEAR_SHARE * peak && v > slow)
             .unwrap_or(clear);
-        // It may itself be slow by a configuration whose slow speed is above this hand's peak.
+        // The configured slow speed may exceed this hand's peak.
         let rest = speeds[last_clear..].iter().skip(1).position(|&v| v <= slow);
         let end = rest.map_or(speeds.len() - 1, |after| last_clear + after);
         let moving = (knots[start].index, knots[end].index);
@@ -335,11 +332,11 @@ impl Source<'_> {
         Ok((first, contact.unwrap_or(last)))
     }
 
-    /// Widens a movement to the ends of the recording that are near.
+    /// Extends a movement to the ends of the recording if they are near.
     fn with_short_rests(&self, first: usize, last: usize) -> (usize, usize) {
         let t_s = |at: usize| self.samples[at].frame.t_s;
         let end = self.samples.len() - 1;
-        // The slow flanks of a movement grow with it.
+        // The slow flanks of a movement scale with its duration.
         let short_s = SHORTEST_REST_S + SLOW_FLANK * (t_s(last) - t_s(first));
         let is_short = |rest_s: f64| rest_s < short_s;
         (
@@ -356,7 +353,7 @@ impl Source<'_> {
         )
     }
 
-    /// The reach between two samples, or why there is none.
+    /// The reach between two samples, or the reason for rejecting it.
     fn reach(
         &self,
         first: usize,
@@ -397,12 +394,11 @@ impl Source<'_> {
     }
 }
 
-/// Where the touching point is in samples that are asked for in order of time: each sample is looked at once, however
-/// many reaches a recording has.
+/// Locates the touching point in samples queried in order of time; each sample is processed once, however many reaches a recording has.
 struct Ends<'a> {
     samples: &'a [Sample],
     touching: TouchingPoint,
-    /// The sample to look at next, and when and where the point was last.
+    /// Next sample to process, and last time and position of the point.
     next: usize,
     latest: Option<(f64, DVec3)>,
 }
@@ -417,7 +413,7 @@ impl<'a> Ends<'a> {
         }
     }
 
-    /// Where the touching point is in a sample; if need be by another point and the last offset, or a little earlier.
+    /// Position of the touching point in a sample; from another point and the last offset, or from slightly earlier, if necessary.
     fn at(&mut self, last: usize) -> Option<DVec3> {
         while self.next <= last {
             let sample = &self.samples[self.next];
@@ -431,13 +427,13 @@ impl<'a> Ends<'a> {
     }
 }
 
-/// The sample in which `contact` first turns from anything else to 1.
+/// The first sample in which `contact` changes to 1.
 fn rising_contact(samples: &[Sample]) -> Option<usize> {
     let touches = |s: &Sample| s.contact == Some(true);
     (1..samples.len()).find(|&i| touches(&samples[i]) && !touches(&samples[i - 1]))
 }
 
-/// Is the first sample of the point far away from all that follow?
+/// Does the point jump after its first sample?
 fn leaps_at_start(samples: &[Sample], point: HandPoint) -> bool {
     let mut seen = samples.iter().filter_map(|s| s.frame.point(point));
     if samples.first().and_then(|s| s.frame.point(point)).is_none() {
@@ -452,7 +448,7 @@ fn leaps_at_start(samples: &[Sample], point: HandPoint) -> bool {
     step(0) > LEAST_LEAP_M && step(0) > LEAP * after
 }
 
-/// Share of the samples in which a point is seen.
+/// Share of the samples that show a point.
 fn share_seen(recordings: &[Recording], point: HandPoint) -> f64 {
     let frames = || recordings.iter().flat_map(Recording::frames);
     let seen = frames().filter(|f| f.point(point).is_some()).count();

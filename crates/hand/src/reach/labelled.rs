@@ -1,4 +1,4 @@
-//! Reaches with a known end: what estimators learn from and are judged by.
+//! Reaches with a known end, for training and evaluation of estimators.
 
 use super::onset::ReachOnset;
 use super::segment::{Knot, measured, speeds};
@@ -7,28 +7,27 @@ use crate::frame::HandFrame;
 use crate::hand_point::HandPoint;
 use glam::DVec3;
 
-/// One reach from the start of the movement to its contact, and where and when that was.
+/// One reach from the start of the movement to its contact, with position and time of the contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LabelledReach {
-    /// Who moved, where the study says so.
+    /// The person, if known.
     pub person: Option<String>,
-    /// Which trial, where the study says so.
+    /// The trial, if known.
     pub trial: Option<String>,
     /// The point of the hand that touches.
     pub point: HandPoint,
-    /// The samples from the start of the movement to the contact, in one frame; their times increase
-    /// strictly.
+    /// The samples from the start of the movement to the contact, in one frame; their times increase strictly.
     pub frames: Vec<HandFrame>,
-    /// Where the touching point is at contact, or the target where the study names it, m.
+    /// Touching point at contact, or the target if the study names it, m.
     pub contact_m: DVec3,
-    /// When it touches, s, on the clock of the frames.
+    /// Time of contact, s, on the clock of the frames.
     pub contact_s: f64,
-    /// Unit normal of the surface touched, towards the hand, where it is known.
+    /// Unit normal of the touched surface, towards the hand, if known.
     pub normal: Option<DVec3>,
 }
 
 impl LabelledReach {
-    /// A reach of nobody in particular that ends at `contact_m`, m, at `contact_s`, s, on the clock of the frames.
+    /// A reach without a person that ends at `contact_m`, m, at `contact_s`, s, on the clock of the frames.
     #[must_use]
     pub const fn new(
         point: HandPoint,
@@ -47,7 +46,7 @@ impl LabelledReach {
         }
     }
 
-    /// The same, made by a person.
+    /// The same, attributed to a person and a trial.
     #[must_use]
     pub fn by(self, person: impl Into<String>, trial: impl Into<String>) -> Self {
         Self {
@@ -66,11 +65,11 @@ impl LabelledReach {
         }
     }
 
-    /// Checks that something can be learnt from the reach.
+    /// Checks that the reach is usable for training.
     ///
     /// # Errors
-    /// Fewer than two samples in which the touching point was seen, times that do not increase or are
-    /// later than the contact, a label that is not finite, a normal that is not a unit vector.
+    /// Fewer than two samples that show the touching point, times that do not increase or are later than the contact, a label that is not finite, a
+    /// normal that is not a unit vector.
     pub fn validate(&self) -> Result<(), HandError> {
         let bad = |what| HandError::Reach {
             reach: self.name(),
@@ -96,8 +95,8 @@ impl LabelledReach {
         Ok(())
     }
 
-    /// The samples at which the hand starts and at which it first clearly moves, by the one definition
-    /// ([`ReachOnset`]), however the reach was cut; `None` if it never clearly moves.
+    /// The samples at which the hand starts and first clearly moves, by the common definition ([`ReachOnset`]), whatever the segmentation; `None`
+    /// if it never clearly moves.
     #[must_use]
     pub fn onset(&self) -> Option<[usize; 2]> {
         let seen =

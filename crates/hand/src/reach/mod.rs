@@ -1,4 +1,4 @@
-//! Reaches: movements of a hand from rest to a touch, found in recordings and in live streams.
+//! Reaches: movements of a hand from rest to a touch, in recordings and live streams.
 
 mod label;
 mod labelled;

@@ -1,18 +1,17 @@
-//! When a hand starts: the one definition that recordings, live streams and estimators share.
+//! The onset of a reach: one definition for recordings, live streams and estimators.
 
-/// Below this a hand is slow wherever nothing else is said, m/s; three times this and it clearly moves.
+/// Default speeds, m/s: a hand is slow below the first and clearly moves above the second, three times as fast.
 const SLOW_M_PER_S: f64 = 0.1;
 const CLEAR_M_PER_S: f64 = 0.3;
-/// A hand that never gets that fast clearly moves above this share of its peak speed.
+/// Slow movements are clear above this share of their peak speed.
 const CLEAR_SHARE: f64 = 0.25;
-/// Slower than this is tremor and the noise of trackers, m/s.
+/// Slower motion is tremor and tracker noise, m/s.
 const LEAST_SLOW_M_PER_S: f64 = 0.02;
 
 /// The onset of a reach: the last sample at which the hand was slow before it clearly moves.
 ///
-/// Two speeds, so that neither tremor nor a pause in mid-movement is taken for an onset. It needs nothing of what comes
-/// after the hand clearly moves, so a live stream and a recording of it agree. A reach that is fast from its first
-/// sample on starts with that sample.
+/// Two thresholds, so that neither tremor nor a pause in mid-movement counts as an onset. The onset does not depend on samples after the hand
+/// clearly moves, so a live stream and its recording agree. A reach that is fast from its first sample starts with that sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReachOnset {
     /// A hand at most this fast is slow, m/s. Default 0.1.
@@ -31,11 +30,10 @@ impl Default for ReachOnset {
 }
 
 impl ReachOnset {
-    /// The default, or for a movement that never gets fast its shares of the peak speed, m/s: a quarter is clear, a
-    /// twelfth is slow.
+    /// The default speeds, or, for a movement that never gets fast, a quarter (clear) and a twelfth (slow) of its peak speed, m/s.
     #[must_use]
     pub fn of_peak(peak_m_per_s: f64) -> Self {
-        // A peak that is not a number changes nothing.
+        // A NaN peak gives the default.
         let share = (CLEAR_SHARE * peak_m_per_s / CLEAR_M_PER_S).min(1.0);
         let slow_m_per_s = (share * SLOW_M_PER_S).max(LEAST_SLOW_M_PER_S);
         Self {
@@ -44,7 +42,7 @@ impl ReachOnset {
         }
     }
 
-    /// Is a hand of this speed slow? One whose speed is not known is not.
+    /// Is a hand of this speed slow? False for NaN.
     #[must_use]
     pub fn is_slow(&self, speed_m_per_s: f64) -> bool {
         speed_m_per_s <= self.slow_m_per_s
@@ -56,7 +54,7 @@ impl ReachOnset {
         speed_m_per_s >= self.clear_m_per_s && !self.is_slow(speed_m_per_s)
     }
 
-    /// The last slow sample of a hand that clearly moves now, by its speeds up to now, m/s; 0 where it was never slow.
+    /// Index of the last slow sample before the present clear movement, from the speeds so far, m/s; 0 if there is none.
     #[must_use]
     pub fn before(
         &self,
@@ -66,7 +64,7 @@ impl ReachOnset {
         speeds.rposition(|v| self.is_slow(v)).unwrap_or(0)
     }
 
-    /// The sample of the onset and the one at which the hand first clearly moves; `None` where it never does.
+    /// Index of the onset and of the first sample at which the hand clearly moves; `None` if it never does.
     #[must_use]
     pub fn find(&self, speeds_m_per_s: &[f64]) -> Option<[usize; 2]> {
         let clear = speeds_m_per_s.iter().position(|&v| self.is_clear(v))?;
@@ -98,7 +96,7 @@ mod tests {
                 && (slow.slow_m_per_s - 1.0 / 30.0).abs() < 1e-12
         );
         assert!(slow.find(&[0.0, 0.02, 0.4]).is_some());
-        // Tremor alone never starts.
+        // Tremor alone is no onset.
         assert_eq!(ReachOnset::of_peak(0.0).find(&[0.0, 0.02, 0.0]), None);
     }
 }

@@ -1,4 +1,4 @@
-//! Cuts a recording into reaches by the speed of the hand.
+//! Segments a recording into reaches by the speed of the hand.
 
 use super::onset::ReachOnset;
 use crate::error::HandError;
@@ -11,28 +11,26 @@ use hwall_numeric::check::{positive, that};
 
 /// Speed is measured over a window of this width around each sample, s.
 const SPEED_WINDOW_S: f64 = 0.06;
-/// Longest time without the point that is bridged, s.
+/// Longest gap in the point that is bridged, s.
 pub(super) const MAX_GAP_S: f64 = 0.1;
 /// Fastest plausible hand, m/s. A faster step ends a reach.
 const MAX_SPEED_M_PER_S: f64 = 6.0;
-/// A step may be this much longer than that of the fastest plausible hand, m.
+/// Allowance on the step length of the fastest plausible hand, m.
 const JUMP_SLACK_M: f64 = 0.02;
 
-/// What counts as a reach.
+/// Criteria for a reach.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SegmentConfig {
-    /// The point whose motion is cut; `None` (default) takes [`Recording::steadiest_point`].
+    /// The point that is segmented; `None` (default) takes [`Recording::steadiest_point`].
     pub point: Option<HandPoint>,
-    /// A reach needs at least this speed somewhere, m/s. Default 0.3.
+    /// A reach must reach this speed, m/s. Default 0.3.
     pub onset_m_per_s: f64,
-    /// A reach lasts as long as the speed stays above this, m/s; at most the onset. Default 0.1.
-    /// The gap between the two keeps a slow end from being cut into pieces.
+    /// A reach lasts while the speed stays above this, m/s; at most the onset. Default 0.1. The hysteresis keeps a slow end from being split.
     pub offset_m_per_s: f64,
     /// Shortest straight distance from start to end, m. Default 0.3.
     pub min_length_m: f64,
-    /// Stretches in which the tracker repeats one shape of the hand are left out; `None` keeps
-    /// them, as simulated hands with a fixed shape need. Only the rigid test is used: a
-    /// hand that does not move at all makes no reach anyway.
+    /// Excludes stretches in which the tracker repeats one shape of the hand; `None` keeps them, for simulated hands with a fixed shape. Only the
+    /// rigid test is used: a hand that does not move makes no reach anyway.
     pub freeze: Option<FreezeConfig>,
 }
 
@@ -53,14 +51,13 @@ impl Default for SegmentConfig {
 pub enum ReachEnd {
     /// The hand slowed down.
     Stopped,
-    /// The recording ends while the hand moves, as trials that end at their contact do.
+    /// The recording ends while the hand moves, as in trials that end at contact.
     RecordingEnded,
-    /// The tracker lost the hand: a jump, a gap or a frozen pose. The hand went on to somewhere else.
+    /// The tracker lost the hand: a jump, a gap or a frozen pose. The hand continued elsewhere.
     TrackingLost,
 }
 
-/// One movement from rest to rest, or what the tracker saw of it: after a loss it starts where the
-/// hand was found again.
+/// One movement from rest to rest, or its tracked part: after a loss it starts where the hand was found again.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
     /// First sample, an index into [`Recording::samples`].
@@ -71,17 +68,17 @@ pub struct Reach {
     pub start_s: f64,
     /// Time of the last sample, s.
     pub end_s: f64,
-    /// The point that was followed.
+    /// The followed point.
     pub point: HandPoint,
-    /// Where it starts, m.
+    /// Start, m.
     pub start_m: DVec3,
-    /// Where it ends, m.
+    /// End, m.
     pub end_m: DVec3,
     /// Unit vector from start to end.
     pub direction: DVec3,
     /// Straight distance from start to end, m.
     pub length_m: f64,
-    /// Largest speed in the window, m/s.
+    /// Largest windowed speed, m/s.
     pub peak_speed_m_per_s: f64,
     /// How it ends.
     pub end: ReachEnd,
@@ -90,19 +87,19 @@ pub struct Reach {
 /// The reaches of a recording, in order of time; they do not overlap.
 ///
 /// # Errors
-/// A setting that is not positive and finite where it must be, or an offset above the onset.
-/// A recording in which nothing is tracked has no reaches; that is not an error.
+/// A setting that is not positive and finite where it must be, or an offset above the onset. A recording without tracked points has no reaches;
+/// that is not an error.
 pub fn reaches(recording: &Recording, config: &SegmentConfig) -> Result<Vec<Reach>, HandError> {
     config.validate()?;
     Ok(find_reaches(recording, config))
 }
 
-/// The reaches of a recording; the configuration has been checked.
+/// The reaches of a recording; `config` is valid.
 pub(super) fn find_reaches(recording: &Recording, config: &SegmentConfig) -> Vec<Reach> {
     let Some(point) = config.point.or_else(|| recording.steadiest_point()) else {
         return Vec::new();
     };
-    // A hand that does not move at all makes no reach anyway.
+    // Only the rigid test: a hand that does not move makes no reach anyway.
     let frozen = config.freeze.map(|freeze| {
         recording.frozen_samples(FreezeConfig {
             still_after_s: f64::INFINITY,
@@ -148,7 +145,7 @@ pub(super) fn find_reaches(recording: &Recording, config: &SegmentConfig) -> Vec
 }
 
 impl SegmentConfig {
-    /// When a reach begins, by these speeds.
+    /// The onset definition with these speeds.
     #[must_use]
     pub const fn onset(&self) -> ReachOnset {
         ReachOnset {
@@ -191,7 +188,7 @@ impl Knot {
         }
     }
 
-    /// Is the step from another sample longer than a hand makes it?
+    /// Is the step from another sample longer than a hand can move?
     pub(super) fn jumps_from(&self, before: &Self) -> bool {
         let reach_m = MAX_SPEED_M_PER_S * (self.t_s - before.t_s) + JUMP_SLACK_M;
         self.position_m.distance(before.position_m) > reach_m
@@ -202,19 +199,19 @@ impl Knot {
     }
 }
 
-/// Fewer changes of a point do not show how often its tracker measures.
+/// With fewer changes of a point, the rate of its tracker cannot be measured.
 const LEAST_CHANGES: usize = 3;
-/// Share of the changes that may follow each other faster than the tracker measures, by chance or by a late sample.
+/// Share of the changes that may come faster than the tracker measures, by chance or by a late sample.
 const FASTER: f64 = 0.1;
 
-/// Without the samples that only repeat the one before because the recording is faster than the tracker. Steps between these would be
-/// jumps of a hand that rests in between.
+/// Removes samples that only repeat the previous one because the recording is faster than the tracker. They would look like a hand that rests and
+/// jumps.
 pub(super) fn measured(seen: Vec<Knot>) -> Vec<Knot> {
     let runs = seen.chunk_by(|a, b| a.position_m == b.position_m);
     let mut lasting_s: Vec<f64> = runs
         .map(|run| run[run.len() - 1].t_s - run[0].t_s)
         .collect();
-    // The last may have been cut off.
+    // The last run may be truncated.
     lasting_s.pop();
     lasting_s.sort_by(f64::total_cmp);
     let shortest = (FASTER * lasting_s.len() as f64) as usize;
@@ -237,7 +234,7 @@ pub(super) fn measured(seen: Vec<Knot>) -> Vec<Knot> {
     measured
 }
 
-/// Finds the reaches of one uninterrupted stretch, which it empties.
+/// Finds the reaches of one uninterrupted stretch, and clears it.
 fn cut(
     stretch: &mut Vec<Knot>,
     end_of_stretch: ReachEnd,
@@ -280,11 +277,10 @@ fn cut(
     stretch.clear();
 }
 
-/// Speed at each sample, m/s: the straight step across a window around it.
+/// Speed at each sample, m/s: the straight displacement across a window around it.
 ///
-/// A window holds the sample itself and at least one neighbour, so that there is a speed even with a
-/// slow tracker; a lone sample gets 0. None is above the greatest speed of a hand: what exceeds it is the slack of a
-/// jump over a short step, without bound as the step vanishes.
+/// A window holds the sample and at least one neighbour, so slow trackers have a speed too; a lone sample gets 0. The speed is capped at that of
+/// the fastest hand: the excess is the slack of a jump over a short step, which is unbounded as the step vanishes.
 pub(super) fn speeds(stretch: &[Knot]) -> Vec<f64> {
     let n = stretch.len();
     let (mut from, mut to) = (0, 0);

@@ -1,22 +1,22 @@
-//! Where the touching point of a hand is, also while it is not seen.
+//! Locates the touching point of a hand, even while it is not seen.
 
 use crate::hand_point::HandPoint;
 use glam::DVec3;
 
-/// Locates the touching point in the course of one reach. While it is missing, another point of the hand
-/// stands in, shifted by the last offset between the two, or by the usual one until there is one.
+/// Locates the touching point during one reach. While it is missing, another point of the hand replaces it, shifted by the last offset between the
+/// two, or by the default offset until there is one.
 #[derive(Debug, Clone)]
 pub struct TouchingPoint {
     point: HandPoint,
-    /// From each point of the hand to the touching one, m.
+    /// Default offset from each point of the hand to the touching one, m.
     usual_m: [Option<DVec3>; 6],
-    /// The same when both were last seen in this reach.
+    /// Last offset in this reach.
     last_m: [Option<DVec3>; 6],
 }
 
 impl TouchingPoint {
-    /// For a touching point; `usual_m` holds its usual offset from every point of the hand, in the order of
-    /// [`HandPoint::ALL`], m; `None` where it is not known.
+    /// For a touching point; `usual_m` holds its default offset from every point of the hand, in the order of [`HandPoint::ALL`], m; `None` if
+    /// unknown.
     #[must_use]
     pub const fn new(point: HandPoint, usual_m: [Option<DVec3>; 6]) -> Self {
         Self {
@@ -31,8 +31,8 @@ impl TouchingPoint {
         self.last_m = [None; 6];
     }
 
-    /// Where the touching point is, m, by the points of the hand that are seen, in the order of
-    /// [`HandPoint::ALL`]; `None` where none of them tells.
+    /// Position of the touching point, m, from the visible points of the hand, in the order of [`HandPoint::ALL`]; `None` if none of them
+    /// determines it.
     pub fn locate(&mut self, seen_m: &[Option<DVec3>; 6]) -> Option<DVec3> {
         let Some(own_m) = seen_m[self.point as usize] else {
             return HandPoint::BY_CONTACT
@@ -45,8 +45,7 @@ impl TouchingPoint {
         Some(own_m)
     }
 
-    /// From another point of the hand to the touching point, m; `None` where they were never seen together
-    /// and the usual offset is not known.
+    /// Offset from another point of the hand to the touching point, m; `None` if they were never seen together and there is no default.
     #[must_use]
     pub fn offset_m(&self, other: HandPoint) -> Option<DVec3> {
         self.last_m[other as usize].or(self.usual_m[other as usize])

@@ -1,4 +1,4 @@
-//! Reaches in a stream of samples: when a hand leaves its rest, and when it rests again.
+//! Detects reaches in a stream of samples.
 
 use super::onset::ReachOnset;
 use crate::error::HandError;
@@ -10,20 +10,19 @@ use hwall_numeric::ArgumentError;
 use hwall_numeric::check::{non_negative, positive};
 use std::collections::VecDeque;
 
-/// What counts as a reach in a stream. The default speeds are those of
-/// [`SegmentConfig`](super::SegmentConfig), so reaches begin as those do that an estimator learnt from.
+/// Criteria for a reach in a stream. The default speeds are those of [`SegmentConfig`](super::SegmentConfig), so that reaches begin as in the
+/// training data of estimators.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WatchConfig {
     /// A hand faster than this is reaching, m/s. Default 0.3.
     pub onset_m_per_s: f64,
-    /// The reach began when the speed rose above this, and ends when it stays below, m/s; at most
-    /// the onset. Default 0.1.
+    /// The reach began when the speed rose above this, and ends when it stays below, m/s; at most the onset. Default 0.1.
     pub offset_m_per_s: f64,
     /// Time below the offset after which the reach is over, s. Default 0.1.
     pub rest_s: f64,
     /// Samples kept to find the beginning of a reach. Default 128: a second at 120 Hz.
     pub buffer: usize,
-    /// Longest time without the hand that does not end a reach, s. Default 0.25.
+    /// Longest gap without the hand that does not end a reach, s. Default 0.25.
     pub max_gap_s: f64,
 }
 
@@ -40,7 +39,7 @@ impl Default for WatchConfig {
 }
 
 impl WatchConfig {
-    /// When a reach begins, by these speeds: the definition by which recordings are cut, too.
+    /// The onset definition with these speeds, as for the segmentation of recordings.
     #[must_use]
     pub const fn onset(&self) -> ReachOnset {
         ReachOnset {
@@ -63,31 +62,29 @@ impl WatchConfig {
     }
 }
 
-/// What a sample means for the reaches of a stream.
+/// Effect of a sample on the reaches of a stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WatchUpdate {
-    /// The sample has the time of the one before: nothing new.
+    /// The sample repeats the previous time: nothing new.
     Repeated,
-    /// No reach is under way; also the answer to a sample whose time is not finite.
+    /// No reach is under way; also returned for a sample without a finite time.
     AtRest,
-    /// A reach has begun. [`ReachWatch::latest`] has its samples so far, this one last.
+    /// A reach has begun. [`ReachWatch::latest`] returns its samples so far, this one last.
     Begun {
-        /// How many samples the reach has so far.
+        /// Number of samples of the reach so far.
         samples: usize,
     },
-    /// The reach goes on with this sample.
+    /// The reach continues with this sample.
     UnderWay,
 }
 
-/// Finds the reaches of an unbroken stream, each from its true start.
+/// Detects the reaches of a continuous stream, each from its true start.
 ///
-/// A tracker that trembles makes a hand at rest seem fast. Its noise is measured: where it could alone make the speed of an onset,
-/// the hand must have gone on at that speed over 0.1 s; and where it could make the speed of a hand that goes nowhere over 0.2 s,
-/// that hand is at rest.
+/// Tracker jitter makes a resting hand seem fast, so the noise is measured. If noise alone could reach the onset speed, the hand must keep that
+/// speed over 0.1 s; and if noise could explain the speed of a hand without drift over 0.2 s, that hand is at rest.
 ///
-/// An onset is seen only some samples after the movement began; the watch keeps the last
-/// [`WatchConfig::buffer`] samples to look back. A hand that turns back while it moves, after a touch or
-/// by a change of mind, begins a new reach where it was slowest. Nothing is allocated after the construction.
+/// An onset is detected some samples after the movement began; the watch keeps the last [`WatchConfig::buffer`] samples to look back. A hand that
+/// reverses while it moves, e.g. after a touch, begins a new reach at its slowest sample. After the construction nothing is allocated.
 #[derive(Debug, Clone)]
 pub struct ReachWatch {
     config: WatchConfig,
@@ -105,13 +102,13 @@ struct Reaching {
     peak_m_per_s: f64,
     /// Direction of motion at the peak.
     heading: DVec3,
-    /// Since when it is slow, and since when the hand has not been seen.
+    /// Start of the present slow stretch, and of the present gap.
     slow_since_s: Option<f64>,
     unseen_since_s: Option<f64>,
 }
 
 impl ReachWatch {
-    /// A watch that has seen nothing.
+    /// A watch without samples.
     ///
     /// # Errors
     /// A setting outside its range.
@@ -140,14 +137,14 @@ impl ReachWatch {
         self.trembling = MedianSize::new(0.0);
     }
 
-    /// The newest samples, oldest first; at most as many as are kept.
+    /// The newest samples, oldest first; limited to the buffer.
     pub fn latest(&self, samples: usize) -> impl ExactSizeIterator<Item = &HandFrame> {
         let first = self.recent.len().saturating_sub(samples);
         self.recent.range(first..).map(|(frame, _)| frame)
     }
 
-    /// How many samples a reach would have that is found to have begun now, the newest one included; `None` while a reach is
-    /// under way, and while the hand is slow, when no reach can have begun.
+    /// Number of samples, including the newest, of a reach that would be detected now; `None` while a reach is under way, and while the hand is
+    /// slow, so that none can have begun.
     #[must_use]
     pub fn samples_if_begun(&self) -> Option<usize> {
         let (_, newest_m_per_s) = self.recent.back()?;
@@ -159,12 +156,11 @@ impl ReachWatch {
         Some(self.recent.len() - onset.before(speeds))
     }
 
-    /// Takes the next sample, and the filtered hand unless it is lost. When the clock is set back, the watch
-    /// starts anew.
+    /// Takes the next sample, and the filtered hand unless it is lost. A clock reset restarts the watch.
     pub fn step(&mut self, frame: &HandFrame, hand: Option<&HandState>) -> WatchUpdate {
         let t_s = frame.t_s;
         if t_s == self.last_s {
-            // A stream that is polled faster than it is measured.
+            // The stream is polled faster than it is measured.
             return WatchUpdate::Repeated;
         }
         if !t_s.is_finite() {
@@ -189,7 +185,7 @@ impl ReachWatch {
                 };
                 let turned = reach.follow(t_s, v, slow, &self.config) && goes_on;
                 if reach.over(t_s, &self.config) {
-                    // A hand that comes back after a loss does not come from where it was lost.
+                    // After a loss the hand does not come from where it was lost.
                     if reach.unseen_since_s.is_some() {
                         self.recent.clear();
                     }
@@ -210,8 +206,7 @@ impl ReachWatch {
         }
     }
 
-    /// Begins a reach at the last slow sample, or at the slowest after a turn; returns its number of
-    /// samples so far.
+    /// Begins a reach at the last slow sample, or at the slowest after a turn; returns its number of samples so far.
     fn begin(&mut self, velocity: DVec3) -> usize {
         let first = if self.reach.is_some() {
             // Back over the last slowdown, to its slowest sample.
@@ -238,7 +233,7 @@ impl ReachWatch {
         self.recent.len() - first
     }
 
-    /// Is the hand slow, or only seems to move because the tracker trembles?
+    /// Is the hand slow, or does it only seem to move because of tracker noise?
     fn is_slow(&self, speed_m_per_s: f64) -> bool {
         let offset_m_per_s = self.config.offset_m_per_s;
         speed_m_per_s <= offset_m_per_s
@@ -248,7 +243,7 @@ impl ReachWatch {
                     .is_some_and(|drift| drift <= offset_m_per_s))
     }
 
-    /// Can a speed not be the noise of the tracker alone, or has the hand gone on at the speed of an onset?
+    /// Is a speed above the tracker noise, or has the hand kept the onset speed?
     fn goes_on(&self, speed_m_per_s: f64) -> bool {
         speed_m_per_s >= TREMBLING_SDS * self.speed_noise_m_per_s()
             || self
@@ -256,16 +251,16 @@ impl ReachWatch {
                 .is_some_and(|drift| drift >= self.config.onset_m_per_s)
     }
 
-    /// Standard deviation in each axis that the noise of the tracker gives the filtered velocity, m/s.
+    /// Standard deviation of the filtered velocity per axis due to tracker noise, m/s.
     fn speed_noise_m_per_s(&self) -> f64 {
         let times_s = || self.recent.iter().rev().map(|(frame, _)| frame.t_s);
         let step_s = times_s().zip(times_s().skip(1)).map(|(b, a)| b - a).next();
         let noise_m = self.trembling.median() / MEDIAN_OF_SECOND_DIFFERENCE;
-        // What the filter makes of white noise at even steps.
+        // Gain of the filter for white noise at regular steps.
         step_s.map_or(0.0, |step_s| 0.5 * noise_m / step_s)
     }
 
-    /// Takes the newest second difference.
+    /// Updates the noise with the newest second difference.
     fn measure_noise(&mut self) {
         let mut newest = self.recent.iter().rev().map(|(frame, _)| frame);
         let (Some(c), Some(b), Some(a)) = (newest.next(), newest.next(), newest.next()) else {
@@ -275,18 +270,18 @@ impl ReachWatch {
         let (Some(b_m), Some(a_m)) = (b.point(now.point), a.point(now.point)) else {
             return;
         };
-        // Uneven steps would take motion for noise.
+        // With uneven steps, motion would count as noise.
         if ((c.t_s - b.t_s) - (b.t_s - a.t_s)).abs() <= 0.1 * (c.t_s - b.t_s) {
             self.trembling
                 .add((now.position_m - 2.0 * b_m + a_m).length());
         }
     }
 
-    /// Speed between the mean places of the two halves of the last `window_s`, m/s; `None` if too little of it was seen.
+    /// Speed between the mean positions of the two halves of the last `window_s`, m/s; `None` with too few samples.
     fn drift_m_per_s(&self, window_s: f64) -> Option<f64> {
         let (newest, _) = self.recent.back()?;
         let which = newest.contact_point()?.point;
-        // Sums of time, place and number, of the newer half first.
+        // Sums of time, position and count, the newer half first.
         let mut halves = [(0.0, DVec3::ZERO, 0.0); 2];
         let mut oldest_s = 0.0;
         for (frame, _) in self.recent.iter().rev() {
@@ -309,7 +304,7 @@ impl ReachWatch {
         enough.then(|| moved_m / (before_s / m - now_s / n))
     }
 
-    /// Keeps a sample and the speed of the hand at it.
+    /// Stores a sample and the speed of the hand.
     fn remember(&mut self, frame: &HandFrame, filtered_m_per_s: Option<f64>) {
         let seen = frame.contact_point();
         if self.reach.is_none() {
@@ -322,14 +317,14 @@ impl ReachWatch {
                 return;
             }
         }
-        // The filter is silent at first and after a fault; the samples themselves then give the speed.
+        // The filter has no output at first and after a fault; then compute the speed from the samples.
         let raw = || {
             let now = seen?;
             let near = |(f, _): &&(HandFrame, f64)| frame.t_s - f.t_s <= SPEED_WINDOW_S;
             let (before, _) = self.recent.iter().rev().take_while(near).last()?;
             Some(now.position_m.distance(before.point(now.point)?) / (frame.t_s - before.t_s))
         };
-        // The very first sample may be in the middle of a movement.
+        // The first sample may be in the middle of a movement.
         let speed = filtered_m_per_s.or_else(raw).unwrap_or(f64::INFINITY);
         if self.recent.len() == self.config.buffer {
             self.recent.pop_front();
@@ -338,22 +333,22 @@ impl ReachWatch {
     }
 }
 
-/// A speed beyond this many standard deviations of its noise in one axis is none of it alone.
+/// A speed beyond this many standard deviations of its noise in one axis is not noise alone.
 const TREMBLING_SDS: f64 = 6.0;
-/// One below this many is seldom anything else.
+/// A speed below this many is usually noise.
 const TREMBLING_AT_REST_SDS: f64 = 4.0;
-/// White noise of unit variance in three axes gives second differences with this median length: √6 times 1.5382, the
-/// median of the length of a standard normal vector.
+/// Median length of second differences of white noise of unit variance in three axes: √6 times 1.5382, the median length of a standard normal
+/// vector.
 const MEDIAN_OF_SECOND_DIFFERENCE: f64 = 3.767_8;
-/// Times over which a hand goes on, and stays where it is, s.
+/// Windows for detecting continued motion and rest, s.
 const ONSET_WINDOW_S: f64 = 0.1;
 const REST_WINDOW_S: f64 = 0.2;
 
-/// Unfiltered speeds are taken over this long, s.
+/// Window of unfiltered speeds, s.
 const SPEED_WINDOW_S: f64 = 0.06;
 
 impl Reaching {
-    /// Takes the present velocity; has the hand turned back?
+    /// Takes the present velocity; returns whether the hand has reversed.
     fn follow(
         &mut self,
         t_s: f64,

@@ -1,11 +1,10 @@
 //! Recordings as CSV.
 //!
-//! One header line, then one row a sample, metres and seconds, as [`Table`] reads it:
-//! `person,trial,t,palm_x,palm_y,palm_z,thumb_x,...,little_z,head_x,...,gaze_x,...,object_x,...,target_x,...,contact`,
-//! after the hand perhaps `wrist`, `forearm`, `elbow`, `shoulder`, `grip` and `aim`.
-//! Columns are found by name, in any order. Only `t` and one point of the hand are required;
-//! an empty cell, `NaN`, `NA` or `N/A` is a missing value; other columns are left out and listed. Rows of several
-//! trials may share a file and may even alternate: `person` and `trial` tell them apart.
+//! One header line, then one row per sample, in metres and seconds, as read by [`Table`]:
+//! `person,trial,t,palm_x,palm_y,palm_z,thumb_x,...,little_z,head_x,...,gaze_x,...,object_x,...,target_x,...,contact`, after the hand optionally
+//! `wrist`, `forearm`, `elbow`, `shoulder`, `grip` and `aim`. Columns are found by name, in any order. Only `t` and one point of the hand are
+//! required; an empty cell, `NaN`, `NA` or `N/A` is a missing value; other columns are ignored and listed. Rows of several trials may share a file
+//! and even alternate: `person` and `trial` distinguish them.
 
 use super::in_memory::{Quantity, Recording, Sample};
 use crate::body_point::NamedPoint;
@@ -19,18 +18,18 @@ use std::sync::Arc;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// A gaze shorter than this has no direction.
+/// A shorter gaze vector has no direction.
 const MIN_GAZE_LENGTH: f64 = 1e-6;
 
-/// A gaze whose length is off by more than this is made a unit vector; one that is nearer
-/// stays as it is, so that a file that was written here reads back bit for bit.
+/// A gaze vector whose length deviates from 1 by more than this is normalised; one that is nearer stays unchanged, so that a written file reads
+/// back bit for bit.
 const GAZE_LENGTH_TOLERANCE: f64 = 1e-9;
 
 impl Recording {
     /// Reads a CSV that holds one trial.
     ///
     /// # Errors
-    /// Everything wrong with the text, by line and column; several trials.
+    /// Any fault of the text, by line and column; several trials.
     pub fn from_csv(reader: impl Read) -> Result<Self, HandError> {
         let mut all = read_recordings(reader)?;
         match (all.pop(), all.len()) {
@@ -62,11 +61,11 @@ impl Recording {
     }
 }
 
-/// Reads all trials of a CSV, in the order in which they first appear. A point at exactly 0,0,0 between rows where it is elsewhere was
-/// not seen; [`Recording::zero_rows`] counts them.
+/// Reads all trials of a CSV, in the order in which they first appear. A point at exactly 0,0,0 between rows that show it elsewhere counts as
+/// missing; [`Recording::zero_rows`] counts them.
 ///
 /// # Errors
-/// Everything wrong with the text, by line and column: see [`HandError`].
+/// Any fault of the text, by line and column: see [`HandError`].
 pub fn read_recordings(reader: impl Read) -> Result<Vec<Recording>, HandError> {
     let mut table = Table::new(BufReader::new(reader))?;
     let columns = Columns::from_header(table.header())?;
@@ -112,9 +111,9 @@ pub fn read_recordings(reader: impl Read) -> Result<Vec<Recording>, HandError> {
     Ok(recordings)
 }
 
-/// Writes trials as one CSV: the columns of every quantity that any sample holds.
+/// Writes trials as one CSV, with the columns of every quantity that any sample holds.
 ///
-/// Numbers are written with as many digits as it takes to read the same number back.
+/// Numbers are written with enough digits to read back the same value.
 ///
 /// # Errors
 /// A recording that [`Recording::validate`] rejects or that holds no point of the hand;
@@ -171,7 +170,7 @@ pub fn write_recordings(writer: impl Write, recordings: &[Recording]) -> Result<
     csv.flush().map_err(|e| io_error(&e))
 }
 
-/// Where each quantity stands in a row.
+/// Column indices of each quantity.
 struct Columns {
     t: usize,
     person: Option<usize>,
@@ -205,7 +204,7 @@ impl Columns {
             };
             let name = names(quantity).find(named).unwrap_or(quantity.name());
             let names = AXES.map(|axis| format!("{name}_{axis}"));
-            // Recordings from before these points were known may have other columns of such a name: then they are left out.
+            // Older recordings may have other columns of such a name: ignore incomplete ones.
             let is_whole = names.iter().all(|n| place.contains_key(n.as_str()));
             if matches!(quantity, Quantity::Body(_)) && !is_whole {
                 continue;
@@ -261,7 +260,7 @@ impl Columns {
                 }
             };
             let value = match quantity {
-                // Nobody looks nowhere: the eyes are not seen.
+                // A zero gaze vector means that the eyes are not seen.
                 Quantity::Gaze if value == DVec3::ZERO => continue,
                 Quantity::Gaze => unit_gaze(value, line)?,
                 _ => value,
@@ -275,7 +274,7 @@ impl Columns {
     }
 }
 
-/// The names by which a quantity is found, its own first.
+/// The names of a quantity in headers, its own first.
 fn names(quantity: Quantity) -> impl Iterator<Item = &'static str> {
     let others = match quantity {
         Quantity::Hand(point) => NamedPoint::Hand(point).other_names(),
@@ -289,7 +288,7 @@ fn column_name(quantity: Quantity, axis: &str) -> String {
     format!("{}_{axis}", quantity.name())
 }
 
-/// A cell as a finite number; `None` where it is missing. The name is only made for an error.
+/// A cell as a finite number; `None` if missing. The name is only built for an error.
 fn number(row: &Row, place: usize, column: impl Fn() -> String) -> Result<Option<f64>, HandError> {
     let line = row.line();
     row.number(place).map_err(|text| match text.parse() {

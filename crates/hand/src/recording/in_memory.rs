@@ -18,14 +18,14 @@ pub enum Quantity {
     Head,
     /// Unit direction of gaze.
     Gaze,
-    /// An object that was tracked along, m.
+    /// An additional tracked object, m.
     Object,
-    /// The place that the hand was to touch, m.
+    /// The target of the reach, m.
     Target,
 }
 
 impl Quantity {
-    /// All, in the order of the columns: points of the hand and of the arm, then the others.
+    /// All, in column order: points of the hand and of the arm, then the others.
     pub const ALL: [Self; NamedPoint::COUNT + 4] = {
         let mut all = [Self::Head; NamedPoint::COUNT + 4];
         let mut i = 0;
@@ -61,16 +61,16 @@ impl Quantity {
 pub struct Sample {
     /// Time, hand, head and gaze.
     pub frame: HandFrame,
-    /// An object that was tracked along, m.
+    /// An additional tracked object, m.
     pub object_m: Option<DVec3>,
-    /// The place that the hand was to touch, m.
+    /// The target of the reach, m.
     pub target_m: Option<DVec3>,
-    /// Whether the hand touched at this time, where the study says so.
+    /// Whether the hand touches at this time, if known.
     pub contact: Option<bool>,
 }
 
 impl Sample {
-    /// One quantity as stored, unchecked; `None` where it is missing.
+    /// One quantity as stored, unchecked; `None` if missing.
     #[must_use]
     pub fn get(&self, quantity: Quantity) -> Option<DVec3> {
         match quantity {
@@ -97,23 +97,23 @@ impl Sample {
     }
 }
 
-/// One trial of one person, samples in order of time; all in the frame it was recorded in.
+/// One trial of one person, samples in order of time, all in the recorded frame.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Recording {
-    /// Who moved, where the study says so.
+    /// The person, if known.
     pub person: Option<String>,
-    /// Which trial, where the study says so.
+    /// The trial, if known.
     pub trial: Option<String>,
     /// The samples; their times increase strictly.
     pub samples: Vec<Sample>,
-    /// Columns of the file that have no meaning here and were left out; shared by all trials of a file.
+    /// Unknown columns of the file, which were ignored; shared by all trials of a file.
     pub ignored_columns: Arc<[String]>,
-    /// Rows in which the file had zeros for what was not seen, which is missing here.
+    /// Number of rows in which zeros of the file were treated as missing.
     pub zero_rows: usize,
 }
 
 impl Recording {
-    /// From samples of a hand alone.
+    /// From samples of a hand only.
     ///
     /// # Errors
     /// See [`Recording::validate`].
@@ -133,7 +133,7 @@ impl Recording {
         Ok(recording)
     }
 
-    /// The samples of the hand, in order of time.
+    /// The frames, in order of time.
     pub fn frames(&self) -> impl ExactSizeIterator<Item = &HandFrame> {
         self.samples.iter().map(|s| &s.frame)
     }
@@ -147,8 +147,8 @@ impl Recording {
         }
     }
 
-    /// The point of the hand that is tracked in the most samples; among equals the palm, which waving
-    /// fingers do not move, then the first of [`HandPoint::BY_CONTACT`]. `None` if none is ever tracked.
+    /// The point of the hand that is tracked in the most samples; among equals the palm, which finger motion does not move, then the first of
+    /// [`HandPoint::BY_CONTACT`]. `None` if none is ever tracked.
     #[must_use]
     pub fn steadiest_point(&self) -> Option<HandPoint> {
         let seen = |p: HandPoint| self.frames().filter(|f| f.point(p).is_some()).count();
@@ -161,11 +161,10 @@ impl Recording {
         (seen(best) > 0).then_some(best)
     }
 
-    /// Checks what the reader guarantees: at least one sample, strictly increasing times, no
-    /// NaN and no infinity.
+    /// Checks what the reader guarantees: at least one sample, strictly increasing times, no NaN and no infinity.
     ///
     /// # Errors
-    /// The first sample for which this does not hold; `line` counts samples from 1.
+    /// The first invalid sample; `line` counts samples from 1.
     pub fn validate(&self) -> Result<(), HandError> {
         if self.samples.is_empty() {
             return Err(HandError::NoSamples);

@@ -1,15 +1,14 @@
-//! Lost tracking that a recorder wrote as zeros, and what a recording says of its tracker.
+//! Tracking loss recorded as zeros, and tracker properties of a recording.
 
 use super::in_memory::{Quantity, Recording};
 use crate::track::{FreezeConfig, FreezeWatch, ValueSteps};
 use glam::DVec3;
 
-/// A point that comes to the origin and leaves it does so in steps of a kind; a loss is a step that is longer than this many times its
-/// neighbour.
+/// A point that passes the origin does so in steps of similar length; a step more than this many times longer than its neighbour is a loss.
 const LONGER: f64 = 3.0;
 
 impl Recording {
-    /// Step of the positions of the hand, m: 0.01 where they have two decimals; 0 where they are not on a grid.
+    /// Grid step of the hand positions, m: 0.01 for two decimals; 0 if they are not on a grid.
     #[must_use]
     pub fn value_step_m(&self) -> f64 {
         let mut steps = ValueSteps::default();
@@ -20,7 +19,7 @@ impl Recording {
         steps.step_m()
     }
 
-    /// Which samples repeat a frozen pose, also those before the freeze was noticed.
+    /// Marks samples that repeat a frozen pose, including those before the detection.
     #[must_use]
     pub fn frozen_samples(&self, config: FreezeConfig) -> Vec<bool> {
         let mut frozen = vec![false; self.samples.len()];
@@ -30,7 +29,7 @@ impl Recording {
                 continue;
             };
             for k in (0..=index).rev() {
-                // Everything before a marked sample has been marked already.
+                // Everything before a marked sample is marked already.
                 if self.samples[k].frame.t_s < found.since_s
                     || std::mem::replace(&mut frozen[k], true)
                 {
@@ -41,13 +40,13 @@ impl Recording {
         frozen
     }
 
-    /// Takes exact zeros of a quantity that is elsewhere before or after them for missing, and counts the rows concerned: so headsets
-    /// write what they do not see.
+    /// Treats exact zeros of a quantity that is elsewhere before or after as missing, and counts the affected rows: headsets write zeros for what
+    /// they do not see.
     pub(super) fn without_zeros(&mut self) {
         let step_m = self.value_step_m();
         let mut lost = vec![false; self.samples.len()];
         for quantity in Quantity::ALL {
-            // A target may well be the origin.
+            // A target may be at the origin.
             if quantity != Quantity::Target {
                 self.clear_zeros(quantity, step_m, &mut lost);
             }
@@ -67,7 +66,7 @@ impl Recording {
             while k < held.len() && is_zero(k) == is_zero(start) {
                 k += 1;
             }
-            // From the run of zeros to its neighbour, and from there on.
+            // The step from the zeros to a neighbour against the next step.
             let leaps = |near: Option<usize>, beyond: Option<usize>| {
                 let at =
                     |k: Option<usize>| Some(held.get(k?)?.1).filter(|&at_m| at_m != DVec3::ZERO);

@@ -1,4 +1,4 @@
-//! Recordings of hands: in memory, as CSV, at even times.
+//! Recordings of hands: in memory, as CSV, resampled.
 
 mod csv_text;
 mod in_memory;

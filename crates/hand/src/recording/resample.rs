@@ -1,4 +1,4 @@
-//! Recordings at even times.
+//! Resampling of recordings at regular times.
 
 use super::in_memory::{Quantity, Recording, Sample};
 use crate::error::HandError;
@@ -6,25 +6,21 @@ use crate::frame::HandFrame;
 use glam::DVec3;
 use hwall_numeric::check::{positive, that};
 
-/// Samples at most, and at most for each one that was recorded: beyond that the period or a time stamp was meant in
-/// other units, and memory runs out.
+/// Most samples in total, and per recorded sample: beyond both, the period or a time stamp is probably in the wrong unit, and memory would run out.
 const MOST_SAMPLES: f64 = 1e6;
 const MOST_FOR_EACH: f64 = 100.0;
 
 impl Recording {
-    /// The same motion at even times from the first sample on, `period_s` apart.
+    /// The same motion at regular times from the first sample on, `period_s` apart.
     ///
-    /// Each quantity is interpolated in a straight line between the neighbouring samples that
-    /// have it, and directions of gaze are normalised again; `contact` is that of the sample before.
-    /// Where those neighbours are further apart than `longest_gap_s`, the quantity stays missing: nothing
-    /// is invented over a dropout, nor before the first and after the last sample that has it.
+    /// Each quantity is interpolated linearly between the neighbouring samples that have it, and gaze directions are normalised again; `contact` is
+    /// that of the sample before. If those neighbours are further apart than `longest_gap_s`, the quantity stays missing: nothing is extrapolated
+    /// over a dropout, before the first or after the last sample that has it.
     ///
-    /// Error: that of the straight line, at most `a h² / 8` for an acceleration `a` and samples
-    /// `h` apart: 0.5 mm at 10 m/s² and 20 ms.
+    /// Error of linear interpolation: at most `a h² / 8` for an acceleration `a` and samples `h` apart: 0.5 mm at 10 m/s² and 20 ms.
     ///
     /// # Errors
-    /// See [`Recording::validate`]; a period or a gap that is not finite and positive, more than
-    /// 1e6 samples and 100 for each that was recorded.
+    /// See [`Recording::validate`]; a period or a gap that is not finite and positive, more than 1e6 samples and more than 100 per recorded sample.
     pub fn resampled(&self, period_s: f64, longest_gap_s: f64) -> Result<Self, HandError> {
         self.validate()?;
         positive("period", period_s)?;
@@ -37,7 +33,7 @@ impl Recording {
             "long enough for at most 1e6 samples, or 100 for each recorded one",
         )?;
         let start_s = self.samples[0].frame.t_s;
-        // A last step that misses the end by rounding alone counts.
+        // Include a last step that misses the end by rounding only.
         let count = (steps + 1e-9).floor() as usize + 1;
         let mut samples: Vec<Sample> = (0..count)
             .map(|k| Sample {
@@ -80,7 +76,7 @@ impl Recording {
                 (Some((before, a)), Some(&(after, b))) if after - before <= longest_gap_s => {
                     Some(a.lerp(b, (t_s - before) / (after - before)))
                 }
-                // The last one again, where the even times end a rounding after it.
+                // Repeat the last one if the resampled times end a rounding error after it.
                 (Some((before, a)), None) if t_s - before <= 1e-9 * longest_gap_s => Some(a),
                 _ => None,
             };

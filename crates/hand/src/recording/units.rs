@@ -1,36 +1,36 @@
-//! What the rows of a recording say of its units and of the rates of its channels.
+//! Units and channel rates of a recording, inferred from its rows.
 
 use super::in_memory::{Quantity, Recording};
 use crate::hand_point::HandPoint;
 use glam::DVec3;
 
-/// Usual distances, m: from the palm to the furthest tip, and across all that a hand reaches.
+/// Typical lengths, m: from the palm to the furthest tip, and across a reach.
 const HAND_M: f64 = 0.12;
 const RANGE_M: f64 = 0.8;
 
-/// Lengths so many times the usual are in centimetres, and from the next on in millimetres: between the ratios of the units, 1, 100 and
-/// 1000.
+/// Lengths this many times the typical ones are in centimetres, and from the second factor on in millimetres: between the ratios of the units, 1,
+/// 100 and 1000.
 const CENTIMETRES: f64 = 10.0;
 const MILLIMETRES: f64 = 316.0;
 
-/// No hand is faster for one twentieth of the time, m/s: twice the peak of fast reaches.
+/// No hand is faster than this for one twentieth of the time, m/s: twice the peak of fast reaches.
 const FAST_M_PER_S: f64 = 10.0;
 
-/// Trackers of hands give a sample at least this often and at most that often, s.
+/// Range of sample periods of hand trackers, s.
 const SLOWEST_S: f64 = 0.9;
 const FASTEST_S: f64 = 5e-4;
 
-/// Units that a recording seems to have instead of metres and seconds.
+/// The probable units of a recording that is not in metres and seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UnitHint {
-    /// Metres in a unit of its positions: 0.01 or 0.001; `None`: they may be metres.
+    /// Metres per position unit: 0.01 or 0.001; `None` if it is probably metres.
     pub metres: Option<f64>,
-    /// Seconds in a unit of its times: 1e-3, 1e-6 or 1e-9; `None`: they may be seconds.
+    /// Seconds per time unit: 1e-3, 1e-6 or 1e-9; `None` if it is probably seconds.
     pub seconds: Option<f64>,
 }
 
 impl Recording {
-    /// Units in which it could be a person; `None` if metres and seconds are.
+    /// Units in which the motion is plausible for a person; `None` if metres and seconds are.
     #[must_use]
     pub fn unit_hint(&self) -> Option<UnitHint> {
         let period = median(self.intervals(|_| true)).unwrap_or(0.0);
@@ -49,7 +49,7 @@ impl Recording {
         (metres.is_some() || seconds.is_some()).then_some(hint)
     }
 
-    /// The same with positions and times in other units: metres and seconds in one of them.
+    /// Converts positions and times, given metres and seconds per unit.
     pub fn scale(&mut self, metres: f64, seconds: f64) {
         for sample in &mut self.samples {
             sample.frame.t_s *= seconds;
@@ -61,14 +61,14 @@ impl Recording {
         }
     }
 
-    /// Interpolates what is logged at a lower rate than the hand: the head between any two rows that have it, the gaze across its own
-    /// interval. Returns in how many rows a head was put.
+    /// Interpolates channels logged at a lower rate than the hand: the head between any two rows that have it, gaze across its own interval.
+    /// Returns the number of rows in which a head was added.
     pub fn fill_slow_channels(&mut self) -> usize {
         let heads = |all: &Self| all.frames().filter(|frame| frame.head_m.is_some()).count();
         let before = heads(self);
         let period_s = median(self.intervals(|_| true)).unwrap_or(0.0);
         let gaze_s = median(self.intervals(|i| self.samples[i].frame.gaze.is_some()));
-        // A gaze at the rate of the hand that is missing now and then is a blink.
+        // Missing gaze at the rate of the hand is a blink.
         let slow_s = gaze_s.filter(|&gaze_s| gaze_s > 1.5 * period_s);
         let mut samples = self.samples.clone();
         self.fill(Quantity::Head, self.duration_s(), &mut samples);
@@ -79,14 +79,14 @@ impl Recording {
         heads(self) - before
     }
 
-    /// Times between neighbours among the samples that count, s.
+    /// Times between neighbouring selected samples, s.
     fn intervals(&self, counts: impl Fn(usize) -> bool) -> Vec<f64> {
         let counted = (0..self.samples.len()).filter(|&i| counts(i));
         let times: Vec<f64> = counted.map(|i| self.samples[i].frame.t_s).collect();
         times.windows(2).map(|pair| pair[1] - pair[0]).collect()
     }
 
-    /// Lengths as multiples of the usual ones: of the hand, else of all that it reaches if it is too fast for a person.
+    /// Lengths relative to typical ones: the hand size, else the range of the motion if it is too fast for a person.
     fn times_usual_length(&self, seconds: f64) -> f64 {
         let hands = self.frames().map(|frame| frame.points());
         let sizes = hands.filter_map(|points| {

@@ -1,4 +1,4 @@
-//! The hand tracking filter: smooth position, velocity and direction, or why the hand is lost.
+//! The hand tracking filter: smoothed position, velocity and direction, or the reason of a loss.
 
 use super::freeze::{FreezeConfig, FreezeWatch, Frozen, LATE, STILL_TOLERANCE_M};
 use super::lost::LostReason;
@@ -9,34 +9,31 @@ use glam::DVec3;
 use hwall_geometry::Pose;
 use hwall_numeric::check::{non_negative, positive};
 
-/// Times beyond this are not accepted, s. Unix time is, exact to 0.2 microseconds; beyond, f64 would soon
-/// blur the steps.
+/// Largest accepted time, s. It includes Unix time, exact to 0.2 microseconds; far beyond, f64 would round the steps.
 const MAX_TIME_S: f64 = 1e11;
 
-/// Steps closer together than this do not enter the smoothing window, s, so that a 1 kHz tracker still gives a velocity over some
-/// 15 ms.
+/// Shortest step in the smoothing window, s, so that a 1 kHz tracker still gives a velocity over some 15 ms.
 const MIN_STEP_S: f64 = 0.005;
-/// Below this speed the hand has no direction, m/s.
+/// Below this speed the direction of motion is dominated by noise, m/s.
 const MIN_DIRECTION_SPEED_M_PER_S: f64 = 0.05;
-/// Time that the hand must be good before it is tracked again after a jump or a frozen pose, s: longer than it takes to see that the
-/// pose after the jump is frozen.
+/// Time of good samples before the hand is tracked again after a jump or a frozen pose, s: longer than the detection of a frozen pose after the
+/// jump.
 const RECOVER_AFTER_FAULT_S: f64 = 0.3;
 
-/// When the hand counts as tracked.
+/// Criteria for a tracked hand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HandFilterConfig {
-    /// Longest time without a measured point that is bridged at constant velocity, s. Default 0.1:
-    /// seven steps of a 72 Hz tracker. With a longer one the board follows a guess.
+    /// Longest gap without a measured point that is bridged at constant velocity, s. Default 0.1: seven steps of a 72 Hz tracker. With a longer one
+    /// the board would follow a guess.
     pub max_gap_s: f64,
-    /// Fastest plausible hand, m/s. Default 6: reaches peak at 1.5 to 3 m/s, and some steps are twice as
-    /// long in a stream that is polled faster than it is measured; lost hands jump at 10 to 30 m/s.
+    /// Fastest plausible hand, m/s. Default 6: reaches peak at 1.5 to 3 m/s, and some steps are twice as long if the stream is polled faster than
+    /// it is measured; lost hands jump at 10 to 30 m/s.
     pub max_speed_m_per_s: f64,
-    /// A step may be this much longer than that of the fastest plausible hand, m. Default 0.02: tracker noise.
+    /// Allowance on the step length of the fastest plausible hand, m. Default 0.02: tracker noise.
     pub jump_slack_m: f64,
-    /// Time that the hand must be good before it is tracked (again) after a gap, s; after a jump or a frozen pose it is 0.3 s.
-    /// Default 0.06.
+    /// Time of good samples before the hand is tracked (again) after a gap, s; after a jump or a frozen pose it is 0.3 s. Default 0.06.
     pub recover_after_s: f64,
-    /// What counts as a frozen pose; `None`: no pose does.
+    /// Criteria for a frozen pose; `None` disables the test.
     pub freeze: Option<FreezeConfig>,
 }
 
@@ -53,8 +50,7 @@ impl Default for HandFilterConfig {
 }
 
 impl HandFilterConfig {
-    /// For simulated hands, which may rest without tremor and keep one shape: no pose counts as
-    /// frozen.
+    /// For simulated hands, which may rest without tremor and keep one shape: disables the detection of frozen poses.
     #[must_use]
     pub fn simulated() -> Self {
         Self {
@@ -63,7 +59,7 @@ impl HandFilterConfig {
         }
     }
 
-    /// The same with a known step of the values, m ([`FreezeConfig::value_step_m`]).
+    /// The same with a known grid step of the values, m ([`FreezeConfig::value_step_m`]).
     #[must_use]
     pub fn with_value_step(mut self, value_step_m: f64) -> Self {
         if let Some(freeze) = &mut self.freeze {
@@ -89,29 +85,29 @@ impl HandFilterConfig {
 pub struct HandState {
     /// Time of the sample, s.
     pub t_s: f64,
-    /// The point that stands for the contact.
+    /// The contact point.
     pub point: HandPoint,
-    /// Where that point is at `t_s`, m: the newer smoothed point, extrapolated over its delay at
-    /// `velocity_m_per_s`. Exact for a hand at constant velocity at any sampling; at even steps,
-    /// acceleration a leaves 0.75 a step² and noise of standard deviation s in a coordinate 0.94 s.
+    /// Position of that point at `t_s`, m: the newer smoothed point, extrapolated over its delay at `velocity_m_per_s`. Exact at constant velocity
+    /// with any sampling; at regular steps, acceleration a leaves an error of 0.75 a step² and noise of standard deviation s per coordinate one of
+    /// 0.94 s.
     pub point_m: DVec3,
-    /// Velocity, m/s, from the two smoothed points. Exact for a hand at constant velocity; noise
-    /// s leaves 0.5 s / step at even steps. It is the velocity 1.5 steps ago.
+    /// Velocity, m/s, from the two smoothed points. Exact at constant velocity; noise s leaves 0.5 s / step at regular steps. It is the velocity
+    /// 1.5 steps ago.
     pub velocity_m_per_s: DVec3,
     /// Unit direction of the velocity (the scan direction); `None` for a hand at rest.
     pub direction: Option<DVec3>,
     /// The two smoothed points, older first, m; noise s leaves 0.61 s.
     pub smoothed_m: [DVec3; 2],
-    /// Age of the newer smoothed point at `t_s`, s: one step at even steps.
+    /// Age of the newer smoothed point at `t_s`, s: one step at regular steps.
     pub delay_s: f64,
-    /// Time since a point of the hand was measured, s: 0 unless a gap is being bridged.
+    /// Time since a point of the hand was measured, s: 0 except while a gap is bridged.
     pub unseen_s: f64,
     /// The palm as measured in this sample, m.
     pub palm_m: Option<DVec3>,
 }
 
 impl HandState {
-    /// The same hand in another frame, its times as they are.
+    /// The same hand in another frame; its times are unchanged.
     #[must_use]
     pub fn transformed(&self, a_from_b: &Pose) -> Self {
         Self {
@@ -126,7 +122,7 @@ impl HandState {
 }
 
 /// The answer of the filter to one sample.
-// The common answer is the large one, and boxing it would allocate in the control loop.
+// The common answer is the large one; boxing it would allocate in the control loop.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Tracking {
@@ -134,9 +130,9 @@ pub enum Tracking {
     Tracked(HandState),
     /// The hand is lost.
     Lost {
-        /// Why; the latest reason when there were several.
+        /// The reason; the latest of several.
         reason: LostReason,
-        /// Since when, s; for a frozen pose the time at which it froze, which is noticed later.
+        /// Start of the loss, s; for a frozen pose the time at which it froze, which is detected later.
         since_s: f64,
     },
 }
@@ -154,15 +150,14 @@ impl Tracking {
 
 /// Midpoint smoothing of the dissertation (section III.C) with dropout, jump and freeze detection.
 ///
-/// Of the last four positions `p0..p3` two rounds of midpoints leave two points,
-/// `a = (p0 + 2 p1 + p2) / 4` and `b = (p1 + 2 p2 + p3) / 4`, and their direction. The same
-/// weights on the times give the times of `a` and `b`, so uneven steps do no harm at constant
-/// velocity. `b` is one step old; [`HandState::point_m`] makes up for it.
+/// Two rounds of midpoints over the last four positions `p0..p3` give two points, `a = (p0 + 2 p1 + p2) / 4` and `b = (p1 + 2 p2 + p3) / 4`, and
+/// their direction. The same weights on the times give the times of `a` and `b`, so uneven steps cause no error at constant velocity. `b` is one
+/// step old; [`HandState::point_m`] compensates for it.
 ///
-/// The index tip is followed. While it is missing, another tracked point stands in, shifted by
-/// the last known offset between the two: the hand does not leap by a finger's length.
+/// The index tip is followed. While it is missing, another tracked point replaces it, shifted by the last known offset between the two, so that the
+/// hand does not jump by a finger's length.
 ///
-/// [`HandFilter::step`] does not allocate, and no NaN comes out of it.
+/// [`HandFilter::step`] does not allocate and never returns NaN.
 #[derive(Debug, Clone)]
 pub struct HandFilter {
     config: HandFilterConfig,
@@ -179,7 +174,7 @@ pub struct HandFilter {
     last: Option<(f64, Tracking)>,
 }
 
-/// A loss, and since when the hand has been good again.
+/// A loss, and the start of the good samples since.
 #[derive(Debug, Clone, Copy)]
 struct Loss {
     reason: LostReason,
@@ -188,7 +183,7 @@ struct Loss {
 }
 
 impl HandFilter {
-    /// A filter that has seen nothing.
+    /// A filter without samples.
     ///
     /// # Errors
     /// A setting that is not finite, or not positive where it must be.
@@ -209,9 +204,8 @@ impl HandFilter {
 
     /// Takes the next sample and returns the state at its time.
     ///
-    /// Samples come in order of time. One that repeats the time of the last is ignored and gets
-    /// the same answer; an earlier one restarts the filter (the tracker was restarted); one
-    /// without a usable time is reported as lost and otherwise ignored.
+    /// Samples come in order of time. One that repeats the last time is ignored and gets the same answer; an earlier one restarts the filter (the
+    /// tracker was restarted); one without a usable time is reported as lost and otherwise ignored.
     pub fn step(&mut self, frame: &HandFrame) -> Tracking {
         let t_s = frame.t_s;
         // NaN fails the comparison.
@@ -268,17 +262,17 @@ impl HandFilter {
         self.answer(frame)
     }
 
-    /// A sample with a position of the followed point.
+    /// Takes a sample with a position of the followed point.
     fn measure(&mut self, frame: &HandFrame, position_m: DVec3) {
         let t_s = frame.t_s;
         let mut position_m = position_m;
         let mut is_repeat = false;
         if let Some((before_s, before_m)) = self.measured {
-            // Where each pose is repeated, a step was on its way since before the repeats.
+            // If poses are repeated, the motion of a step started before the repeats.
             let repeat_s = self.freeze.as_ref().map_or(0.0, FreezeWatch::repeat_s);
             let step_s = t_s - before_s + repeat_s;
             let moved_m = position_m.distance(before_m);
-            // A pose that a slow tracker repeats is no measurement: velocities would be those of a hand that rests and leaps.
+            // A pose repeated by a slow tracker is not a measurement: velocities would be those of a hand that rests and jumps.
             let newest_s = (self.filled.checked_sub(1)).map_or(t_s, |newest| self.window[newest].0);
             is_repeat = repeat_s > 0.0
                 && moved_m <= STILL_TOLERANCE_M
@@ -290,7 +284,7 @@ impl HandFilter {
                     },
                     t_s,
                 );
-                // Offsets from before the jump mean nothing after it.
+                // Offsets from before the jump are void.
                 position_m = self.follow(frame).unwrap_or(position_m);
             }
         }
@@ -322,7 +316,7 @@ impl HandFilter {
         }
     }
 
-    /// A sample without any usable point.
+    /// Takes a sample without any usable point.
     fn miss(&mut self, frame: &HandFrame, last_s: Option<f64>) {
         self.freeze.iter_mut().for_each(FreezeWatch::reset);
         match self.measured {
@@ -337,8 +331,7 @@ impl HandFilter {
         }
     }
 
-    /// Declares the hand lost and forgets what can no longer be trusted. A loss that goes on keeps its
-    /// beginning, unless an earlier one is given.
+    /// Declares the hand lost and discards what is no longer valid. A continued loss keeps its start, unless an earlier one is given.
     fn lose(&mut self, reason: LostReason, since_s: f64) {
         let since_s = self.lost.map_or(since_s, |l| l.since_s.min(since_s));
         self.lost = Some(Loss {
@@ -356,14 +349,14 @@ impl HandFilter {
         self.measured = None;
     }
 
-    /// Position of the followed point, measured or by the offset of another one.
+    /// Position of the followed point, measured or from another one and its offset.
     fn follow(&mut self, frame: &HandFrame) -> Option<DVec3> {
         let seen = frame.points();
         let rank = |p: HandPoint| HandPoint::BY_CONTACT.iter().position(|&q| q == p);
         let best = frame.contact_point();
         match (self.anchor, best) {
             (None, Some(seen)) => self.anchor = Some(seen.point),
-            // A better point than the followed one is seen again: shift the window to it.
+            // A point of higher priority is seen again: shift the window to it.
             (Some(anchor), Some(better)) if rank(better.point) < rank(anchor) => {
                 let old_m = seen[anchor as usize].or_else(|| self.shifted(&seen));
                 match old_m {
@@ -387,7 +380,7 @@ impl HandFilter {
         Some(position_m)
     }
 
-    /// The followed point from another one that is seen, m.
+    /// The followed point from another visible one, m.
     fn shifted(&self, seen: &[Option<DVec3>; 6]) -> Option<DVec3> {
         HandPoint::BY_CONTACT
             .into_iter()
@@ -410,7 +403,7 @@ impl HandFilter {
             (Some(point), Some((seen_s, _))) if self.filled == 4 => {
                 Tracking::Tracked(self.state(frame, point, seen_s))
             }
-            // Only when the followed point changed without any overlap: four samples are needed.
+            // Only if the followed point changed without overlap: four samples are needed.
             _ => Tracking::Lost {
                 reason: LostReason::Starting,
                 since_s: frame.t_s,
@@ -421,7 +414,7 @@ impl HandFilter {
     fn state(&self, frame: &HandFrame, point: HandPoint, seen_s: f64) -> HandState {
         let [(t0, p0), (t1, p1), (t2, p2), (t3, p3)] = self.window;
         let (a_m, b_m) = (0.25 * (p0 + 2.0 * p1 + p2), 0.25 * (p1 + 2.0 * p2 + p3));
-        // Relative to the newest time, so that a large clock costs no digits.
+        // Relative to the newest time, so that a large clock value costs no precision.
         let (a_s, b_s) = (
             0.25 * ((t0 - t3) + 2.0 * (t1 - t3) + (t2 - t3)),
             0.25 * ((t1 - t3) + 2.0 * (t2 - t3)),

@@ -1,4 +1,4 @@
-//! Finds poses that a tracker repeats instead of measuring.
+//! Detects poses that a tracker repeats instead of measuring.
 
 use super::value_steps::ValueSteps;
 use crate::frame::HandFrame;
@@ -6,32 +6,27 @@ use glam::DVec3;
 use hwall_numeric::ArgumentError;
 use hwall_numeric::check::{non_negative, positive};
 
-/// When a pose counts as frozen.
+/// Criteria for a frozen pose.
 ///
-/// A tracker that loses the hand often keeps sending its last pose. Two signs show it, both with a
-/// wide margin on recorded hands:
+/// A tracker that loses the hand often keeps sending its last pose. Two tests detect this, both with a wide margin on recorded hands:
 ///
 /// - **Still**: no point moves at all. A live hand at rest drifts 0.9 mm or more in 0.25 s;
 ///   a stream that is polled faster than it is measured repeats a pose for up to 42 ms.
-/// - **Rigid**: the pose moves as a whole but its shape does not. A pose that is kept in the
-///   headset's frame is carried around by the head, so it moves plausibly, up to several m/s;
-///   yet the distances between palm and tips stay within 2.4e-6 m, where in live hands they
-///   change by 1.3e-4 m or more in 0.25 s.
+/// - **Rigid**: the pose moves as a whole, but its shape does not change. A pose kept in the headset's frame moves with the head, so it moves
+///   plausibly, up to several m/s; but the distances between palm and tips stay within 2.4e-6 m, while in live hands they change by 1.3e-4 m or
+///   more in 0.25 s.
 ///
-/// Values on a grid (positions with two decimals, say) rest longer: by the time that a live hand takes to leave a step.
-/// The step is found from the stream. Where each pose is repeated, because the tracker is slower than the stream, its repeats
-/// are no freezing either.
+/// Values on a grid (e.g. positions with two decimals) may rest longer, by the time a live hand needs to leave a grid step. The step is found from
+/// the stream. Repeats of each pose, because the tracker is slower than the stream, do not count as freezing.
 ///
-/// A simulated hand may be still or rigid by construction:
-/// [`HandFilterConfig::simulated`](crate::HandFilterConfig::simulated) watches for neither.
+/// A simulated hand may be still or rigid by construction: [`HandFilterConfig::simulated`](crate::HandFilterConfig::simulated) disables both tests.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FreezeConfig {
     /// Time without any motion after which the pose is frozen, s. Default 0.1.
     pub still_after_s: f64,
     /// Time without any change of shape after which the pose is frozen, s. Default 0.25.
     pub rigid_after_s: f64,
-    /// Step of the values where it is known beforehand, m; see [`Recording::value_step_m`](crate::Recording::value_step_m).
-    /// Default 0: found from the stream.
+    /// Grid step of the values if known, m; see [`Recording::value_step_m`](crate::Recording::value_step_m). Default 0: found from the stream.
     pub value_step_m: f64,
 }
 
@@ -54,23 +49,23 @@ impl FreezeConfig {
     }
 }
 
-/// Which sign of a frozen pose was found.
+/// Kind of frozen pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FreezeKind {
     /// No point moves.
     Still,
-    /// The points move, their distances do not change.
+    /// The points move, but their distances do not change.
     Rigid,
 }
 
-/// A point that moves less than this does not move, m: the last digit of most recordings.
+/// Smaller motion of a point counts as none, m: the last digit of most recordings.
 pub(super) const STILL_TOLERANCE_M: f64 = 1e-6;
-/// Trackers and recorders wait for each other: a position stays up to this many times as long as the shortest do.
+/// Timing tolerance between tracker and recorder: a position may repeat up to this many times as long as the shortest repeats.
 pub(crate) const LATE: f64 = 1.5;
-/// A distance between two points that changes less than this does not change, m.
+/// A smaller change of a distance between two points counts as none, m.
 const RIGID_TOLERANCE_M: f64 = 2e-5;
-/// Points needed to judge a shape: with two, the only distance may stay the same by chance.
+/// Points needed to test a shape: with two, the only distance may stay the same by chance.
 const SHAPE_POINTS: usize = 3;
 
 /// The slowest drift of a live hand at rest, and of the distances between its points, m/s: see [`FreezeConfig`].
@@ -83,20 +78,20 @@ type Points = [Option<DVec3>; 6];
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Frozen {
     pub(crate) kind: FreezeKind,
-    /// Since when the pose has been frozen, s.
+    /// Start of the freeze, s.
     pub(crate) since_s: f64,
 }
 
-/// Watches a stream of samples for a frozen pose. No allocation.
+/// Detects a frozen pose in a stream of samples. Allocation-free.
 #[derive(Debug, Clone)]
 pub(crate) struct FreezeWatch {
     config: FreezeConfig,
     still: Option<(f64, Points)>,
     shape: Option<(f64, Points)>,
     steps: ValueSteps,
-    /// When the pose was as it is for the last time, s.
+    /// Time of the last sample, s.
     same_s: f64,
-    /// How long the last poses were repeated, s.
+    /// Durations of the last repeated poses, s.
     repeats_s: [f64; 3],
 }
 
@@ -112,7 +107,7 @@ impl FreezeWatch {
         }
     }
 
-    /// How long each pose is repeated at least, s: 0 unless the stream is faster than its tracker.
+    /// Shortest of the last repeat durations, s: 0 unless the stream is faster than its tracker.
     pub(crate) fn repeat_s(&self) -> f64 {
         let least_s = self.repeats_s.into_iter().fold(f64::INFINITY, f64::min);
         least_s.min(self.config.still_after_s)
@@ -154,8 +149,7 @@ impl FreezeWatch {
     }
 }
 
-/// Keeps the reference while the pose equals it, else takes the pose as the new reference;
-/// returns the time of the reference, s.
+/// Keeps the reference while the pose matches it, else takes the pose as the new reference; returns the time of the reference, s.
 fn hold(
     reference: &mut Option<(f64, Points)>,
     t_s: f64,
@@ -171,7 +165,7 @@ fn hold(
     }
 }
 
-/// Does every point that both poses hold stand still? At least one must be held by both.
+/// Are all points that both poses contain unmoved? At least one must be in both.
 fn same_place(a: &Points, b: &Points) -> bool {
     let mut both = a
         .iter()
@@ -181,7 +175,7 @@ fn same_place(a: &Points, b: &Points) -> bool {
     both.peek().is_some() && both.all(|moved_m| moved_m <= STILL_TOLERANCE_M)
 }
 
-/// Do all distances between points that both poses hold agree?
+/// Do all distances between points that both poses contain agree?
 fn same_shape(a: &Points, b: &Points) -> bool {
     let held = |i: usize| Some((a[i]?, b[i]?));
     if (0..6).filter(|&i| held(i).is_some()).count() < SHAPE_POINTS {

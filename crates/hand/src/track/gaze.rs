@@ -1,42 +1,42 @@
-//! Where a person looks: at one place, on the way to another, or unknown.
+//! The gaze: a fixation, a saccade, or lost.
 
 use crate::frame::GazeRay;
 use hwall_geometry::Pose;
 
-/// What is known of the gaze at one time; the answer of a [`GazeFilter`](super::GazeFilter).
+/// The gaze at one time; the answer of a [`GazeFilter`](super::GazeFilter).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Gaze {
-    /// No line of sight: no eye tracker, or none for longer than is bridged.
+    /// No line of sight: no eye tracker, or a longer gap than is bridged.
     #[default]
     Lost,
-    /// The eye is on its way to another place, or has landed too recently to say where.
+    /// A saccade is under way, or has landed too recently to estimate the target.
     InFlight {
-        /// When it left, s; the first sample where nothing was known before.
+        /// Its start, s; the first sample if there was no fixation before.
         since_s: f64,
     },
-    /// The eye rests.
+    /// A fixation.
     Fixed(Fixation),
 }
 
-/// A place that the eye rests on, seen along one line.
+/// A fixation, with its line of sight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fixation {
-    /// The mean line of sight: through the mean place of the head, along the mean direction. For an eye that rests on
-    /// a point while the head moves, this line passes that point; each single line does so only at its own time.
+    /// The mean line of sight: through the mean head position, along the mean direction. For a fixation on a point during head motion, this line
+    /// passes through that point; each single line only does so at its own time.
     pub ray: GazeRay,
-    /// When the eye landed, s.
+    /// Landing time, s.
     pub since_s: f64,
-    /// Time of the newest sample in it, s. It stays behind while samples are missing.
+    /// Time of its newest sample, s. It stays behind while samples are missing.
     pub until_s: f64,
-    /// Samples in it, older ones included that the mean has forgotten.
+    /// Number of samples, including those that the mean has forgotten.
     pub samples: u32,
-    /// Standard deviation of the mean direction by the noise of the tracker alone, in each of two directions, rad. The
-    /// calibration of the tracker and the person's aim are constant during a fixation and come on top.
+    /// Standard deviation of the mean direction from tracker noise alone, in each of two directions, rad. Errors of calibration and aim are
+    /// constant during a fixation and not included.
     pub noise_rad: f64,
 }
 
 impl Fixation {
-    /// A line of sight taken as it is, for callers without a filter: one sample without noise.
+    /// A raw line of sight, for callers without a filter: one sample without noise.
     #[must_use]
     pub const fn of_ray(since_s: f64, t_s: f64, ray: GazeRay) -> Self {
         Self {
@@ -48,13 +48,13 @@ impl Fixation {
         }
     }
 
-    /// How long the eye has rested there at a time, s; not negative.
+    /// Age of the fixation at a time, s; not negative.
     #[must_use]
     pub fn age_s(&self, t_s: f64) -> f64 {
         (t_s - self.since_s).max(0.0)
     }
 
-    /// The same fixation in another frame, its times as they are.
+    /// The same fixation in another frame; its times are unchanged.
     #[must_use]
     pub fn transformed(&self, a_from_b: &Pose) -> Self {
         Self {
@@ -63,7 +63,7 @@ impl Fixation {
         }
     }
 
-    /// All numbers are finite and the direction is a unit vector.
+    /// Are all numbers finite and the direction a unit vector?
     #[must_use]
     pub fn is_usable(&self) -> bool {
         self.ray.origin_m.is_finite()
@@ -76,7 +76,7 @@ impl Fixation {
 }
 
 impl Gaze {
-    /// The fixation; `None` in flight and while the gaze is lost.
+    /// The fixation; `None` during a saccade and while the gaze is lost.
     #[must_use]
     pub const fn fixation(&self) -> Option<&Fixation> {
         match self {
@@ -85,7 +85,7 @@ impl Gaze {
         }
     }
 
-    /// The mean line of sight of the fixation; `None` in flight and while the gaze is lost.
+    /// The mean line of sight of the fixation; `None` during a saccade and while the gaze is lost.
     #[must_use]
     pub fn ray(&self) -> Option<&GazeRay> {
         self.fixation().map(|fixation| &fixation.ray)

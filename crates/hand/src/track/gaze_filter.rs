@@ -1,4 +1,4 @@
-//! Fixations and saccades in the samples of an eye tracker.
+//! Detects fixations and saccades in the samples of an eye tracker.
 
 use super::gaze::Gaze;
 use super::gaze_samples::{Recent, Sample, Sums, UnderWay, angle_rad};
@@ -7,22 +7,20 @@ use crate::frame::GazeRay;
 use crate::noise::MedianSize;
 use hwall_numeric::check::{non_negative, positive};
 
-/// What counts as a fixation.
+/// Criteria for a fixation.
 ///
 /// Sources: velocities below 100 degrees/s are fixations and above 300 saccades (identification by velocity threshold,
 /// I-VT, \[Salvucci 2000\]); fixations last 0.2 to 0.35 s on average,
 /// depending on the task, saccades 0.02 to 0.1 s (\[Rayner 2009\]).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GazeFilterConfig {
-    /// A faster line of sight is a saccade, rad/s. Default 1.4 (80 degrees/s), unless the measured noise of the tracker
-    /// alone makes it faster than that.
+    /// A faster line of sight is a saccade, rad/s. Default 1.4 (80 degrees/s); raised if the measured tracker noise alone exceeds it.
     pub saccade_rad_per_s: f64,
-    /// A shift of the line of sight below this is none, rad: drift, tremor, small corrections. Default 0.02 (1.1 degrees).
+    /// A smaller shift of the line of sight is ignored, rad: drift, tremor, small corrections. Default 0.02 (1.1 degrees).
     pub least_shift_rad: f64,
-    /// Noise of one sample that is assumed until some have been seen, standard deviation in each of two directions, rad.
-    /// Default 0.0087 (0.5 degrees). From then on it is measured.
+    /// Initial noise of one sample, standard deviation in each of two directions, rad. Default 0.0087 (0.5 degrees). Later it is measured.
     pub noise_rad: f64,
-    /// Longest time without samples in which a fixation goes on, s. Default 0.1.
+    /// Longest gap without samples within a fixation, s. Default 0.1.
     pub max_gap_s: f64,
 }
 
@@ -47,61 +45,58 @@ impl GazeFilterConfig {
     }
 }
 
-/// Tells fixations from saccades and averages the line of sight over each fixation.
+/// Separates fixations from saccades and averages the line of sight over each fixation.
 ///
-/// - A sample belongs to the fixation while it is no further from its mean than the noise of the tracker, which is
-///   measured, explains. One that is further off is ignored; two in a row are a saccade. A smaller step is found by
-///   comparing the last five samples with those before.
-/// - While the eye is in flight there is no line of sight. It has landed when its samples agree over
-///   0.02 s: some 30 ms after the true landing at 90 Hz.
-/// - The line of sight is the mean over the whole fixation, from its first sample on, so its error falls with the
-///   square root of their number. It is a mean *line*, which a moving head does not blur.
-/// - Lost samples are bridged; after a blink the same fixation goes on.
+/// - A sample belongs to the fixation while its distance from the mean is within the measured tracker noise. A single outlier is ignored; two in a
+///   row are a saccade. Smaller steps are detected by comparing the last five samples with those before.
+/// - During a saccade there is no line of sight. The eye has landed when its samples agree over 0.02 s: some 30 ms after the true landing at 90 Hz.
+/// - The line of sight is the mean over the whole fixation, from its first sample on, so its error falls with the square root of their number. It
+///   is a mean *line*, which head motion does not blur.
+/// - Lost samples are bridged; after a blink the same fixation continues.
 ///
-/// Nothing is allocated, and no NaN comes out.
+/// It does not allocate and never returns NaN.
 #[derive(Debug, Clone, Copy)]
 pub struct GazeFilter {
     config: GazeFilterConfig,
     /// Angles between successive directions, rad.
     noise: MedianSize,
-    /// The newest samples in order of time, those of the fixation under way or of the flight.
+    /// The newest samples in order of time, of the present fixation or saccade.
     recent: Recent,
     under_way: Option<UnderWay>,
-    /// The last fixation that ended.
+    /// The last ended fixation.
     ended: Option<UnderWay>,
-    /// Samples in a row that do not belong to the fixation; they are the last ones of `recent`.
+    /// Consecutive outliers of the fixation; they are the last ones of `recent`.
     strays: usize,
     flight_since_s: f64,
-    /// Time of the newest usable sample, and its direction.
+    /// The newest usable sample.
     seen: Option<Sample>,
     last: Option<(f64, Gaze)>,
 }
 
 /// The eye has landed once its samples agree over this time, s: three samples at 90 Hz, two at 30 Hz.
 const SETTLE_S: f64 = 0.02;
-/// A fixation that was cut off and is found again at the same place within this time is the same one, s: a blink takes 0.1 to
-/// 0.4 s.
+/// A fixation that was interrupted and is found again at the same place within this time continues, s: a blink takes 0.1 to 0.4 s.
 const RESUME_S: f64 = 0.4;
-/// The length of the difference of two directions, each with unit noise in two directions, has this median: √2 times the
-/// median √(2 ln 2) of a Rayleigh distribution.
+/// Median length of the difference of two directions, each with unit noise in two directions: √2 times the median √(2 ln 2) of a Rayleigh
+/// distribution.
 const MEDIAN_OF_DIFFERENCE: f64 = 1.665_109_222_315_395_4;
-/// Samples closer together than this count once, s: those of a faster stream repeat each other.
+/// Samples closer together than this count once, s: in faster streams they repeat.
 const LEAST_STEP_S: f64 = 0.004;
-/// Samples of a fixation that may still turn out to be those of the next one.
+/// Newest samples of a fixation, which may still turn out to belong to the next one.
 const WINDOW: usize = 5;
-/// A sample beyond this many standard deviations of the noise is off: 0.2 % of those of a resting eye.
+/// A sample beyond this many standard deviations of the noise is an outlier: 0.2 % of the samples of a fixation.
 const OFF_SDS: f64 = 3.5;
-/// Two samples that differ by less than this many standard deviations agree: the eye has landed.
+/// Samples agree if they differ by less than this many standard deviations: the eye has landed.
 const LANDED_SDS: f64 = 3.0;
-/// A mean of five is off beyond this many of its standard deviations: it is asked at every sample.
+/// A mean of five samples has shifted beyond this many of its standard deviations: strict, as it is tested at every sample.
 const SHIFT_SDS: f64 = 4.5;
-/// Samples in a row that are off make a saccade.
+/// Number of consecutive outliers that make a saccade.
 const STRAYS: usize = 2;
-/// A shorter fixation leaves the one before it to be resumed, s.
+/// After a shorter fixation, the one before it may still continue, s.
 const BRIEF_S: f64 = 0.06;
 
 impl GazeFilter {
-    /// A filter that has seen nothing.
+    /// A filter without samples.
     ///
     /// # Errors
     /// A setting that is not finite, or not positive where it must be.
@@ -124,11 +119,10 @@ impl GazeFilter {
         }
     }
 
-    /// Takes the line of sight of the next sample, or `None` where the tracker has none; both need to be told.
+    /// Takes the line of sight of the next sample, or `None` if the tracker has none; report both.
     ///
-    /// Samples come in order of time. One that repeats the time of the last gets the same answer; an earlier one
-    /// restarts the filter; one without a usable time is answered with [`Gaze::Lost`] and otherwise ignored. A ray with
-    /// a NaN or without a direction counts as none.
+    /// Samples come in order of time. One that repeats the last time gets the same answer; an earlier one restarts the filter; one without a usable
+    /// time is answered with [`Gaze::Lost`] and otherwise ignored. A ray with a NaN or without a direction counts as `None`.
     pub fn step(&mut self, t_s: f64, ray: Option<&GazeRay>) -> Gaze {
         if !t_s.is_finite() {
             return Gaze::Lost;
@@ -140,7 +134,7 @@ impl GazeFilter {
         }
         let sample = ray.and_then(|ray| Sample::new(t_s, ray));
         match (sample, self.seen) {
-            // A stream faster than its tracker.
+            // The stream is faster than its tracker.
             (Some(_), Some(seen)) if t_s - seen.t_s < LEAST_STEP_S => {}
             (Some(sample), _) => self.take(sample),
             (None, _) => self.miss(t_s),
@@ -150,12 +144,12 @@ impl GazeFilter {
         gaze
     }
 
-    /// Forgets the samples and the measured noise, for another person or a clock that starts anew; the settings stay.
+    /// Forgets the samples and the measured noise, e.g. for another person or a clock reset; the settings stay.
     pub fn reset(&mut self) {
         *self = Self::unchecked(self.config);
     }
 
-    /// The noise of single samples as measured, standard deviation in each of two directions, rad.
+    /// Measured noise of single samples, standard deviation in each of two directions, rad.
     #[must_use]
     pub fn noise_rad(&self) -> f64 {
         self.noise.median() / MEDIAN_OF_DIFFERENCE
@@ -189,7 +183,7 @@ impl GazeFilter {
     }
 
     fn take(&mut self, sample: Sample) {
-        // Whatever lies before a gap does not belong to what comes after.
+        // Samples before a gap do not belong to those after it.
         self.miss(sample.t_s);
         if let Some(seen) = self.seen
             && sample.t_s - seen.t_s <= self.config.max_gap_s
@@ -208,7 +202,7 @@ impl GazeFilter {
         }
     }
 
-    /// A sample during a fixation.
+    /// Takes a sample during a fixation.
     fn follow(&mut self, sample: Sample) {
         let off_rad = (OFF_SDS * self.noise_rad()).max(self.config.least_shift_rad);
         let Some(fixation) = &mut self.under_way else {
@@ -230,7 +224,7 @@ impl GazeFilter {
             }
             return;
         }
-        // One that was off alone was noise.
+        // A single outlier was noise.
         self.recent.drop_last(self.strays);
         self.strays = 0;
         if self.recent.len() == WINDOW
@@ -250,7 +244,7 @@ impl GazeFilter {
         }
     }
 
-    /// Do the newest samples lie apart from those before?
+    /// Have the newest samples shifted from those before?
     fn shifted(&self) -> bool {
         let Some(fixation) = &self.under_way else {
             return false;
@@ -267,7 +261,6 @@ impl GazeFilter {
         before.away_rad(&now) > limit_rad
     }
 
-    /// The fixation ends.
     fn end(&mut self) {
         self.strays = 0;
         if let Some(mut fixation) = self.under_way.take() {
@@ -303,7 +296,7 @@ impl GazeFilter {
         self.recent.keep_last(run);
         let since_s = self.recent.first_s();
         if run > 2 {
-            // The first of them may be the end of the flight.
+            // The first of them may still belong to the saccade.
             self.recent.pop_first();
         }
         let begun = self.begun(since_s);
@@ -318,7 +311,7 @@ impl GazeFilter {
         self.under_way = Some(resumed.unwrap_or(begun));
     }
 
-    /// A fixation of the newest samples.
+    /// A fixation from the newest samples.
     fn begun(&self, since_s: f64) -> UnderWay {
         UnderWay {
             since_s,
@@ -328,7 +321,7 @@ impl GazeFilter {
         }
     }
 
-    /// The fixation that ended, if the eye is back at its place.
+    /// The ended fixation, if the eye is back at its place.
     fn resumed(&self, landed_s: f64) -> Option<UnderWay> {
         let ended = self.ended?;
         let (before, now) = (ended.sums.mean()?, self.recent.mean()?);
@@ -342,7 +335,7 @@ impl GazeFilter {
 }
 
 impl Default for GazeFilter {
-    /// With the default settings.
+    /// A filter with the default settings.
     fn default() -> Self {
         Self::unchecked(GazeFilterConfig::default())
     }

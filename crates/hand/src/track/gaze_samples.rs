@@ -1,16 +1,15 @@
-//! Lines of sight of one fixation: the newest samples, and sums of those before them.
+//! Lines of sight of one fixation: the newest samples, and sums over the older ones.
 
 use super::gaze::Fixation;
 use crate::frame::GazeRay;
 use glam::DVec3;
 
-/// Older samples are forgotten in the mean with this time constant, s: a longer average wins nothing over the calibration of the
-/// tracker, and a person may walk.
+/// Time constant with which the mean forgets older samples, s: longer averaging does not help against calibration errors, and a person may walk.
 const MEMORY_S: f64 = 1.0;
-/// What is looked at is assumed to be this far away where the movement of the head turns the line of sight, m: what can be touched.
+/// Assumed distance of the fixated point for compensating head motion, m: within reach.
 const DISTANCE_M: f64 = 0.8;
 
-/// A usable line of sight at a time.
+/// A usable line of sight with its time.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Sample {
     pub(super) t_s: f64,
@@ -28,7 +27,7 @@ impl Sample {
         })
     }
 
-    /// How far another line of sight points past the place that this one meets, rad.
+    /// Angular error of another line of sight relative to the point on this one, rad.
     pub(super) fn away_rad(&self, other: &Self) -> f64 {
         let place_m = self.origin_m + self.direction * DISTANCE_M;
         let expected = (place_m - other.origin_m).normalize_or(self.direction);
@@ -36,12 +35,12 @@ impl Sample {
     }
 }
 
-/// Angle between unit vectors, rad, exact for small ones too.
+/// Angle between unit vectors, rad, also accurate for small angles.
 pub(super) fn angle_rad(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b))
 }
 
-/// A fixation under way: its older samples as sums, the newest ones are in [`Recent`].
+/// The present fixation: sums over its older samples; the newest ones are in [`Recent`].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct UnderWay {
     pub(super) since_s: f64,
@@ -55,7 +54,7 @@ impl UnderWay {
         self.sums.add(sample, MEMORY_S);
     }
 
-    /// The mean over all samples but the last `strays`.
+    /// The mean over all samples except the last `strays`.
     pub(super) fn mean(&self, recent: &Recent, strays: usize) -> Option<Sample> {
         self.with(recent, strays).mean()
     }
@@ -105,7 +104,7 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    /// Adds a sample, after the older ones have faded.
+    /// Adds a sample after discounting the older ones.
     fn add(&mut self, sample: &Sample, memory_s: f64) {
         let fade = (-(sample.t_s - self.t_s).max(0.0) / memory_s).exp();
         self.t_s = sample.t_s;
@@ -115,7 +114,7 @@ impl Sums {
         self.direction = self.direction * fade + sample.direction;
     }
 
-    /// How many samples of equal weight would say as much.
+    /// Effective number of equally weighted samples.
     pub(super) fn effective(&self) -> f64 {
         if self.weight_squared > 0.0 {
             self.weight * self.weight / self.weight_squared
@@ -134,7 +133,7 @@ impl Sums {
     }
 }
 
-/// Most samples that are kept: those of a flight of 32 ms at the fastest stream, or a window and its strays.
+/// Most samples kept: those of a saccade of 32 ms in the fastest stream, or a window and its outliers.
 const RECENT: usize = 8;
 
 /// The newest samples, oldest first.
@@ -202,7 +201,7 @@ impl Recent {
         sums.mean()
     }
 
-    /// How many of the newest samples span this time; `None` if all of them are too short.
+    /// How many of the newest samples span this time; `None` if all together are too short.
     pub(super) fn settled(&self, settle_s: f64) -> Option<usize> {
         let newest_s = self.as_slice().last()?.t_s;
         // Rounding of the times must not cost a sample.

@@ -1,13 +1,13 @@
-//! Why a hand is lost, as a value and in words.
+//! Reasons for a lost hand, as a value and as text.
 
 use super::freeze::FreezeKind;
 use std::fmt::{self, Display};
 
-/// Why the hand is lost.
+/// Reason for a lost hand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum LostReason {
-    /// The stream has started or come back, and the hand has not been good for long enough yet.
+    /// The stream has just started or resumed, and the hand has not been good for long enough.
     Starting,
     /// No point of the hand is seen.
     NoPoints,
@@ -16,17 +16,17 @@ pub enum LostReason {
         /// Time between the two samples, s.
         gap_s: f64,
     },
-    /// The hand moved faster than hands do.
+    /// The hand moved faster than plausible.
     Jump {
         /// Speed of the step, m/s.
         speed_m_per_s: f64,
     },
     /// The tracker repeats a pose.
     Frozen {
-        /// Which sign of it was found.
+        /// Kind of freeze.
         kind: FreezeKind,
     },
-    /// The sample has no usable time, or time ran backwards and the filter started anew.
+    /// The sample has no usable time, or time ran backwards and the filter restarted.
     InvalidTime,
 }
 

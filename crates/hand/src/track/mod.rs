@@ -1,4 +1,4 @@
-//! Live filters: where the hand and the gaze are now, or that the hand is lost.
+//! Live filters: the present hand and gaze, or the reason of a loss.
 
 mod filter;
 mod freeze;

@@ -1,16 +1,15 @@
-//! The step of the values of a tracker: 0.01 m where positions are printed with two decimals.
+//! Detects the grid step of tracker values: 0.01 m if positions are printed with two decimals.
 
 use glam::DVec3;
 
-/// A squared step that misses a whole multiple by less than this share of the common measure is one: positions in `f32`
-/// are off by 6e-8, steps of 1 mm between neighbours 0.03 m apart by 0.004.
+/// Tolerance for whole multiples, as a share of the common measure: positions in `f32` are off by 6e-8, steps of 1 mm between neighbours 0.03 m
+/// apart by 0.004.
 const WHOLE: f64 = 0.05;
 
-/// Finds the step of values that are all whole multiples of one length.
+/// Finds the grid step of values that are all whole multiples of one length.
 ///
-/// On a grid, squared distances between positions are whole multiples of the squared step, also after a turn; positions
-/// that are not on one have no common measure. A hand that keeps a constant speed has one by chance: a grid also shows points that rest
-/// exactly and go on.
+/// On a grid, squared distances between positions are whole multiples of the squared step, also after a rotation; positions off a grid have no
+/// common measure. A hand at constant speed has one by chance, so a grid is only accepted if points also rest exactly and move on.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ValueSteps {
     last: [Option<DVec3>; 6],
@@ -39,13 +38,13 @@ impl ValueSteps {
         }
     }
 
-    /// The step, m; 0 where none is known.
+    /// The step, m; 0 if unknown.
     pub(crate) fn step_m(&self) -> f64 {
         if self.rests { self.measure.sqrt() } else { 0.0 }
     }
 }
 
-/// The largest number of which both are whole multiples, to [`WHOLE`] of it.
+/// The largest number of which both are whole multiples, within [`WHOLE`] of it.
 fn common_measure(a: f64, b: f64) -> f64 {
     let (mut large, mut small) = (a.max(b), a.min(b));
     while small > 0.0 {
@@ -63,7 +62,7 @@ fn common_measure(a: f64, b: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// A hand that reaches to and fro, its coordinates rounded and turned.
+    /// A hand that moves back and forth, with rounded and rotated coordinates.
     fn step_m(rounded_m: f64, turn_rad: f64) -> f64 {
         let mut steps = ValueSteps::default();
         for i in 0..4000 {

@@ -1,4 +1,4 @@
-//! Recordings as headsets and engines write them: zeros for what is lost, few digits, slow channels, other units.
+//! Recordings as written by headsets and engines: zeros for lost points, few digits, slow channels, other units.
 
 use crate::common::{gaussian, minimum_jerk};
 use glam::{DQuat, DVec3};
@@ -47,7 +47,7 @@ fn reread(recording: &Recording) -> Recording {
     Recording::from_csv(&text[..]).unwrap()
 }
 
-/// Share of the frames in which a filter tracks the hand, and the reasons why it does not. The filter may know the step of the values.
+/// Share of the frames in which a filter tracks the hand, and the reasons for losses. The filter may be given the value step.
 fn tracked(recording: &Recording, value_step_m: f64) -> (f64, Vec<LostReason>) {
     let freeze = Some(FreezeConfig {
         value_step_m,
@@ -77,11 +77,11 @@ fn complete(recording: &Recording) -> usize {
         .count()
 }
 
-/// One of six reaches was kept, without a word.
+/// Regression test: only one of six reaches was kept, without any report.
 #[test]
 fn zeros_are_lost_tracking() {
     let plain = live();
-    // In the rests, once for a moment.
+    // During the rests, once briefly.
     let lost = |i: usize| (110..125).contains(&(i % 216)) || (20..23).contains(&i);
     let zeros = reread(&changed(&plain, |i, sample| {
         if lost(i) {
@@ -94,7 +94,7 @@ fn zeros_are_lost_tracking() {
         assert_eq!(sample.frame.points() == [None; 6], lost(i), "row {i}");
     }
     assert_eq!(complete(&zeros), complete(&plain));
-    // Written and read again it is the same hand, of which nothing more is lost.
+    // Written and read again, it is the same hand, with no further loss.
     let again = reread(&zeros);
     assert_eq!((again.zero_rows, again.samples == zeros.samples), (0, true));
 }
@@ -122,7 +122,7 @@ fn a_hand_that_passes_the_origin_is_no_lost_hand() {
     assert_eq!(zero.samples[3].frame, HandFrame { t_s: 3.0, ..still });
 }
 
-/// Engines print vectors with two decimals: such a hand was frozen, and nothing was served.
+/// Regression test: engines print vectors with two decimals, and such a hand counted as frozen.
 #[test]
 fn values_on_a_grid_are_not_frozen() {
     let plain = live();
@@ -140,7 +140,7 @@ fn values_on_a_grid_are_not_frozen() {
             let frozen = reasons.iter().any(is_frozen);
             assert!(!frozen && share > 0.98, "{step_m} m: {share} {reasons:?}");
             assert_eq!(complete(&grid), complete(&plain), "{step_m} m");
-            // A live filter learns the step from the first motion, half a second after the start.
+            // A live filter finds the value step from the first motion, half a second after the start.
             let (share, _) = tracked(&grid, 0.0);
             assert!(share > 0.94, "{step_m} m: {share}");
         }
@@ -148,7 +148,7 @@ fn values_on_a_grid_are_not_frozen() {
     assert!(plain.value_step_m() < 1e-6);
 }
 
-/// A tracker that is read faster than it measures repeats its values; one that is lost repeats them for longer.
+/// A tracker polled faster than it measures repeats its values; a lost one repeats them for longer.
 #[test]
 fn repeated_values_are_not_frozen_and_a_frozen_pose_is() {
     let plain = live();
@@ -175,10 +175,10 @@ fn repeated_values_are_not_frozen_and_a_frozen_pose_is() {
     }
 }
 
-/// A tracker at 10 Hz in a faster log: each step of a hand that the rows let rest in between was a jump, and reaches were cut there.
+/// Regression test: with a 10 Hz tracker in a faster log, each step of the hand counted as a jump and cut reaches.
 #[test]
 fn a_slow_tracker_in_a_fast_log_makes_no_jumps() {
-    // As fast as hands are: a peak of 2 m/s.
+    // As fast as hands move: a peak of 2 m/s.
     let quick = |recording: &Recording| {
         changed(recording, |_, sample| {
             let way_m = |at: DVec3| DVec3::new(2.4 * at.x, at.y, at.z);
@@ -189,7 +189,7 @@ fn a_slow_tracker_in_a_fast_log_makes_no_jumps() {
     for log_hz in [60.0, 72.0, 90.0, 240.0] {
         for late_s in [0.0, 0.004] {
             let rows = (0..(18.0 * log_hz) as usize).map(|row| {
-                // A row holds what the tracker saw last.
+                // A row holds the last tracked values.
                 let t_s = row as f64 / log_hz;
                 let jitter_s = late_s * (0.7 * row as f64).sin();
                 let seen_s = 0.1 * ((t_s + jitter_s).max(0.0) / 0.1).floor();
@@ -211,7 +211,7 @@ fn a_slow_tracker_in_a_fast_log_makes_no_jumps() {
             let fastest = found.iter().map(|reach| reach.peak_speed_m_per_s);
             let fastest = fastest.fold(0.0, f64::max);
             assert!((1.2..2.4).contains(&fastest), "{fastest} m/s");
-            // The speed of the hand, not that of a leap between two rows.
+            // The speed of the hand, not that of a jump between two rows.
             let mut filter = HandFilter::new(HandFilterConfig::default()).unwrap();
             for frame in slow.frames() {
                 if let Some(state) = filter.step(frame).state() {

@@ -1,4 +1,4 @@
-//! Attacks on recordings that got through once.
+//! Regression tests: malicious recordings that were once accepted.
 
 use crate::common::minimum_jerk;
 use glam::DVec3;
@@ -9,7 +9,7 @@ use hwall_hand::{
 };
 use std::fmt::Write as _;
 
-/// A hand that goes to and fro over 40 cm, at 100 Hz, one reach a second.
+/// A hand that moves back and forth over 40 cm, at 100 Hz, one reach per second.
 fn to_and_fro(samples: usize) -> Recording {
     let frames = (0..samples).map(|i| {
         let t_s = 0.01 * i as f64;
@@ -30,7 +30,7 @@ fn table_error(error: HandError) -> TableError {
     error
 }
 
-/// Each reach looked at all samples before it: 1e6 rows took 155 s. This would be 40 minutes in a debug build.
+/// Each reach scanned all samples before it: 1e6 rows took 155 s. That would be 40 minutes in a debug build.
 #[test]
 fn reaches_of_a_long_recording() {
     let recordings = [to_and_fro(1_000_000)];
@@ -42,7 +42,7 @@ fn reaches_of_a_long_recording() {
     assert!(labelled.reaches.len() > 9_000, "{}", labelled.reaches.len());
 }
 
-/// 38 MB of names of columns that are left out took 2.35 GB.
+/// 38 MB of ignored column names took 2.35 GB.
 #[test]
 fn a_header_of_a_million_columns_is_refused() {
     let mut text = String::from("t,palm_x,palm_y,palm_z");
@@ -57,7 +57,7 @@ fn a_header_of_a_million_columns_is_refused() {
     assert_eq!(got, 1_000_004);
 }
 
-/// Every trial held a list of its own.
+/// Every trial held its own list.
 #[test]
 fn trials_share_the_list_of_left_out_columns() {
     let mut text = String::from("t,palm_x,palm_y,palm_z,trial");
@@ -73,7 +73,7 @@ fn trials_share_the_list_of_left_out_columns() {
     assert!(std::sync::Arc::ptr_eq(first, last));
 }
 
-/// One late time stamp asked for 1e8 samples, which are 34 GB.
+/// One late time stamp requested 1e8 samples, which take 34 GB.
 #[test]
 fn a_late_time_stamp_is_not_resampled() {
     let frames = [0.0, 0.01, 0.02, 1e5].map(HandFrame::empty);
@@ -82,7 +82,7 @@ fn a_late_time_stamp_is_not_resampled() {
     assert!(recording.resampled(1.0, 0.1).is_ok());
 }
 
-/// Lines are counted as editors do, whatever ends them.
+/// Lines are counted as in editors, whatever the line ending.
 #[test]
 fn line_numbers_with_every_line_end() {
     for end in ["\n", "\r\n", "\r"] {
@@ -100,7 +100,7 @@ fn line_numbers_with_every_line_end() {
     }
 }
 
-/// Two samples a denormal apart had an infinite speed, slower than which was everything: an index below zero.
+/// Two samples a denormal apart had an infinite speed, and everything was slower than that: an index below zero.
 #[test]
 fn a_step_of_no_length_in_time_is_no_speed() {
     for (second_s, tip_m) in [(5e-324, 0.0025), (1e-300, 0.0), (1e-9, 0.019)] {
@@ -129,7 +129,7 @@ fn a_step_of_no_length_in_time_is_no_speed() {
     }
 }
 
-/// A slow speed above the peak of a hand that is on its way from the first sample on: an index below zero.
+/// A slow speed above the peak of a hand that moves from the first sample on: an index below zero.
 #[test]
 fn a_hand_that_is_slow_by_the_configuration_has_an_end() {
     let config = LabelConfig {

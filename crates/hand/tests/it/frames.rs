@@ -1,4 +1,4 @@
-//! Frames: in another coordinate system, and points that are missing.
+//! Frames: change of coordinates, and missing points.
 
 use glam::DVec3;
 use hwall_hand::{HandFrame, HandPoint, NamedPoint, Pose, TrackedPoint};
@@ -26,7 +26,7 @@ fn a_frame_is_mapped_whole() {
         );
     }
     assert_eq!(mapped.head_m, frame.head_m.map(|p| map.transform_point(p)));
-    // A direction is turned but not moved.
+    // A direction is rotated but not translated.
     assert_close!(
         mapped.gaze.unwrap(),
         DVec3::new(0.3_f64.cos(), 0.3_f64.sin(), 0.0),
@@ -87,7 +87,7 @@ fn every_point_has_its_own_name_and_place() {
     for (k, point) in NamedPoint::ALL.into_iter().enumerate() {
         assert_eq!(point.index(), k);
         for name in point.other_names().into_iter().chain([point.name()]) {
-            // WebXR calls the wrist and some others as the columns do.
+            // Some WebXR names, e.g. the wrist, equal the column names.
             names.insert(name);
             assert_eq!(NamedPoint::named(name), Some(point), "{name}");
         }

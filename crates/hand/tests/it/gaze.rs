@@ -1,4 +1,4 @@
-//! The gaze filter: planted fixations and saccades, trackers that tremble and lose samples, and no NaN out of anything.
+//! The gaze filter: simulated fixations and saccades, noisy trackers with lost samples, and never NaN.
 
 use crate::common::minimum_jerk;
 use glam::DVec3;
@@ -32,7 +32,7 @@ fn ray(direction: DVec3) -> GazeRay {
     }
 }
 
-/// Angle of an eye that leaves 0 for `to_deg` at `leave_s`, by a saccade of minimum jerk.
+/// Angle of an eye that leaves 0 for `to_deg` at `leave_s`, with a minimum-jerk saccade.
 fn angle_deg(t_s: f64, leave_s: f64, to_deg: f64) -> f64 {
     to_deg * minimum_jerk((t_s - leave_s) / SACCADE_S)
 }
@@ -49,7 +49,7 @@ fn the_error_of_a_resting_gaze_falls_with_the_root_of_the_samples() {
         for _ in 0..200 {
             let mut filter = GazeFilter::default();
             let mut gaze = Gaze::Lost;
-            // Before it, long enough for the noise to be known, the eye is elsewhere.
+            // Before it, the eye is elsewhere, long enough to measure the noise.
             for i in -40..45 {
                 let place = at(if i < 0 { 40.0 } else { 0.0 });
                 let seen = ray(noisy(&mut sampler, place, noise_deg));
@@ -62,7 +62,7 @@ fn the_error_of_a_resting_gaze_falls_with_the_root_of_the_samples() {
         }
         assert!(off.len() > 195, "{}", off.len());
         let stats = ErrorStats::from_errors(off);
-        // The median of two directions is 1.18 standard deviations.
+        // The median over two directions is 1.18 standard deviations.
         let exact_deg = 1.18 * noise_deg / 45_f64.sqrt();
         assert!(stats.median < 1.3 * exact_deg, "{noise_deg}: {stats:?}");
         let stated_deg = stated_rad.to_degrees();
@@ -81,7 +81,7 @@ fn a_resting_gaze_stays_one_fixation() {
         for i in 0..90 * 120 {
             let seen = ray(noisy(&mut sampler, DVec3::X, noise_deg));
             match filter.step(f64::from(i) * PERIOD_S, Some(&seen)) {
-                // The noise has been measured after half a second.
+                // After half a second the noise has been measured.
                 Gaze::Fixed(f) if i > 45 => since.push(f.since_s),
                 Gaze::Fixed(_) => {}
                 _ => outside += u32::from(i > 45),
@@ -117,7 +117,7 @@ fn a_saccade_gives_no_line_of_sight_until_it_has_landed() {
                         };
                         let from_deg = off_deg(f.ray.direction, DVec3::X);
                         let left_deg = off_deg(f.ray.direction, at(to_deg));
-                        // Never anywhere between.
+                        // Never in between.
                         let near = 1.0 + 2.0 * noise_deg + 0.03 * to_deg;
                         assert!(
                             from_deg.min(left_deg) < near || t_s < 0.05,
@@ -198,7 +198,7 @@ fn lost_samples_are_bridged_and_a_blink_does_not_end_a_look() {
     let mut since_s = None;
     for i in 0..300 {
         let t_s = f64::from(i) * PERIOD_S;
-        // Three in ten samples are lost, and all of them from 1 to 1.25 s.
+        // Three of ten samples are lost, and all of them from 1 to 1.25 s.
         let lost = sampler.uniform(0.0, 1.0) < 0.3 || (1.0..1.25).contains(&t_s);
         let seen = ray(noisy(&mut sampler, DVec3::X, 0.5));
         let gaze = filter.step(t_s, (!lost).then_some(&seen));
@@ -213,7 +213,7 @@ fn lost_samples_are_bridged_and_a_blink_does_not_end_a_look() {
     }
 }
 
-/// When the fixations began that are seen while the eyes are at these angles, degrees, `None` while they are closed.
+/// Start times of the detected fixations while the eyes are at these angles, degrees; `None` while they are closed.
 fn begun_s(samples: u32, angle_deg: impl Fn(f64) -> Option<f64>) -> Vec<f64> {
     let mut filter = GazeFilter::default();
     let mut since = Vec::new();
@@ -240,7 +240,7 @@ fn other_places_are_fixations_of_their_own_and_a_single_sample_far_away_is_noise
         blink[0] < 0.03 && (blink[1] - 0.66).abs() < 0.02,
         "{blink:?}"
     );
-    // A glance and the look back.
+    // A glance and the return.
     let glance = |t_s: f64| Some(if (0.4..0.6).contains(&t_s) { 20.0 } else { 0.0 });
     assert_eq!(begun_s(100, glance).len(), 3);
     let stray = |t_s: f64| {
@@ -269,9 +269,9 @@ fn bad_samples_and_clocks_do_no_harm() {
         filter.step(f64::from(i) * 0.011, Some(&ray(DVec3::X)));
     }
     let before = filter.step(49.0 * 0.011, None);
-    // The same time again gets the same answer.
+    // A repeated time gets the same answer.
     assert!(before.fixation().is_some());
-    // A clock that is set back starts anew.
+    // A clock reset restarts the filter.
     let anew = filter.step(0.1, Some(&ray(DVec3::Y)));
     assert_eq!(anew, Gaze::InFlight { since_s: 0.1 });
     for field in 0..4 {

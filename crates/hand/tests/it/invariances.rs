@@ -1,5 +1,4 @@
-//! What is found in a hand's motion depends on neither the clock, the place, the turn and the handedness of the world, nor hardly on
-//! the rate of the tracker.
+//! Results for a hand's motion do not depend on the clock, place, rotation and handedness of the world, and hardly on the rate of the tracker.
 
 use crate::common::{gaussian, minimum_jerk};
 use glam::{DMat3, DVec3};
@@ -9,7 +8,7 @@ use hwall_hand::{
 };
 use hwall_testkit::Sampler;
 
-/// Four reaches of 0.4 m and back, three points, tremor of 0.3 mm, a jump and a hand that is not seen for a while.
+/// Four reaches of 0.4 m and back, three points, tremor of 0.3 mm, a jump and a tracking gap.
 fn frames(rate_hz: f64, tremor_m: f64) -> Vec<HandFrame> {
     let mut sampler = Sampler::new(11);
     let frames = (0..(12.0 * rate_hz) as usize).map(|i| {
@@ -34,7 +33,7 @@ fn frames(rate_hz: f64, tremor_m: f64) -> Vec<HandFrame> {
     frames.collect()
 }
 
-/// What a filter, a watch and the cut of the whole recording say.
+/// Results of a filter, a watch and the segmentation of the whole recording.
 struct Found {
     points: Vec<Option<[DVec3; 2]>>,
     begun: Vec<usize>,
@@ -63,7 +62,7 @@ fn found(frames: &[HandFrame]) -> Found {
 }
 
 fn compare(name: &str, clock_s: f64, linear: DMat3, shift: DVec3, close: f64) {
-    // No time of a threshold falls on a sample: there rounding decides.
+    // No threshold crossing coincides with a sample, where rounding would decide.
     let frames = frames(87.0, 3e-4);
     let map = |p: DVec3| linear * p + shift;
     let there: Vec<HandFrame> = frames
@@ -136,7 +135,7 @@ fn reaches_are_the_same_at_any_rate() {
                 start_s.abs() < 0.07 && end_s.abs() < 0.07,
                 "{rate_hz} Hz: {a:?} {b:?}"
             );
-            // One that is lost on its way ends somewhere else with each sample.
+            // A reach lost under way ends at a different place with each sample.
             let close_m = match a.end {
                 ReachEnd::Stopped => 0.01,
                 _ => 0.05,

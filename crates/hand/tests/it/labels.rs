@@ -1,4 +1,4 @@
-//! Recordings become reaches that start, end and point where they should; nothing is lost silently.
+//! Recordings become reaches with the right start, end and point; nothing is lost silently.
 
 use crate::common::minimum_jerk;
 use glam::DVec3;
@@ -65,7 +65,7 @@ fn a_trial_that_is_cropped_to_the_movement_loses_nothing() {
 fn rest_at_both_ends_is_no_part_of_the_reach() {
     let labelled = label(&recording(0.8, 0.6));
     let reach = &labelled.reaches[0];
-    // Slow is below a twentieth of the peak: within 5 % of the time at either end.
+    // Slow means below a twentieth of the peak: within 5 % of the time at either end.
     let times_s = [reach.frames[0].t_s, reach.contact_s];
     for (t_s, expected_s) in times_s.into_iter().zip([0.83, 1.77]) {
         assert!((t_s - expected_s).abs() < 0.05, "{t_s}");
@@ -92,10 +92,10 @@ fn a_reach_starts_at_the_same_sample_however_it_was_cut() {
     for from_s in [0.3, 0.6, 0.75] {
         assert_eq!(cut_at(from_s), Some([onset_s, clear_s]));
     }
-    // The live watch and the cut by trials agree within the delay of the filter and the slow first part.
+    // The live watch and the segmentation by trials agree within the delay of the filter and the slow first part.
     let labelled = label(&whole);
     assert!((labelled.reaches[0].frames[0].t_s - onset_s).abs() < 0.02);
-    // One that is fast from its first sample on starts with it; a hand at rest never does.
+    // A reach that is fast from its first sample starts there; a hand at rest never starts.
     let [first_s, _] = cut_at(1.2).unwrap();
     assert!((first_s - 1.2).abs() < STEP_S);
     let still = whole.frames().copied().take(15).collect();
@@ -113,7 +113,7 @@ fn a_trial_ends_when_contact_first_turns_one() {
     assert_eq!(reach.contact_s, trial.samples[95].frame.t_s);
     let tip_m = trial.samples[95].frame.point(HandPoint::Index);
     assert_eq!(Some(reach.contact_m), tip_m);
-    // Still in contact from the trial before, then off, then again.
+    // Still in contact from the previous trial, then off, then on again.
     for (k, sample) in trial.samples.iter_mut().enumerate() {
         sample.contact = Some(!(5..=100).contains(&k));
     }
@@ -129,7 +129,7 @@ fn a_trial_ends_when_contact_first_turns_one() {
 fn the_label_is_the_target_if_there_is_one() {
     let mut trial = recording(0.2, 0.2);
     let target_m = TO + DVec3::new(0.0, 0.03, 0.0);
-    // It appears while the hand is under way.
+    // It appears while the hand is moving.
     for sample in trial.samples.iter_mut().skip(40) {
         sample.target_m = Some(target_m);
     }
@@ -153,7 +153,7 @@ fn a_finger_that_is_lost_at_the_end_is_bridged_by_the_palm() {
     for sample in &mut trial.samples[n - 20..] {
         sample.frame.set_point(HandPoint::Palm, None);
     }
-    // The last movement seen is well before the end of the file, but it is the last one.
+    // The last visible movement is well before the end of the file, but still the last one.
     let labelled = label(&trial);
     assert_eq!(labelled.reaches.len() + labelled.left_out.len(), 1);
 }
@@ -204,7 +204,7 @@ fn what_is_no_reach_is_listed_with_the_reason() {
 
 #[test]
 fn a_stream_is_cut_by_speed_and_the_first_reach_can_be_all() {
-    // There and back.
+    // Out and back.
     let mut stream = recording(0.3, 0.5);
     let back: Vec<Sample> = stream.samples.iter().rev().copied().collect();
     let end_s = stream.duration_s();

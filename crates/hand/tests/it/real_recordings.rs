@@ -1,4 +1,4 @@
-//! The filter and the segmentation on recorded hands; skipped where the data are absent.
+//! The filter and the segmentation on recorded hands; skipped without the data.
 
 use hwall_hand::{
     FreezeKind, HandFilter, HandFilterConfig, HandFrame, HandPoint, LostReason, Pose, Reach,
@@ -6,13 +6,13 @@ use hwall_hand::{
 };
 use hwall_testkit::{ErrorStats, shared};
 
-/// The file beside the project, if it is there.
+/// The file next to the project, if present.
 fn load(name: &str) -> Option<Recording> {
     let path = shared(&format!("data/{name}"))?;
     Some(Recording::from_csv_path(path).expect(name))
 }
 
-/// Stretches of one answer: tracked (`None`) or the reason it is lost, with first and last time.
+/// Stretches of one answer: tracked (`None`) or the loss reason, with first and last time.
 fn stretches(
     recording: &Recording,
     config: HandFilterConfig,
@@ -57,7 +57,7 @@ fn leap_recording_is_lost_at_the_jump_and_stays_lost_in_the_frozen_pose() {
     // 22.9 m/s for the palm, 29.7 m/s for the index tip.
     assert!((17.38..17.40).contains(&at_s), "{at_s} s");
     assert!((22.0..30.0).contains(&speed), "{speed} m/s");
-    // From the jump on the tracker carries one rigid pose around with the head.
+    // From the jump on the tracker moves one rigid pose along with the head.
     let frozen = |t: f64| {
         let mut at = found
             .iter()
@@ -73,7 +73,7 @@ fn leap_recording_is_lost_at_the_jump_and_stays_lost_in_the_frozen_pose() {
 
 #[test]
 fn leap_recording_without_the_rigid_test_is_tracked_into_a_carried_pose() {
-    // Shows what the rigid test is for: the carried pose moves at plausible speeds.
+    // Purpose of the rigid test: the moved pose has plausible speeds.
     let Some(recording) = load("author_leap/finger18.csv") else {
         return;
     };
@@ -89,7 +89,7 @@ fn leap_recording_holds_six_reaches_of_half_a_metre_before_the_loss() {
         return;
     };
     let found = reaches(&recording, &SegmentConfig::default()).unwrap();
-    // Nothing in the carried pose counts.
+    // The moved pose makes no reach.
     assert!(found.iter().all(|r| r.end_s < 17.4));
     let stopped = found.iter().filter(|r| r.end == ReachEnd::Stopped);
     let whole: Vec<&Reach> = stopped.collect();
@@ -119,7 +119,7 @@ fn motion_capture_holds_strokes_of_twenty_centimetres() {
         ..SegmentConfig::default()
     };
     let found = reaches(&recording, &config).unwrap();
-    // 41 at these thresholds; how many there are depends on what counts as a pause.
+    // 41 at these thresholds; the number depends on the definition of a pause.
     assert!((35..=42).contains(&found.len()), "{}", found.len());
     assert!((0.18..0.24).contains(&lengths(&found).median));
     // Clean data: tracked from the first window to the end.
@@ -147,7 +147,7 @@ fn reach_to_grasp_trials_hold_one_reach_and_one_return() {
         let found = reaches(&recording, &config).unwrap();
         let is_away = |r: &&Reach| r.direction.dot(found[0].direction) > 0.0;
         let away: Vec<&Reach> = found.iter().filter(is_away).collect();
-        // One reach away from the start, and at most the return besides.
+        // One reach away from the start, and at most the return.
         assert_eq!(away.len(), 1, "trial {trial}");
         assert!(found.len() <= 2, "trial {trial}");
         out.push(*away[0]);

@@ -1,4 +1,4 @@
-//! Recordings as CSV: round trips, and every way in which a file can be broken.
+//! Recordings as CSV: round trips, and every way a file can be broken.
 
 use glam::DVec3;
 use hwall_files::TableError;
@@ -89,7 +89,7 @@ fn points_are_read_by_their_names_in_openxr_and_webxr() {
         Some(DVec3::new(4.0, 5.0, 6.0))
     );
     assert_eq!(*recording.ignored_columns, ["wrist_x".to_owned()]);
-    // The own name comes first, and a column that is missing is told by the name in the file.
+    // A point's own name comes first, and an error about a missing column uses the name in the file.
     let both = "t,index_x,index_y,index_z,index-finger-tip_x\n0,1,2,3,9\n";
     assert_eq!(
         read(both).unwrap().samples[0].frame.point(HandPoint::Index),
@@ -99,7 +99,7 @@ fn points_are_read_by_their_names_in_openxr_and_webxr() {
     assert!(error.to_string().contains("thumb-tip_z"), "{error}");
 }
 
-/// Spreadsheets of many countries separate columns by semicolons; recorders write `NaN` for what they do not see.
+/// Spreadsheets in many countries separate columns by semicolons; recorders write `NaN` for unseen points.
 #[test]
 fn a_recording_is_read_as_any_program_writes_it() {
     let plain = read("note,t,palm_x,palm_y,palm_z\na,0,0.5,2,-0.25\nb,1,,,\n").unwrap();
@@ -143,7 +143,7 @@ fn gaze_becomes_a_unit_vector() {
             length: 1e-9
         })
     );
-    // Headsets write zeros for eyes that they do not see.
+    // Headsets write zeros for unseen eyes.
     let zero = read("t,palm_x,palm_y,palm_z,gaze_x,gaze_y,gaze_z\n0,,,,0,0,0\n").unwrap();
     assert_eq!(zero.samples[0].frame.gaze, None);
 }
@@ -282,7 +282,7 @@ fn points_of_the_arm_and_of_a_controller_are_read_by_any_name_and_written_by_one
     let header = "t,index_x,index_y,index_z,forearm_x,forearm_y,forearm_z,shoulder_x,shoulder_y,shoulder_z,grip_x,";
     assert!(written.starts_with(header.as_bytes()));
     assert_eq!(Recording::from_csv(&written[..]).unwrap(), recording);
-    // An arm without a hand is none, and half a point of it is left out.
+    // An arm without a hand is rejected, and an incomplete point of it is ignored.
     let arm = "t,elbow_x,elbow_y,elbow_z\n0,1,2,3\n";
     assert_eq!(
         Recording::from_csv(arm.as_bytes()),

@@ -1,4 +1,4 @@
-//! Even times out of uneven ones, and OpenXR's joints.
+//! Resampling of uneven times, and OpenXR's joints.
 
 use glam::DVec3;
 use hwall_hand::{HandError, HandFrame, HandPoint, Recording, Sample};
@@ -8,7 +8,7 @@ fn at(t_s: f64) -> DVec3 {
     DVec3::new(1.0 - 2.0 * t_s, 0.3 * t_s, 0.5)
 }
 
-/// Uneven times as trackers have them.
+/// Uneven times as from trackers.
 fn recording(seed: u64) -> Recording {
     let mut sampler = Sampler::new(seed);
     let mut t_s = 3.0;
@@ -58,7 +58,7 @@ fn dropouts_stay_missing() {
         assert_eq!(sample.frame.palm_m.is_none(), inside);
         assert!(sample.frame.gaze.is_some());
     }
-    // A gap that is allowed is bridged.
+    // An allowed gap is bridged.
     let bridged = original.resampled(0.01, 10.0).unwrap();
     assert!(bridged.samples.iter().all(|s| s.frame.palm_m.is_some()));
 }

@@ -1,4 +1,4 @@
-//! Rigid transforms from point pairs: planted truth, noise, and clouds that fix nothing.
+//! Rigid transforms from point pairs: known truth, noise, and degenerate point clouds.
 
 use crate::common::gaussian;
 use glam::{DMat3, DQuat, DVec3};
@@ -29,7 +29,7 @@ fn pairs(map: Pose, points: &[DVec3]) -> Vec<PointPair> {
 
 fn angle_between(a: Pose, b: Pose) -> f64 {
     let turn = a.inverse().rotation() * b.rotation();
-    // From the sine as well: the cosine alone loses half of the digits near 0.
+    // Also from the sine: the cosine alone loses half of the digits near 0.
     let sine = DVec3::new(
         turn.y_axis.z - turn.z_axis.y,
         turn.z_axis.x - turn.x_axis.z,
@@ -48,14 +48,14 @@ fn exact_pairs_give_the_map_back() {
             let truth = random_map(&mut sampler);
             let points = cloud(&mut sampler, n, DVec3::new(1.0, 0.7, 0.4));
             let found = RigidFit::from_pairs(&pairs(truth, &points)).unwrap();
-            // Three random points may be nearly in line: then the turn is known less well.
+            // Three random points may be almost collinear: then the rotation is less accurate.
             assert!(found.rms_m() < 1e-12, "{n}: {}", found.rms_m());
             assert!(found.residuals_m[found.worst()] < 1e-11);
         }
     }
 }
 
-/// Points of one plane, as the corners of a board are: no mirror image is taken for them.
+/// Points of one plane, e.g. the corners of a board: no mirror image is returned.
 #[test]
 fn a_plane_is_enough_and_half_turns_too() {
     let corners =
@@ -88,7 +88,7 @@ fn noise_averages_out() {
         assert!(angle_between(truth, found.a_from_b) < 2e-3);
         mean_rms += found.rms_m() / 100.0;
     }
-    // Three coordinates of noise, less the six numbers that were fitted.
+    // Three coordinates of noise, minus the six fitted parameters.
     let expected = 2e-3 * 3.0_f64.sqrt();
     assert!((mean_rms / expected - 1.0).abs() < 0.02, "{mean_rms}");
 }
@@ -145,7 +145,7 @@ fn clouds_that_fix_nothing_are_typed_errors() {
     ));
 }
 
-/// A mirrored copy is no rigid motion: the best turn is found and the residual says so.
+/// A mirrored copy is not a rigid motion: the best rotation is found and the residual shows it.
 #[test]
 fn a_mirror_shows_in_the_residual() {
     let mut sampler = Sampler::new(5);

@@ -1,4 +1,4 @@
-//! Reaches with planted start and end.
+//! Reaches with known start and end.
 
 use crate::common::{gaussian, minimum_jerk};
 use glam::DVec3;
@@ -7,7 +7,7 @@ use hwall_hand::{
 };
 use hwall_testkit::Sampler;
 
-/// A palm that goes out at 1 s and back at 3 s, 0.8 s each way, in uneven steps with noise.
+/// A palm that moves out at 1 s and back at 3 s, 0.8 s each, in uneven steps with noise.
 fn out_and_back(sampler: &mut Sampler, noise_m: f64, a_m: DVec3, b_m: DVec3) -> Vec<HandFrame> {
     let mut t_s = 0.0;
     std::iter::from_fn(|| {
@@ -93,7 +93,7 @@ fn a_jump_is_no_reach_and_ends_one() {
     let recording = Recording::from_frames(frames).unwrap();
     let found = shorter(&recording);
     assert_eq!(found[0].end, ReachEnd::TrackingLost);
-    // The leap of 1 m is in none.
+    // The jump of 1 m is in none.
     assert!(found.iter().all(|r| r.length_m < 0.65));
 }
 

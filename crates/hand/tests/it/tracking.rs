@@ -1,4 +1,4 @@
-//! The hand filter: planted motion, the ways in which trackers fail, and no NaN out of anything.
+//! The hand filter: known motion, typical tracker failures, and never NaN.
 
 use crate::common::{gaussian, minimum_jerk};
 use glam::DVec3;
@@ -35,7 +35,7 @@ fn reason(tracking: Tracking) -> LostReason {
     lost(tracking).0
 }
 
-/// A palm that moves steadily along x, one sample each 14 ms, from a start time on.
+/// A palm that moves steadily along x, one sample per 14 ms, from a start time on.
 fn moving(from_s: f64, to_s: f64) -> impl Iterator<Item = HandFrame> {
     let first = (from_s / 0.014).ceil() as i32;
     (first..)
@@ -44,7 +44,7 @@ fn moving(from_s: f64, to_s: f64) -> impl Iterator<Item = HandFrame> {
         .map(|t| palm(t, DVec3::X * t))
 }
 
-/// Feeds samples; the last answer.
+/// Feeds samples; returns the last answer.
 fn feed(filter: &mut HandFilter, frames: impl IntoIterator<Item = HandFrame>) -> Tracking {
     frames.into_iter().map(|f| filter.step(&f)).last().unwrap()
 }
@@ -91,7 +91,7 @@ fn the_window_is_two_rounds_of_midpoints() {
             Tol::abs(1e-15)
         );
     }
-    // At even steps the newer of them is one step old.
+    // At regular steps the newer of them is one step old.
     assert_close!(hand.delay_s, 0.02, Tol::abs(1e-12));
     assert_eq!(hand.unseen_s, 0.0);
 }
@@ -136,7 +136,7 @@ fn a_reach_is_followed_to_millimetres() {
     }
     let tracked = errors.len();
     let stats = ErrorStats::from_errors(errors);
-    // At constant acceleration the weights leave 0.75 a dt²: 0.8 mm at 5.4 m/s².
+    // At constant acceleration the weights leave an error of 0.75 a dt²: 0.8 mm at 5.4 m/s².
     assert!(tracked > 90 && stats.max < 1e-3, "{stats}");
 }
 
@@ -157,16 +157,16 @@ fn a_short_dropout_is_bridged_a_long_one_is_reported_since_its_beginning() {
         let t_s = 0.014 * f64::from(i);
         let hand = state(filter.step(&HandFrame::empty(t_s)));
         assert_close!(hand.unseen_s, t_s - seen_s, Tol::abs(1e-12));
-        // Carried on at constant velocity.
+        // Extrapolated at constant velocity.
         assert_close!(hand.point_m, DVec3::X * t_s, Tol::abs(1e-9));
     }
-    // The same loss goes on.
+    // The same loss continues.
     for t_s in [0.014 * 43.0, 0.7] {
         let (reason, since_s) = lost(filter.step(&HandFrame::empty(t_s)));
         assert_eq!(reason, LostReason::NoPoints);
         assert_close!(since_s, seen_s, Tol::abs(1e-12));
     }
-    // Back: good for 0.06 s first.
+    // Back: 0.06 s of good samples first.
     assert!(feed(&mut filter, moving(0.71, 0.76)).state().is_none());
     assert!(feed(&mut filter, moving(0.76, 0.79)).state().is_some());
 }
@@ -197,7 +197,7 @@ fn a_jump_is_reported_at_once_and_trust_comes_back_after_a_while() {
     assert_close!(speed_m_per_s, expected, Tol::rel(1e-9));
     assert!(feed(&mut filter, shifted(0.51, 0.78)).state().is_none());
     let hand = state(feed(&mut filter, shifted(0.78, 0.85)));
-    // Nothing of the jump is left.
+    // Nothing of the jump remains.
     assert_close!(hand.velocity_m_per_s, DVec3::X, Tol::abs(1e-9));
 }
 
@@ -222,7 +222,7 @@ fn a_pose_that_does_not_move_is_frozen_since_it_stopped() {
 #[test]
 fn a_pose_carried_by_the_head_is_frozen_though_it_moves() {
     let mut filter = filter();
-    // A hand that turns about z and moves on: every distance stays.
+    // A hand that rotates about z and moves on: every distance stays constant.
     let carried = |i: i32| {
         let t = 0.014 * f64::from(i);
         let turn = glam::DMat3::from_rotation_z(t);
@@ -234,7 +234,7 @@ fn a_pose_carried_by_the_head_is_frozen_though_it_moves() {
     let carried_away = feed(&mut filter, (0..60).map(carried));
     let kind = FreezeKind::Rigid;
     assert_eq!(reason(carried_away), LostReason::Frozen { kind });
-    // Fingers that move by 0.1 mm show that it is alive.
+    // Finger motion of 0.1 mm shows that it is live.
     let alive = (60..90).map(|i| {
         let mut frame = carried(i);
         *frame.tips_m[1].as_mut().unwrap() += DVec3::Z * 1e-4 * f64::from(i % 3);
@@ -273,17 +273,17 @@ fn a_missing_index_does_not_move_the_point() {
 fn clocks_that_stop_or_run_backwards() {
     let mut filter = filter();
     let answer = feed(&mut filter, moving(0.0, 0.5));
-    // The same time, the same answer.
+    // A repeated time gets the same answer.
     assert_eq!(filter.step(&palm(0.49, DVec3::ONE * 7.0)), answer);
     let (why, since_s) = lost(filter.step(&palm(f64::NAN, DVec3::ZERO)));
     assert_eq!(why, LostReason::InvalidTime);
     assert_close!(since_s, 0.49, Tol::abs(1e-12));
-    // Otherwise it is ignored; a clock that is set back starts anew.
+    // Otherwise it is ignored; a clock reset restarts the filter.
     assert!(feed(&mut filter, moving(0.5, 0.51)).state().is_some());
     let back = filter.step(&palm(0.2, DVec3::X * 0.2));
     assert_eq!(reason(back), LostReason::InvalidTime);
     assert!(feed(&mut filter, moving(0.21, 0.4)).state().is_some());
-    // Two samples 84 microseconds apart, as they occur in recordings.
+    // Two samples 84 microseconds apart, as in real recordings.
     let near = [(0.406084, 0.4065), (0.42, 0.42)].map(|(t_s, x)| palm(t_s, DVec3::X * x));
     let near = feed(&mut filter, near);
     assert!(state(near).velocity_m_per_s.length() < 1.2);
@@ -304,7 +304,7 @@ fn impossible_parameters_are_refused() {
     assert!(!refused(&|_| ()));
 }
 
-/// Any number, the ugly ones often.
+/// Any number, often a special one.
 fn ugly() -> impl Strategy<Value = f64> {
     prop_oneof![
         8 => -2.0..2.0_f64,
@@ -334,10 +334,10 @@ fn ugly_frame() -> impl Strategy<Value = (f64, HandFrame)> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Random gaps, jumps, clocks, NaN and infinities: only finite numbers come out.
+    /// Random gaps, jumps, clocks, NaN and infinities: all outputs are finite.
     #[test]
     fn no_nan_comes_out(frames in prop::collection::vec(ugly_frame(), 1..80), calm in any::<bool>()) {
-        // With the jump limit out of the way, wild values reach the window.
+        // Without the jump limit, wild values reach the window.
         let config = HandFilterConfig { max_speed_m_per_s: 1e12, recover_after_s: 0.0, freeze: None, ..HandFilterConfig::default() };
         let mut filter = HandFilter::new(if calm { HandFilterConfig::default() } else { config }).unwrap();
         let mut t_s = 0.0;

@@ -1,4 +1,4 @@
-//! Reaches found in a stream.
+//! Detection of reaches in a stream.
 
 use crate::common::{gaussian, minimum_jerk};
 use glam::DVec3;
@@ -7,7 +7,7 @@ use hwall_hand::{
 };
 use hwall_testkit::Sampler;
 
-/// Writes down the samples of each reach.
+/// Records the samples of each reach.
 #[derive(Debug, Default)]
 struct Diary {
     reaches: Vec<Vec<f64>>,
@@ -33,7 +33,7 @@ impl Diary {
     }
 }
 
-/// Runs a hand at 100 Hz along x; returns the diary and the times within a reach.
+/// Runs a hand at 100 Hz along x; returns the record and the times within a reach.
 fn run(until_s: f64, x: impl Fn(f64) -> Option<f64>) -> (Diary, Vec<f64>) {
     run_trembling(until_s, 100.0, 0.0, 0, x)
 }
@@ -72,7 +72,7 @@ fn a_reach_is_told_from_where_it_began_and_ends_at_rest() {
     let (diary, reaching_s) = run(3.0, |t| Some(0.6 * minimum_jerk((t - 0.5) / 0.8)));
     assert_eq!(diary.reaches.len(), 1);
     let seen = &diary.reaches[0];
-    // The speed passes 0.1 m/s at 0.57 s; the filter is a step and a half late.
+    // The speed passes 0.1 m/s at 0.57 s; the filter lags by a step and a half.
     assert!((0.54..0.61).contains(&seen[0]), "{}", seen[0]);
     // Nothing is skipped.
     assert!(seen.windows(2).all(|w| (w[1] - w[0] - 0.01).abs() < 1e-9));
@@ -147,7 +147,7 @@ fn a_clock_that_is_set_back_starts_anew_and_a_repeated_sample_is_passed_over() {
 fn a_hand_at_rest_does_not_reach_however_the_tracker_trembles() {
     for noise_m in [0.0, 0.001, 0.002, 0.005] {
         let (_, reaching_s) = run_trembling(60.0, 90.0, noise_m, 3, |_| Some(0.0));
-        // The noise has been measured after a second.
+        // The noise is measured after a second.
         let late = reaching_s.iter().filter(|t| **t > 1.0).count();
         assert!(late < 27, "{noise_m}: {late} samples");
     }

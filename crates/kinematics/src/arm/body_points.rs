@@ -5,13 +5,13 @@ use crate::joints::MOST_JOINTS;
 use glam::DVec3;
 use hwall_geometry::Pose;
 
-/// Most points of a body: the base, one at each joint, the tool.
+/// Maximum number of body points: the base, one per joint, the tool.
 pub const MOST_BODY_POINTS: usize = MOST_JOINTS + 2;
 
-/// Points nearer to each other than this are one, m.
+/// Points closer together than this are merged, m.
 const SAME_M: f64 = 1e-3;
 
-/// Points along the body of an arm from base to tool, base frame: its parts lie between each two neighbours.
+/// Points along the body of an arm from base to tool, base frame. Consecutive points bound one segment of the body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BodyPoints {
     base_from_tool: Pose,
@@ -20,8 +20,7 @@ pub struct BodyPoints {
 }
 
 impl BodyPoints {
-    /// From places on the body in their order, without the base and the tool; those nearer to the last one than 1 mm are left out, and so
-    /// are more than seven.
+    /// From points on the body in order, without base and tool. Drops points within 1 mm of the previous one and all after the seventh.
     pub fn new(places_m: impl IntoIterator<Item = DVec3>, base_from_tool: Pose) -> Self {
         let mut points = Self {
             base_from_tool,
@@ -43,8 +42,8 @@ impl BodyPoints {
         }
     }
 
-    /// From the joint axes alone: where two neighbouring axes meet, or the foot of their common perpendicular on the later one. A sliding
-    /// joint has no axis and gives no point.
+    /// From the joint axes alone: the intersection of two neighbouring axes, or the foot of their common perpendicular on the later one.
+    /// Prismatic joints give no point.
     pub(super) fn from_axes(joints: usize, (tool, jacobian): &(Pose, Jacobian)) -> Self {
         let tool_m = tool.position_m();
         let mut last = DVec3::ZERO;
@@ -64,7 +63,7 @@ impl BodyPoints {
         Self::new(feet, *tool)
     }
 
-    /// Base, places on the body, tool, m.
+    /// Base, body points, tool, m.
     #[must_use]
     pub fn points_m(&self) -> &[DVec3] {
         &self.points_m[..self.count]
@@ -77,7 +76,7 @@ impl BodyPoints {
     }
 }
 
-/// The point of the second line that is nearest to the first; of parallel ones that nearest to `last`.
+/// The point on the second line nearest to the first line; for parallel lines, the point nearest to `last`.
 fn foot_on_second(p: DVec3, u: DVec3, q: DVec3, v: DVec3, last: DVec3) -> DVec3 {
     let (b, w) = (u.dot(v), p - q);
     let determinant = 1.0 - b * b;

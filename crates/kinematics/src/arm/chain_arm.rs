@@ -12,34 +12,32 @@ use hwall_geometry::Pose;
 use hwall_numeric::check::all_finite;
 use std::sync::Arc;
 
-/// Solutions from restarts among which the nearest is taken.
+/// Solutions from restarts to collect before taking the nearest.
 const CANDIDATES: usize = 4;
 
-/// Restarts by default: enough that `tests/it/arms.rs` misses none of 500 poses of each arm.
+/// Default restarts: with these `tests/it/arms.rs` solves all 500 poses of each arm.
 const RESTARTS: usize = 40;
 
-/// Restarts of [`BranchPolicy::Prefer`] at most: a control step has time for no more.
+/// Maximum restarts of [`BranchPolicy::Prefer`]: all that fits in a control step.
 const RESTARTS_IN_A_STEP: usize = 8;
 
-/// An arm of at most seven joints that is a [`Chain`], solved numerically.
+/// An arm given as a [`Chain`] of at most seven joints, solved numerically.
 ///
-/// The tip of the chain is the flange. A prismatic joint counts in metres where others count in radians.
+/// The tip of the chain is the flange. Prismatic joints use metres where others use radians.
 ///
-/// [`ArmKinematics::nearest`] first descends from the reference; that solution is near the
-/// reference, not proven to be the nearest, and `branch_changed` is false for it: a chain has no named
-/// branches, and a short descent stays on its own. Where the descent fails, the other attempts start
-/// from configurations drawn with a fixed seed. A descent takes about 10 µs, more where it fails slowly, in an
-/// `opt-level = 1` build; the policy bounds how many there are:
+/// [`ArmKinematics::nearest`] first descends from the reference. That solution is near the reference but not proven
+/// nearest, and has `branch_changed` false: a chain has no named branches, and a short descent stays on its own. If
+/// the descent fails, further attempts start from configurations drawn with a fixed seed. One descent takes about
+/// 10 µs (more if it fails slowly) in an `opt-level = 1` build. The policy bounds the number of descents:
 ///
 /// - [`BranchPolicy::Keep`], [`BranchPolicy::Beside`]: the first only.
 /// - [`BranchPolicy::Prefer`]: nine; the nearest of the first four solutions wins. It fits into a control step of 1 ms and
-///   misses about one in a hundred poses that can be held and are far from the reference.
+///   misses about 1 % of the reachable poses far from the reference.
 /// - [`BranchPolicy::Any`]: all 41 searches (the first and 40 restarts); the nearest solution wins. Not for a control step.
 ///
-/// Same input, same answer.
+/// Deterministic: the same input gives the same answer.
 ///
-/// Error of a solution: 1e-9 m and rad by default. A failure proves nothing, except
-/// [`Unreachable::TooFar`].
+/// Error of a solution: 1e-9 m and rad by default. Only [`Unreachable::TooFar`] proves that a pose is unreachable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChainArm {
     base_to_flange: Chain,
@@ -113,7 +111,7 @@ impl ChainArm {
         &self.base_to_flange
     }
 
-    /// Each revolute joint turned by full turns to the place within its limit nearest to the reference.
+    /// Shifts each revolute joint by full turns to the value within its limit nearest to the reference.
     fn unwound(&self, q: &[f64], reference: &JointPositions) -> JointPositions {
         let mut near = JointPositions::default();
         let joints = self.base_to_flange.joints().iter().zip(&self.limits);
@@ -234,7 +232,7 @@ impl ArmKinematics for ChainArm {
                 .into())
             }
             (None, Err(other)) => Err(other),
-            // Only a solution whose cost overflows gets here.
+            // Reached only if the cost of every solution overflows.
             (None, Ok(report)) => Err(Unreachable::NotFound {
                 residual_m: report.residual_m,
                 residual_rad: report.residual_rad,

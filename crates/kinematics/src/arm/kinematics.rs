@@ -1,4 +1,4 @@
-//! The kinematics that a controller needs, whatever the arm.
+//! The kinematics that a controller needs, for any arm.
 
 use super::body_points::BodyPoints;
 use crate::chain::NumericScratch;
@@ -15,11 +15,11 @@ use std::sync::Arc;
 /// The kinematics of an arm of at most seven joints, with its tool.
 ///
 /// [`SrsArm`](crate::SrsArm) answers in closed form, [`ChainArm`](crate::ChainArm) (any serial arm, for
-/// example from URDF) by numeric search; an arm of your own may bring its own closed form. An arm of
-/// fewer joints leaves the last entries of every joint array at zero.
+/// example from URDF) by numeric search; your own arm can implement its own closed form. For an arm
+/// with fewer joints the last entries of every joint array are zero.
 ///
-/// Nothing here changes the arm, and no call but [`carrying`](Self::carrying) and
-/// [`scratch`](Self::scratch) allocates, so all others may be used in a control step.
+/// No call changes the arm. Only [`carrying`](Self::carrying) and [`scratch`](Self::scratch)
+/// allocate; all other calls are safe in a control step.
 ///
 /// ```
 /// use hwall_kinematics::{ArmKinematics, Chain, ChainArm, JointPositions, NearestConfig, SrsArm};
@@ -42,15 +42,15 @@ pub trait ArmKinematics: Debug + Send + Sync {
     /// Closed joint limits, rad; `[0, 0]` beyond the last joint.
     fn limits(&self) -> &[JointLimit; MOST_JOINTS];
 
-    /// Largest joint speeds, rad/s; 1 beyond the last joint, so that dividing by them is harmless.
+    /// Largest joint speeds, rad/s; 1 beyond the last joint, so that division is safe.
     fn max_velocity_rad_per_s(&self) -> &[f64; MOST_JOINTS];
 
-    /// Largest joint torques, N m, of those that are known; `None` by default.
+    /// Largest joint torques, N m, where known; `None` by default.
     fn max_torque_n_m(&self) -> [Option<f64>; MOST_JOINTS] {
         [None; MOST_JOINTS]
     }
 
-    /// Largest joint accelerations, rad/s²: those that are known of the arm, else `otherwise`, as by default.
+    /// Largest joint accelerations, rad/s², where known, else `otherwise` (the default).
     fn accelerations_or(&self, otherwise: [f64; MOST_JOINTS]) -> [f64; MOST_JOINTS] {
         otherwise
     }
@@ -61,22 +61,22 @@ pub trait ArmKinematics: Debug + Send + Sync {
     /// Geometric Jacobian of the tool point in base axes; zero columns beyond the last joint.
     fn jacobian(&self, q: &JointPositions) -> Jacobian;
 
-    /// The values of [`forward`](Self::forward) and [`jacobian`](Self::jacobian), for arms that have both for less than the two calls.
+    /// [`forward`](Self::forward) and [`jacobian`](Self::jacobian) in one call, for arms that can share the work.
     fn forward_and_jacobian(&self, q: &JointPositions) -> (Pose, Jacobian) {
         (self.forward(q), self.jacobian(q))
     }
 
     /// Points along the body, and the pose of the tool. NaN in gives NaN.
     ///
-    /// By default found from the joint axes: for an S-R-S arm these are base, shoulder, elbow, wrist and tool. An arm whose body is far from
-    /// its axes names its joints instead, as [`ChainArm`](crate::ChainArm) does.
+    /// The default derives them from the joint axes: base, shoulder, elbow, wrist and tool for an S-R-S arm. An arm whose body is far from
+    /// its axes returns its joint origins instead, as [`ChainArm`](crate::ChainArm) does.
     fn body_points(&self, q: &JointPositions) -> BodyPoints {
         BodyPoints::from_axes(self.joint_count(), &self.forward_and_jacobian(q))
     }
 
     /// A configuration within the limits that holds the pose, near the reference.
     ///
-    /// `reference` may lie outside the limits (a sensor's reading at a limit does).
+    /// `reference` may lie outside the limits (sensor readings at a limit do).
     ///
     /// # Errors
     /// [`KinematicsError::Unreachable`] with the reason; a reference that is NaN or infinite; weights
@@ -89,13 +89,13 @@ pub trait ArmKinematics: Debug + Send + Sync {
         scratch: &mut ArmScratch,
     ) -> Result<ArmSolution, KinematicsError>;
 
-    /// Does [`nearest`](Self::nearest) search, so that a pose that cannot be held takes many times as long as one
-    /// that can? A control loop then asks for fewer poses in a step. `false` by default: a closed form.
+    /// True if [`nearest`](Self::nearest) searches numerically, so that an unreachable pose takes many times as
+    /// long as a reachable one. A control loop then asks for fewer poses per step. Default `false`: closed form.
     fn searches(&self) -> bool {
         false
     }
 
-    /// The S-R-S arm that this is, for those who need all configurations of a pose; `None` by default.
+    /// The underlying S-R-S arm, for callers that need all configurations of a pose; `None` by default.
     fn closed_form(&self) -> Option<&SrsArm> {
         None
     }
@@ -108,8 +108,8 @@ pub trait ArmKinematics: Debug + Send + Sync {
         ArmScratch::default()
     }
 
-    /// The wrench on the tool that explains external joint torques, see
-    /// [`WrenchEstimate::from_torques`]. A controller that has the Jacobian already may ask that directly.
+    /// Estimates the wrench on the tool from external joint torques, see [`WrenchEstimate::from_torques`].
+    /// A controller that already has the Jacobian can call that directly.
     ///
     /// # Errors
     /// NaN or infinity, a negative damping, or a moment length that is not positive.
@@ -123,18 +123,18 @@ pub trait ArmKinematics: Debug + Send + Sync {
         WrenchEstimate::from_torques(&self.jacobian(q), torques, config)
     }
 
-    /// The joint torques that a wrench on the tool asks for, N m: `τ = Jᵀ F`, base axes, about the tool origin.
+    /// Joint torques equivalent to a wrench on the tool, N m: `τ = Jᵀ F`, base axes, about the tool origin.
     fn torques_from_wrench(&self, q: &JointPositions, wrench: &Wrench) -> JointTorques {
         self.jacobian(q).torques(wrench)
     }
 }
 
-/// A configuration that holds a pose, with what it costs to get there.
+/// A configuration that holds a pose, and how far it is from the reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ArmSolution {
     /// Joint positions within all limits, rad.
     pub q: JointPositions,
-    /// Does reaching it leave the branches that join the reference's?
+    /// True if it lies on a branch that does not connect to the reference's branch.
     pub branch_changed: bool,
     /// Largest joint difference to the reference, rad.
     pub largest_move_rad: f64,

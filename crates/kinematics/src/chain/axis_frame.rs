@@ -1,21 +1,20 @@
-//! Joint frames turned so that each joint costs few operations.
+//! Joint frames aligned with the joint axes, to reduce the operations per joint.
 
 use super::joint::{ChainJoint, JointKind};
 use crate::trig::sin_cos;
 use glam::{DMat3, DVec3};
 use hwall_geometry::Pose;
 
-/// A joint frame turned so that the axis is z, and slid along it to the foot of the common normal.
+/// A joint frame rotated so that the axis is z, and shifted along it to the foot of the common normal.
 ///
-/// A joint then costs one constant 3 × 3 product and a planar rotation, and most offsets of
-/// real arms vanish.
+/// Each joint then costs one constant 3 × 3 product and a planar rotation, and most offsets of real arms are zero.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct AxisFrame {
     /// Previous axis frame from this one, joint at zero.
     pub(super) rotation: DMat3,
     pub(super) translation: DVec3,
     pub(super) prismatic: bool,
-    /// This frame from the frame of the link as the user gave it.
+    /// This frame from the link frame given by the user.
     pub(super) axis_from_link: Pose,
 }
 
@@ -78,7 +77,7 @@ impl AxisFrame {
     }
 
     /// Pose in the base frame, given that of the previous frame.
-    // Inlined by hand, as LLVM else passes the matrix through memory: 2.5 times the time.
+    // Inlined by hand: otherwise LLVM passes the matrix through memory, 2.5 times slower.
     #[inline(always)]
     pub(super) fn after(
         &self,
@@ -111,7 +110,7 @@ impl AxisFrame {
     }
 }
 
-/// Turns each joint's frame until its axis is z and slides it to the common normal.
+/// Rotates each joint frame so that its axis is z and shifts it to the common normal.
 pub(super) fn axis_frames(joints: &[ChainJoint]) -> Vec<AxisFrame> {
     let mut frames: Vec<AxisFrame> = Vec::with_capacity(joints.len());
     // Previous axis frame from the previous link's frame.
@@ -123,7 +122,7 @@ pub(super) fn axis_frames(joints: &[ChainJoint]) -> Vec<AxisFrame> {
         let slide = if i > 0 {
             foot(link.position_m(), link.transform_vector(axis), DVec3::Z)
         } else if let Some(next) = joints.get(1) {
-            // The first axis meets no earlier one: slide towards the second.
+            // The first axis has no predecessor: shift towards the second.
             let next_axis = next
                 .previous_from_link
                 .transform_vector(next.axis.normalize());
@@ -144,10 +143,10 @@ pub(super) fn axis_frames(joints: &[ChainJoint]) -> Vec<AxisFrame> {
     frames
 }
 
-/// Distance along the line `point + s direction` to its place nearest to the line `u other`.
+/// Parameter `s` of the point on the line `point + s direction` nearest to the line `u other`.
 ///
-/// Axes within 6° count as parallel and take the place nearest to the origin: the common
-/// normal of two calibrated, almost parallel axes may lie a kilometre away.
+/// Axes within 6° count as parallel and use the point nearest to the origin: the common normal of
+/// two calibrated, almost parallel axes may be a kilometre away.
 fn foot(point: DVec3, direction: DVec3, other: DVec3) -> f64 {
     let cosine = direction.dot(other);
     let sine_squared = direction.cross(other).length_squared();

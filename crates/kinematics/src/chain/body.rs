@@ -1,4 +1,4 @@
-//! The mass properties that the dynamics recursions carry along.
+//! Mass properties used by the dynamics recursions.
 
 use super::inertia::Inertial;
 use glam::{DMat3, DVec3};
@@ -35,7 +35,7 @@ impl Body {
         }
     }
 
-    /// About a point that lies at `-shift` from the present one.
+    /// About a point at `-shift` from the current one.
     #[inline(always)]
     pub(super) fn about(&self, shift: DVec3) -> Self {
         let weight = self.mass * shift;
@@ -47,7 +47,7 @@ impl Body {
     }
 }
 
-/// What a shift `s` adds to an inertia: `(s·g) 1 − ½ (s gᵀ + g sᵀ)` with `g = 2 h + m s` (Steiner).
+/// Parallel-axis term of a shift `s`: `(s·g) 1 − ½ (s gᵀ + g sᵀ)` with `g = 2 h + m s` (Steiner).
 #[inline(always)]
 fn shifted(s: DVec3, g: DVec3) -> DMat3 {
     let (x, y, z) = (s.x * g.x, s.y * g.y, s.z * g.z);
@@ -61,7 +61,7 @@ fn shifted(s: DVec3, g: DVec3) -> DMat3 {
     )
 }
 
-/// Velocity that a unit joint velocity gives, base axes.
+/// Velocity for unit joint velocity, base axes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Screw {
     pub(super) angular: DVec3,

@@ -1,9 +1,9 @@
 //! Joint-space dynamics of a [`Chain`] with link inertials.
 //!
-//! `τ = M(q) q̈ + C(q, q̇) q̇ + g(q)`, rigid links, no friction, no rotor inertia. Recursions as
-//! in Featherstone (2008), "Rigid Body Dynamics Algorithms": recursive Newton-Euler (ch. 5),
-//! composite rigid bodies (ch. 6); written with plain three-vectors about the joint origins,
-//! where `h = m c` and the inertia about the origin make centres of mass disappear.
+//! `τ = M(q) q̈ + C(q, q̇) q̇ + g(q)`, rigid links, no friction, no rotor inertia. Recursions as in
+//! Featherstone (2008), "Rigid Body Dynamics Algorithms": recursive Newton-Euler (ch. 5), composite
+//! rigid bodies (ch. 6); written with plain three-vectors about the joint origins, where `h = m c`
+//! and the inertia about the origin replace the centre of mass.
 
 use super::axis_frame::{Axis, GROUP, settings};
 use super::body::{Body, Screw};
@@ -18,9 +18,8 @@ pub const GRAVITY_M_PER_S2: DVec3 = DVec3::new(0.0, 0.0, -9.81);
 
 /// Dynamics of a chain: an immutable model, cheap to call at 1 kHz.
 ///
-/// All joint torques are N m (N for a prismatic joint), in the order of the chain's joints.
-/// Every vector or matrix query has an `_into` form that does not allocate. Numbers so large
-/// that the result overflows are an error like NaN.
+/// All joint torques are N m (N for a prismatic joint), in the order of the chain's joints. Every vector or matrix
+/// query has an `_into` form that does not allocate. Input that makes the result overflow is an error, like NaN.
 ///
 /// ```
 /// use glam::DVec3;
@@ -63,7 +62,7 @@ impl ChainDynamics {
     ///
     /// # Errors
     /// [`KinematicsError::NoInertials`] when no link has mass, [`KinematicsError::Inertia`] or
-    /// [`KinematicsError::Argument`] for a body that cannot exist.
+    /// [`KinematicsError::Argument`] for a body that is not physical.
     pub fn new(chain: &Chain) -> Result<Self, KinematicsError> {
         let mut bodies = Vec::with_capacity(chain.joint_count());
         for (joint, frame) in chain.joints().iter().zip(&chain.frames) {
@@ -84,7 +83,7 @@ impl ChainDynamics {
         })
     }
 
-    /// Another gravity, base axes, m/s²: for a tilted or hanging base, or zero.
+    /// Sets gravity, base axes, m/s²: for a tilted or hanging base, or zero.
     ///
     /// # Errors
     /// NaN or infinity.
@@ -94,7 +93,7 @@ impl ChainDynamics {
         Ok(self)
     }
 
-    /// With one more body fixed to the tip, given in the tip's frame: the board, a tool.
+    /// Adds a body fixed to the tip, in the tip frame: the board, a tool.
     ///
     /// # Errors
     /// As [`ChainDynamics::new`] for the body.
@@ -112,7 +111,7 @@ impl ChainDynamics {
         &self.chain
     }
 
-    /// Memory that fits this model.
+    /// Allocates scratch memory for this model.
     #[must_use]
     pub fn scratch(&self) -> DynamicsScratch {
         let n = self.bodies.len();
@@ -221,8 +220,7 @@ impl ChainDynamics {
     /// Joint accelerations under torques, `q̈ = M⁻¹ (τ − C q̇ − g)`, by Cholesky of the mass matrix.
     ///
     /// # Errors
-    /// A wrong number of values, NaN or infinity; [`KinematicsError::SingularMass`] when some
-    /// motion moves no mass.
+    /// A wrong number of values, NaN or infinity; [`KinematicsError::SingularMass`] if some joint motion moves no mass.
     pub fn forward(
         &self,
         q: &[f64],
@@ -327,7 +325,7 @@ impl ChainDynamics {
         })
     }
 
-    /// Checks `q` and puts each frame's pose in the previous one into the scratch.
+    /// Checks `q` and writes the pose of each frame in the previous one to the scratch.
     pub(super) fn place(&self, q: &[f64], s: &mut DynamicsScratch) -> Result<(), KinematicsError> {
         self.chain.check("joint positions", q)?;
         if s.rotations.len() != q.len() {
@@ -343,7 +341,7 @@ impl ChainDynamics {
         Ok(())
     }
 
-    /// Outward pass: forces and moments about each joint origin that move its own body.
+    /// Outward pass: force and moment on each body, about its joint origin.
     pub(super) fn newton_euler(
         &self,
         qd: &[f64],
@@ -374,7 +372,7 @@ impl ChainDynamics {
         self.gather(s, out);
     }
 
-    /// Inward pass: what each joint carries, and its share along the axis.
+    /// Inward pass: accumulates the load of each joint and projects it onto the axis.
     fn gather(&self, s: &DynamicsScratch, out: &mut [f64]) {
         let (mut force, mut moment) = (DVec3::ZERO, DVec3::ZERO);
         for i in (0..self.bodies.len()).rev() {
@@ -390,9 +388,8 @@ impl ChainDynamics {
         }
     }
 
-    /// Mass matrix, row-major: composite bodies and joint screws in base axes about the last joint's
-    /// origin, where the entries of the wrist, the smallest ones, lose nothing to cancellation. Returns the tip seen from
-    /// there, base axes; the screws stay in the scratch.
+    /// Mass matrix, row-major, from composite bodies and joint screws in base axes about the last joint's origin: there the wrist entries,
+    /// the smallest, do not suffer cancellation. Returns the tip relative to that origin, base axes; the screws stay in the scratch.
     pub(super) fn composite_bodies(&self, s: &mut DynamicsScratch, out: &mut [f64]) -> DVec3 {
         let n = self.bodies.len();
         let (mut r, mut p) = (DMat3::IDENTITY, DVec3::ZERO);
@@ -423,7 +420,7 @@ impl ChainDynamics {
             composite.mass += s.bodies[i].mass;
             composite.moment += s.bodies[i].moment;
             composite.inertia += s.bodies[i].inertia;
-            // Force and moment that a unit acceleration of joint i alone takes.
+            // Force and moment for unit acceleration of joint i alone.
             let Screw {
                 angular: w,
                 linear: v,
@@ -440,8 +437,8 @@ impl ChainDynamics {
     }
 }
 
-/// Solves `A x = b` in place for a symmetric positive definite `A` (row-major) by `L Lᵀ`;
-/// the row where it is not definite otherwise.
+/// Solves `A x = b` in place for a symmetric positive definite `A` (row-major) by `L Lᵀ`; otherwise
+/// returns the row at which it is not definite.
 fn solve_symmetric(a: &mut [f64], b: &mut [f64]) -> Result<(), usize> {
     let n = b.len();
     for i in 0..n {
@@ -454,7 +451,7 @@ fn solve_symmetric(a: &mut [f64], b: &mut [f64]) -> Result<(), usize> {
         }
         let diagonal = row[i];
         let pivot = diagonal - row[..i].iter().map(|x| x * x).sum::<f64>();
-        // Rounding leaves about n ε of the diagonal where the pivot should vanish.
+        // A pivot that should be zero is left at about n ε times the diagonal by rounding.
         if pivot <= 16.0 * f64::EPSILON * diagonal || pivot.is_nan() {
             return Err(i);
         }

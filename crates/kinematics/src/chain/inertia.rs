@@ -6,13 +6,13 @@ use glam::{DMat3, DVec3};
 use hwall_geometry::Pose;
 use hwall_numeric::check::{all_finite, that};
 
-/// Relative slack of the symmetry, sign and triangle checks: descriptions are rounded to a few digits.
+/// Relative tolerance of the symmetry, sign and triangle checks: robot descriptions are rounded to a few digits.
 const PHYSICAL_TOLERANCE: f64 = 1e-3;
 
-/// Mass properties of one link, in the frame that the holder names.
+/// Mass properties of one link, in the frame defined by the owner.
 ///
-/// Plain data: descriptions with missing or invented inertias are common and still fine for
-/// kinematics, so nothing is checked until [`Inertial::validate`] or `ChainDynamics::new`.
+/// Plain data: robot descriptions with missing or invented inertias are common and usable for
+/// kinematics, so nothing is checked before [`Inertial::validate`] or `ChainDynamics::new`.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Inertial {
@@ -49,7 +49,7 @@ impl Inertial {
         }
     }
 
-    /// A point mass, kg, at a place in the frame, m.
+    /// A point mass, kg, at a position in the frame, m.
     #[must_use]
     pub fn point(link: impl Into<String>, mass_kg: f64, com_m: DVec3) -> Self {
         Self {
@@ -85,7 +85,7 @@ impl Inertial {
         }
     }
 
-    /// Is this a body that can exist?
+    /// Checks that this body is physical.
     ///
     /// Mass zero or more; inertia symmetric, positive semi-definite and within the triangle
     /// inequality of its principal moments, each to 0.1 % of the largest moment, since
@@ -135,7 +135,7 @@ impl Inertial {
     }
 }
 
-/// All principal minors of a symmetric matrix at least zero, up to rounding.
+/// True if all principal minors of a symmetric matrix are at least zero, up to rounding.
 fn positive_semi_definite(m: DMat3, minor_slack: f64) -> bool {
     let minor = |a: f64, b: f64, c: f64| a * b - c * c >= -minor_slack;
     m.x_axis.x >= 0.0

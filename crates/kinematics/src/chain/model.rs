@@ -9,9 +9,9 @@ use hwall_numeric::check::all_finite;
 
 /// An immutable serial chain: revolute and prismatic joints from a base frame to a tip frame.
 ///
-/// Built from joints ([`Chain::new`]), from URDF (feature `urdf`) or as a preset
-/// ([`Chain::iiwa7`], [`Chain::iiwa14`]). All results are in base axes. For an S-R-S arm such
-/// as the iiwa, [`SrsArm`](crate::SrsArm) is faster and finds every solution.
+/// Build it from joints ([`Chain::new`]), from URDF (feature `urdf`) or as a preset
+/// ([`Chain::iiwa7`], [`Chain::iiwa14`]). All results are in base axes. For an S-R-S arm such as
+/// the iiwa, [`SrsArm`](crate::SrsArm) is faster and finds every solution.
 ///
 /// ```
 /// use hwall_kinematics::{Chain, NumericConfig};
@@ -46,8 +46,8 @@ impl Chain {
     /// From joints in order, base first, and the pose of the tip in the last link's frame.
     ///
     /// # Errors
-    /// No joint, two joints of one name, an axis without direction, NaN, reversed limits, or a
-    /// velocity or effort limit that is not positive.
+    /// No joint, two joints with one name, a zero axis, NaN, reversed limits, or a velocity or
+    /// effort limit that is not positive.
     pub fn new(joints: Vec<ChainJoint>, link_from_tip: Pose) -> Result<Self, KinematicsError> {
         if joints.is_empty() {
             return Err(KinematicsError::NoJoints);
@@ -110,14 +110,14 @@ impl Chain {
         self.link_from_tip
     }
 
-    /// Links with mass that hang on the chain through further movable joints (fingers of a
-    /// gripper, arms beyond the tip). The chain cannot move them, so the dynamics leave them out.
+    /// Links with mass that are attached to the chain through other movable joints (gripper fingers,
+    /// arms beyond the tip). The chain cannot move those joints, so the dynamics omit the links.
     #[must_use]
     pub fn links_left_out(&self) -> &[String] {
         &self.links_left_out
     }
 
-    /// The links from which and to which the chain leads; `None` if it was not read from a description.
+    /// Names of the first and last link; `None` if the chain was not read from a description.
     #[must_use]
     pub fn ends(&self) -> Option<[&str; 2]> {
         let [base, tip] = self.ends.as_ref()?;
@@ -150,7 +150,7 @@ impl Chain {
         Ok(())
     }
 
-    /// One finite value per joint.
+    /// Checks for one finite value per joint.
     pub(super) fn check(&self, what: &'static str, values: &[f64]) -> Result<(), KinematicsError> {
         if values.len() != self.joints.len() {
             return Err(KinematicsError::WrongJointCount {
@@ -163,18 +163,18 @@ impl Chain {
     }
 }
 
-/// A ball that holds every place of the tip.
+/// A ball that contains every tip position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Extent {
-    /// A place that no joint but a first prismatic one moves, base axes, m.
+    /// A point that only a first prismatic joint can move, base axes, m.
     pub(super) center_m: DVec3,
-    /// The farthest that the tip gets from it, m.
+    /// Largest distance of the tip from it, m.
     pub(super) radius_m: f64,
 }
 
 impl Extent {
     fn new(joints: &[ChainJoint], frames: &[AxisFrame], last_from_tip_m: DVec3) -> Self {
-        // The first axis frame turns about its own origin; what it slides is counted below.
+        // The first axis frame rotates about its own origin; prismatic travel is added below.
         let links: f64 = frames.iter().skip(1).map(|f| f.translation.length()).sum();
         let slides: f64 = joints
             .iter()
@@ -188,7 +188,7 @@ impl Extent {
     }
 }
 
-/// Unchecked twin for serde: a chain read from a file passes through [`Chain::new`].
+/// Unchecked form for serde: a chain read from a file goes through [`Chain::new`].
 #[cfg(feature = "serde")]
 #[derive(serde::Deserialize)]
 struct RawChain {

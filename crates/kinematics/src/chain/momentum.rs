@@ -1,5 +1,4 @@
-//! Equations of motion under a wrench at the tip, and generalized momentum: what a simulation integrates and a
-//! disturbance observer compares.
+//! Equations of motion under a wrench at the tip (for simulation) and generalized momentum (for a disturbance observer).
 
 use super::body::Screw;
 use super::dynamics::{ChainDynamics, DynamicsScratch};
@@ -11,9 +10,9 @@ use hwall_numeric::check::all_finite;
 impl ChainDynamics {
     /// Mass matrix and driving torques of `M q̈ = b`, with `b = τ − C(q, q̇) q̇ − g(q) + Jᵀ f`.
     ///
-    /// `wrench`: what the outside exerts on the tip, base axes, about the tip's origin. `matrix` gets `M`, n × n, row-major
-    /// (symmetric to the last bit), kg m²; `driving` gets `b`, N m. Whoever knows of more (rotors, friction, stops) adds it
-    /// before solving. Does not allocate. Error: as [`ChainDynamics::mass_matrix`] and [`ChainDynamics::inverse`].
+    /// `wrench`: external wrench on the tip, base axes, about the tip's origin. `matrix` gets `M`, n × n, row-major
+    /// (symmetric to the last bit), kg m²; `driving` gets `b`, N m. The caller adds further effects (rotors, friction,
+    /// stops) before solving. Does not allocate. Error: as [`ChainDynamics::mass_matrix`] and [`ChainDynamics::inverse`].
     ///
     /// # Errors
     /// A wrong number of values, NaN or infinity.
@@ -48,10 +47,10 @@ impl ChainDynamics {
     /// Generalized momentum `p = M(q) q̇` and `∂T/∂q = Cᵀ(q, q̇) q̇`, the gradient of the kinetic energy, without the mass
     /// matrix: `ṗ = τ + τ_ext + ∂T/∂q − g(q)`.
     ///
-    /// With the momentum `h` of all that joint `i` carries, its axis `s` and the velocity `v` of what it sits on:
-    /// `p = s · h`, and turning the joint turns everything beyond it, only the velocity that comes from below keeps its
-    /// direction, so `∂T/∂q = h · (v × s)` with the motion cross product of Featherstone (2008), ch. 2. In N m s and N m.
-    /// Does not allocate. Error: below 1e-12 relative against `M q̇` and central differences (tests/it/momentum.rs).
+    /// Let `h` be the momentum of everything beyond joint `i`, `s` its axis and `v` the velocity of its parent link. Then
+    /// `p = s · h`. Turning the joint turns everything beyond it except the inherited velocity, so `∂T/∂q = h · (v × s)`
+    /// with the motion cross product of Featherstone (2008), ch. 2. In N m s and N m. Does not allocate. Error: below
+    /// 1e-12 relative against `M q̇` and central differences (tests/it/momentum.rs).
     ///
     /// # Errors
     /// A wrong number of values, NaN or infinity.
@@ -77,7 +76,7 @@ impl ChainDynamics {
             let back: DMat3 = r.transpose();
             v = back * (v + omega.cross(*t));
             omega = back * omega;
-            // The velocity from below suffices: the joint's own adds nothing to a product with its axis.
+            // The parent's velocity suffices: the joint's own velocity is parallel to its axis.
             *screw = match frame.prismatic {
                 true => Screw::new(DVec3::ZERO, omega.cross(DVec3::Z)),
                 false => Screw::new(omega.cross(DVec3::Z), v.cross(DVec3::Z)),

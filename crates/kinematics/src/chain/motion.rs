@@ -40,7 +40,7 @@ impl ChainJacobian {
         Ok(Twist::from_array(v))
     }
 
-    /// `Jᵀ f`: joint torques (forces) that balance a wrench which the tip exerts, in base axes at the tip.
+    /// `Jᵀ f`: joint torques (forces) that balance a wrench exerted by the tip, in base axes at the tip.
     #[must_use]
     pub fn torques(&self, wrench: &Wrench) -> Vec<f64> {
         let f = wrench.to_array();
@@ -67,7 +67,7 @@ impl ChainScratch {
 }
 
 impl Chain {
-    /// Memory that fits this chain.
+    /// Allocates scratch memory for this chain.
     #[must_use]
     pub fn scratch(&self) -> ChainScratch {
         let n = self.joint_count();
@@ -83,13 +83,13 @@ impl Chain {
     /// Error: below 1e-14 m and 1e-14 rad per metre of arm (tests/it/chain.rs).
     ///
     /// # Errors
-    /// A wrong number of values, NaN or infinity, also in the result (endless slides).
+    /// A wrong number of values, NaN or infinity, also in the result (unlimited prismatic joints).
     pub fn forward(&self, q: &[f64]) -> Result<Pose, KinematicsError> {
         self.check("joint positions", q)?;
         finite_pose(self.tip_pose(q, |_, _, _| ()))
     }
 
-    /// Poses of all links in the base frame, in the frames that the description gave them; the tip last. Error as [`Chain::forward`].
+    /// Poses of all links in the base frame, using the link frames of the description; the tip last. Error as [`Chain::forward`].
     ///
     /// # Errors
     /// As [`Chain::forward`].
@@ -176,7 +176,7 @@ impl Chain {
         (tip, jacobian)
     }
 
-    /// Where the joints are, base frame, m, base to tip; and the tip. At most seven joints; the places beyond them are that of the last.
+    /// Joint origins, base frame, m, base to tip, and the tip pose. At most seven joints; entries beyond the last joint repeat it.
     pub(crate) fn joints_of_seven(&self, q: &[f64; MOST_JOINTS]) -> ([DVec3; MOST_JOINTS], Pose) {
         let mut at_m = [DVec3::ZERO; MOST_JOINTS];
         let mut joint = 0;
@@ -187,7 +187,7 @@ impl Chain {
         (at_m, tip)
     }
 
-    /// Walks the axis frames from base to tip.
+    /// Visits the axis frames from base to tip.
     #[inline(always)]
     fn tip_pose(&self, q: &[f64], mut visit: impl FnMut(&AxisFrame, DMat3, DVec3)) -> Pose {
         let (mut r, mut p) = (DMat3::IDENTITY, DVec3::ZERO);
@@ -201,7 +201,7 @@ impl Chain {
     }
 }
 
-/// Slides of 1e308 m are finite numbers, their sum is not.
+/// Two prismatic positions of 1e308 m are finite, but their sum is not.
 #[inline]
 fn finite_pose(pose: Pose) -> Result<Pose, KinematicsError> {
     all_finite("tip position", &pose.position_m().to_array())?;

@@ -1,9 +1,9 @@
 //! The KUKA LBR iiwa arms as general chains with link inertials.
 //!
-//! Origins, masses, centres and inertias: `lbr_description` of lbr_fri_ros2_stack
-//! (Apache-2.0), files `urdf/iiwa7` and `urdf/iiwa14`, link frames with zero rpy. Angle,
-//! velocity and torque limits: KUKA data sheets (the description gives 200 N m for every
-//! joint). Older descriptions of the same arms carry wrong limits and invented masses.
+//! Origins, masses, centres and inertias: `lbr_description` of lbr_fri_ros2_stack (Apache-2.0),
+//! files `urdf/iiwa7` and `urdf/iiwa14`, link frames with zero rpy. Angle, velocity and torque
+//! limits: KUKA data sheets (the description gives 200 N m for every joint). Older descriptions of
+//! the same arms have wrong limits and invented masses.
 
 use super::inertia::Inertial;
 use super::joint::ChainJoint;

@@ -9,8 +9,8 @@ use crate::unreachable::Unreachable;
 use hwall_geometry::Pose;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Limits meet at most 32 arm angles (8 ends of turning joints, 8 of tilting ones, two roots
-/// each); 4 extremes and 8 sums of coupled joints join them. A multiple of four, by which angles are taken.
+/// At most 32 arm angles lie on a limit (8 ends of turning joints, 8 of tilting ones, two roots each), plus 4
+/// extremes and 8 sums of coupled joints. A multiple of four, because angles are processed in groups of four.
 const CAPACITY: usize = 44;
 
 /// A closed arc of arm angles, rad.
@@ -29,7 +29,7 @@ impl ArmAngleArc {
         self.end_rad - self.start_rad
     }
 
-    /// The angle of the arc that is nearest to `arm_angle_rad` on the circle, in the arc's range.
+    /// The angle of the arc nearest to `arm_angle_rad` on the circle, in the arc's range.
     #[must_use]
     pub fn nearest_rad(&self, arm_angle_rad: f64) -> f64 {
         let middle = 0.5 * (self.start_rad + self.end_rad);
@@ -42,7 +42,7 @@ impl ArmAngleArc {
 #[derive(Debug, Clone)]
 pub struct FeasibleArmAngles {
     pub(super) circle: ElbowCircle,
-    /// Angles at which some limit is met, rising, rad.
+    /// Angles at which some joint is at a limit, ascending, rad.
     breaks: [f64; CAPACITY],
     len: usize,
     /// Feasible branches at each break, and between it and the next.
@@ -54,7 +54,7 @@ impl SrsArm {
     /// The feasible arm angles of a pose, exactly: the ends are roots of the limit equations.
     ///
     /// # Errors
-    /// The reason why there is none; an expected answer, not a failure.
+    /// The reason why there is none; an expected result, not a failure.
     pub fn feasible_arm_angles(
         &self,
         base_from_tool: &Pose,
@@ -118,11 +118,11 @@ impl FeasibleArmAngles {
         Branch::in_mask(self.at[..self.len].iter().fold(0, |mask, m| mask | m))
     }
 
-    /// The arcs of one branch, starting in rising order within a turn.
+    /// The arcs of one branch, starts ascending within one turn.
     pub fn arcs(&self, branch: Branch) -> impl Iterator<Item = ArmAngleArc> + '_ {
         let bit = branch.bit();
         let n = self.len;
-        // Start behind a gap, so that no arc is cut at ±π.
+        // Start after a gap, so that no arc is split at ±π.
         let gap = (0..n).find(|&i| self.after[i] & bit == 0);
         let first = gap.map_or(0, |i| i + 1);
         let mut step = 0;
@@ -163,7 +163,7 @@ impl FeasibleArmAngles {
 
     /// The configuration of a branch at an arm angle, or `None` outside its arcs.
     ///
-    /// Each angle is turned by full turns to the place within its limit nearest to `reference`.
+    /// Each angle is shifted by full turns to the value within its limit nearest to `reference`.
     #[must_use]
     pub fn configuration(
         &self,

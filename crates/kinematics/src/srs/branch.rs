@@ -2,7 +2,7 @@
 
 use crate::joints::JointPositions;
 
-/// The signs of joints 2, 4 and 6: for one arm angle each choice gives one configuration.
+/// The signs of joints 2, 4 and 6: at one arm angle each combination gives one configuration.
 ///
 /// The order of [`Branch::ALL`] is the order of every array of eight in this crate.
 /// Source: the global configuration parameters GC2, GC4, GC6 of [Faria 2018].
@@ -18,7 +18,7 @@ pub struct Branch {
 }
 
 impl Branch {
-    /// All eight, `index()` rising.
+    /// All eight, by ascending `index()`.
     pub const ALL: [Self; 8] = {
         let mut all = [Self::from_index(0); 8];
         let mut i = 1;
@@ -29,7 +29,7 @@ impl Branch {
         all
     };
 
-    // Which branches a joint's direction serves as it stands, and which turned by half a turn.
+    // Branches that use a joint's direction as it is, and branches that use it rotated by half a turn.
     pub(super) const SHOULDER: [u8; 2] = [0x55, 0xAA];
     pub(super) const SHOULDER_ELBOW: [u8; 2] = [0x99, 0x66];
     pub(super) const ELBOW_WRIST: [u8; 2] = [0xC3, 0x3C];
@@ -42,8 +42,8 @@ impl Branch {
     ];
     pub(super) const ELBOW: [u8; 2] = [0x33, 0xCC];
 
-    /// Branch of a configuration; a joint at exactly zero counts as the non-negative shoulder or
-    /// wrist and the non-positive elbow.
+    /// Branch of a configuration. A shoulder or wrist at exactly zero counts as non-negative, an
+    /// elbow at zero as non-positive.
     #[must_use]
     pub fn of(q: &JointPositions) -> Self {
         Self {
@@ -80,13 +80,13 @@ impl Branch {
     }
 }
 
-/// Some of the eight branches.
+/// A set of branches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BranchSet(u8);
 
 impl BranchSet {
-    /// None of them.
+    /// The empty set.
     pub const EMPTY: Self = Self(0);
 
     /// From bits, branch `i` of [`Branch::ALL`] at bit `i`.
@@ -101,19 +101,19 @@ impl BranchSet {
         self.0
     }
 
-    /// Is there none?
+    /// True if the set is empty.
     #[must_use]
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// How many.
+    /// Number of branches.
     #[must_use]
     pub const fn len(self) -> usize {
         self.0.count_ones() as usize
     }
 
-    /// Is this one among them?
+    /// True if the set contains the branch.
     #[must_use]
     pub const fn contains(self, branch: Branch) -> bool {
         self.0 & branch.bit() != 0
@@ -131,7 +131,7 @@ impl BranchSet {
         Self(self.0 | other.0)
     }
 
-    /// The branches, `index()` rising.
+    /// The branches, by ascending `index()`.
     pub fn iter(self) -> impl Iterator<Item = Branch> {
         Branch::in_mask(self.0)
     }

@@ -7,8 +7,7 @@ use crate::trig::sin_cos;
 use glam::{DMat3, DVec3};
 use hwall_geometry::Pose;
 
-/// The frames that forward kinematics passes through; every function of the configuration
-/// reads from here.
+/// The intermediate frames of forward kinematics, shared by all functions of the configuration.
 pub(super) struct Frames {
     /// Axes of the joints 2, 3, 4 (already with its sign), 5, 6, 7; joint 1 turns about z.
     pub(super) y1: DVec3,
@@ -60,8 +59,8 @@ impl Frames {
 impl SrsArm {
     /// Pose of the tool, `base_from_tool`.
     ///
-    /// Limits are not applied: a configuration outside them has a pose too. NaN or infinity in
-    /// gives NaN out. Error: below 1e-15 m and rad per metre of arm (tests/it/srs_reference.rs).
+    /// Limits are not applied. NaN or infinity in gives NaN out. Error: below 1e-15 m and rad per
+    /// metre of arm (tests/it/srs_reference.rs).
     #[must_use]
     pub fn forward(&self, q: &JointPositions) -> Pose {
         let frames = Frames::new(q);
@@ -104,8 +103,7 @@ impl SrsArm {
         (pose, Jacobian { linear, angular })
     }
 
-    /// Positions of shoulder, elbow, wrist centre and tool in the base frame, metres: the
-    /// skeleton, for drawing and for coarse collision checks.
+    /// Positions of shoulder, elbow, wrist centre and tool in the base frame, m, for drawing and coarse collision checks.
     #[must_use]
     pub fn skeleton_m(&self, q: &JointPositions) -> [DVec3; 4] {
         let frames = Frames::new(q);

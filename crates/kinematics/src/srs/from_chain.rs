@@ -1,4 +1,4 @@
-//! The S-R-S arm that a chain describes, if it describes one.
+//! Converts a chain to an S-R-S arm, if it is one.
 
 use crate::chain::{Chain, JointKind};
 use crate::error::KinematicsError;
@@ -8,10 +8,9 @@ use crate::srs::parameters::{SrsGeometry, SrsParameters};
 use glam::DVec3;
 use hwall_geometry::Pose;
 
-/// Largest sine of the angle between an axis and where it should point. Descriptions that print right angles with five
-/// digits are off by 4e-6.
+/// Largest sine of the angle between an axis and its nominal direction. Descriptions that print right angles with five digits are off by 4e-6.
 const MOST_TURN: f64 = 1e-5;
-/// Largest distance between an axis and where it should be, m.
+/// Largest distance between an axis and its nominal position, m.
 const MOST_DISTANCE_M: f64 = 1e-5;
 /// Axes of the joints at zero, base axes.
 const AXES: [DVec3; 7] = [
@@ -25,15 +24,15 @@ const AXES: [DVec3; 7] = [
 ];
 
 impl SrsArm {
-    /// The arm that a chain of seven joints describes, with the chain's limits and tip.
+    /// The S-R-S arm of a seven-joint chain, with the chain's limits and tip.
     ///
-    /// At zero the chain must stand straight up from its base frame, with the axes `z y z -y z y z` through one vertical
-    /// line, as descriptions of the KUKA LBR iiwa do. Where a chain is off by less than 1e-5 rad and 1e-5 m, the
-    /// arm is off by as much. Without a limit of torque a joint gets 1e9 N m, which means none.
+    /// At zero the chain must point straight up from its base frame, with the axes `z y z -y z y z` through one vertical
+    /// line, as in descriptions of the KUKA LBR iiwa. Deviations below 1e-5 rad and 1e-5 m are accepted and become
+    /// errors of the arm. A joint without a torque limit gets 1e9 N m, which means none.
     ///
     /// # Errors
     /// [`KinematicsError::NotSrs`] with the first joint that does not fit, another number of joints, a joint without a
-    /// limit of velocity, and whatever [`SrsArm::new`] refuses.
+    /// velocity limit, and whatever [`SrsArm::new`] rejects.
     pub fn from_chain(chain: &Chain) -> Result<Self, KinematicsError> {
         let joints: &[_; 7] =
             chain
@@ -70,7 +69,7 @@ impl SrsArm {
             if axis.dot(AXES[index]) < 0.0 {
                 return Err(not_srs("the sense of rotation", 2.0, MOST_TURN));
             }
-            // Axes along z lie on the vertical line, the others cross it.
+            // Axes along z lie on the vertical line; the others intersect it.
             let aside_m = match index % 2 {
                 0 => at_m[index].truncate().length(),
                 _ => at_m[index].x.abs(),
@@ -117,8 +116,7 @@ impl SrsArm {
         })
     }
 
-    /// The arm that a URDF text describes, from link `base` to link `tip`: [`Chain::from_urdf_str`], then
-    /// [`SrsArm::from_chain`].
+    /// The S-R-S arm of a URDF text, from link `base` to link `tip`: [`Chain::from_urdf_str`], then [`SrsArm::from_chain`].
     ///
     /// # Errors
     /// As these two.

@@ -9,14 +9,13 @@ use hwall_geometry::Pose;
 use std::f64::consts::PI;
 
 impl SrsArm {
-    /// The configurations that put the tool at `base_from_tool` with the given arm angle, one per
-    /// branch, in the order of [`Branch::ALL`]; `None` where a limit forbids it or the pose is
-    /// too far or too near.
+    /// The configurations that put the tool at `base_from_tool` with the given arm angle, one per branch,
+    /// in the order of [`Branch::ALL`]; `None` if a limit forbids it or the pose is too far or too near.
     ///
-    /// The arm angle ψ (rad) turns the elbow about the line from shoulder to wrist; at 0 it is
-    /// highest. Pose error: below 1e-12 m and rad. At a singularity (q2 or q6 zero) the pair of
-    /// joints beside it shares one sum; the first of them keeps the angle nearest zero. An arm
-    /// angle that is NaN or infinite gives no solution.
+    /// The arm angle ψ (rad) rotates the elbow about the line from shoulder to wrist; the elbow is
+    /// highest at 0. Pose error: below 1e-12 m and rad. At a singularity (q2 or q6 zero) only the
+    /// sum of the two neighbouring joints is determined; the first of them gets the angle nearest
+    /// zero. An arm angle that is NaN or infinite gives no solution.
     #[must_use]
     pub fn solutions(
         &self,
@@ -44,8 +43,8 @@ impl SrsArm {
         solutions
     }
 
-    /// A branch's angles from those of the first branch: away from singularities it differs by
-    /// signs and half turns. `None` where an angle then lies outside its limit by rounding.
+    /// A branch's angles from those of the first branch: away from singularities they differ by
+    /// signs and half turns. `None` if an angle then exceeds its limit by rounding.
     fn half_turned(&self, angles: [f64; 7], branch: Branch) -> Option<JointPositions> {
         let Branch {
             shoulder_negative: s,
@@ -71,18 +70,17 @@ impl SrsArm {
         inside.then_some(JointPositions(q))
     }
 
-    /// Arm angle of a configuration, rad in `(-π, π]`: how far its elbow is turned about the line
-    /// from shoulder to wrist, from its highest place.
+    /// Arm angle of a configuration, rad in `(-π, π]`: rotation of the elbow about the line from
+    /// shoulder to wrist, from its highest position.
     ///
-    /// With a straight elbow, where the circle is a point, it is the turn of the elbow's axis
-    /// instead, which continues the same angle. On the base axis (wrist above the shoulder) the
-    /// reference is the base's x axis. NaN in gives NaN out.
+    /// With a straight elbow the circle is a point, and the rotation of the elbow's axis continues the same
+    /// angle. With the wrist on the base axis the reference is the base's x axis. NaN in gives NaN out.
     #[must_use]
     pub fn arm_angle(&self, q: &JointPositions) -> f64 {
         let frames = Frames::new(q);
         let w = frames.z2 * self.geometry().d_se_m + frames.z4 * self.geometry().d_ew_m;
         let reference = reference_frame(w, w.length());
-        // The elbow axis is y' = y cos ψ - v sin ψ, turned round where the elbow bends back.
+        // The elbow axis is y' = y cos ψ - v sin ψ, negated for a positive elbow.
         let axis = if Branch::of(q).elbow_positive {
             -frames.y3
         } else {

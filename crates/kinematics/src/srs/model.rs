@@ -12,9 +12,8 @@ use std::f64::consts::PI;
 
 /// An immutable seven-joint arm with closed-form kinematics.
 ///
-/// Poses are `base_from_tool`: the tool frame in the base frame, metres. Without a tool that is
-/// the flange. Everything the solvers need is prepared here once, so that a verdict costs no
-/// trigonometry.
+/// Poses are `base_from_tool`: the tool frame in the base frame, metres. Without a tool that is the
+/// flange. All solver data is prepared once, so that a verdict needs no trigonometry.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -27,7 +26,7 @@ pub struct SrsArm {
     tool_from_flange: Option<Pose>,
     pub(super) distances: Distances,
     pub(super) windows: Windows,
-    /// The joint with the least room, if it has hardly any.
+    /// The joint with the narrowest limits, if they are very narrow.
     pub(super) pinched: Option<Pinched>,
 }
 
@@ -61,7 +60,7 @@ impl SrsArm {
             ("max_torque", &parameters.max_torque_n_m),
         ] {
             for value in values {
-                // Negative ones came in with forged files.
+                // Forged files may contain negative values.
                 let possible = (0.0..=MOST).contains(value);
                 that(possible, what, *value, "at least 0 and at most 1e9")?;
             }
@@ -129,7 +128,7 @@ impl SrsArm {
         })
     }
 
-    /// What the arm was made from.
+    /// The parameters of the arm.
     #[must_use]
     pub const fn parameters(&self) -> &SrsParameters {
         &self.parameters
@@ -189,7 +188,7 @@ impl SrsArm {
         let (negative, positive) = self.distances.allow(length);
         let mask = if negative { Branch::ELBOW[0] } else { 0 }
             | if positive { Branch::ELBOW[1] } else { 0 };
-        // A wrist on the shoulder needs limits of half a turn, which the model excludes.
+        // The wrist can coincide with the shoulder only with limits of half a turn, which the model excludes.
         if mask == 0 || length <= self.distances.tolerance {
             return Err(length);
         }

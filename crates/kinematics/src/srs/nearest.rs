@@ -14,16 +14,15 @@ use hwall_numeric::check::{all_finite, positive};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum BranchPolicy {
-    /// Those that join the reference's branch without a jump; if none reaches, any.
+    /// Those connected to the reference's branch without a jump; if none holds the pose, any.
     #[default]
     Prefer,
-    /// Those that join the reference's branch without a jump, or
-    /// [`Unreachable::OtherBranch`].
+    /// Those connected to the reference's branch without a jump, else [`Unreachable::OtherBranch`].
     Keep,
     /// All eight, the nearest wins.
     Any,
-    /// As `Keep`, and no joint moves by more than 0.3 rad: a few microseconds whether there is one or not, for control loops. The reason
-    /// is always [`Unreachable::OtherBranch`].
+    /// As `Keep`, but no joint moves by more than 0.3 rad. Takes a few microseconds in any case, for control loops. The error is always
+    /// [`Unreachable::OtherBranch`].
     Beside,
 }
 
@@ -34,9 +33,9 @@ pub struct NearestConfig {
     pub policy: BranchPolicy,
     /// Weight of each joint's squared difference; default 1. Raise the weight of slow joints.
     pub weights: [f64; 7],
-    /// A joint 2, 4 or 6 within this of zero in the reference may change its sign without the
-    /// branch counting as left, rad; default 0.2. Enough for servoing over a hand's width. A chain,
-    /// which has no named branches, does not read it.
+    /// If joint 2, 4 or 6 of the reference is within this of zero, its sign may change without
+    /// counting as a branch change, rad; default 0.2. Enough for servoing over a hand's width.
+    /// Chains ignore it: they have no named branches.
     pub sign_change_rad: f64,
 }
 
@@ -66,7 +65,7 @@ impl Default for NearestConfig {
     }
 }
 
-/// A solution with what it costs to get there.
+/// A solution and how far it is from the reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NearestSolution {
     /// Joint angles within all limits, rad.
@@ -75,48 +74,46 @@ pub struct NearestSolution {
     pub branch: Branch,
     /// Its arm angle, rad.
     pub arm_angle_rad: f64,
-    /// Does reaching it leave the branches that join the reference's?
+    /// True if it lies on a branch that does not connect to the reference's branch.
     pub branch_changed: bool,
     /// Largest joint difference to the reference, rad.
     pub largest_move_rad: f64,
 }
 
-/// A move below this is believed to be the nearest without looking at the other arcs, rad.
+/// A move below this is accepted as the nearest without searching the other arcs, rad.
 const LOCAL_RAD: f64 = 0.1;
 
-/// What is no further away than this is beside the reference, rad.
+/// Largest move under [`BranchPolicy::Beside`], rad.
 const BESIDE_RAD: f64 = 0.3;
 
-/// From further away than this no search ends that near, so that it is not tried, rad.
+/// A local search that starts farther away than this is not tried: it would not end near enough, rad.
 const FAR_RAD: f64 = 0.5;
 
 /// Spacing of the starting points on an arc, rad.
 const START_SPACING_RAD: f64 = 0.25;
 
-/// A valley is left out if it would have to be this many times as deep as a step of Newton's method promises.
+/// Skip a valley unless this many times the decrease predicted by a Newton step would make it the best.
 const PROMISE: f64 = 8.0;
 
-/// The refinement stops when the arm angle moves by less, rad: the cost is then within 1e-18
-/// of its minimum, and the pose is exact at every step anyway.
+/// Refinement stops when the arm angle moves by less, rad: the cost is then within 1e-18 of its
+/// minimum. The pose is exact at every step.
 const STEP_TOLERANCE_RAD: f64 = 1e-9;
-/// The same per root of the cost, where the rounding of the cost hides what shorter steps gain.
+/// The same relative to the square root of the cost: rounding of the cost hides the gain of shorter steps.
 const ROUNDING: f64 = 1e-8;
 
-/// How far outside of a limit a glance may be, rad: ends of arcs are known to less than that.
+/// Largest limit violation of a glance, rad: the ends of arcs are known better than this.
 const BEYOND_RAD: f64 = 1e-9;
 
 impl SrsArm {
     /// The configuration that holds the pose and is nearest to `reference` (weighted squares of
     /// the joint differences), with branch continuity.
     ///
-    /// The arm angle is found by Gauss-Newton with the exact derivative, started at the
-    /// reference's own arm angle; unless that ends within 0.1 rad of the reference on its own
-    /// branch, every feasible arc is searched from starting points 0.25 rad apart (a
-    /// valley narrower than that, beside a singularity, can be missed; one that would have to be
-    /// eight times as deep as a step of Newton's method promises is left out). The pose is exact (1e-12)
-    /// whatever the search does.
+    /// The arm angle is found by Gauss-Newton with the exact derivative, started at the reference's own arm
+    /// angle; unless that ends within 0.1 rad of the reference on a connected branch, every feasible arc is
+    /// searched from starting points 0.25 rad apart. A narrower valley, near a singularity, can be missed; so
+    /// can one more than eight times as deep as a Newton step predicts. The pose is exact (1e-12) in any case.
     ///
-    /// The reference may lie outside the limits (a sensor's reading at a limit does).
+    /// The reference may lie outside the limits (sensor readings at a limit do).
     ///
     /// # Errors
     /// [`KinematicsError::Unreachable`] with the reason why no allowed branch holds the pose; a
@@ -160,7 +157,7 @@ impl SrsArm {
     }
 }
 
-/// The branches whose signs agree with the reference wherever it is clearly away from zero.
+/// The branches whose signs agree with the reference in every joint that is clearly away from zero.
 fn joined_branches(reference: &JointPositions, sign_change_rad: f64) -> u8 {
     let own = Branch::of(reference);
     let agrees =
@@ -180,11 +177,11 @@ struct Problem<'a> {
     circle: &'a ElbowCircle,
     reference: &'a JointPositions,
     config: &'a NearestConfig,
-    /// Size of joint 4's angle.
+    /// Magnitude of joint 4.
     elbow_rad: f64,
 }
 
-/// An arm angle, rad, and its direction: evenly spaced ones are cheaper to turn to than to look up.
+/// An arm angle, rad, and its direction: for evenly spaced angles a rotation is cheaper than sine and cosine.
 #[derive(Clone, Copy)]
 struct Place {
     psi: f64,
@@ -225,7 +222,7 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// From the reference's own arm angle, while everything stays small.
+    /// Local search from the reference's arm angle; `None` if a joint moves too far.
     fn local(&self, psi_reference: f64, near: u8, most_rad: f64) -> Option<NearestSolution> {
         let here = Place::at(psi_reference);
         let mask =
@@ -256,10 +253,9 @@ impl<'a> Problem<'a> {
         Some(self.solution(found, near))
     }
 
-    /// The best of an arc and of what was found before: every starting point that beats its neighbours, and may lead to
-    /// something better, is refined. They are evenly spaced, with the place nearest to the reference's arm angle among
-    /// them; where that is an end of the arc it is refined in any case, because narrow valleys lie at ends, beside
-    /// singularities.
+    /// The best of this arc and of the earlier best. Refines each starting point that is better than its neighbours and may
+    /// improve the result. Starting points are evenly spaced, plus the one nearest to the reference's arm angle; if that is
+    /// an end of the arc it need not beat its neighbour, because narrow valleys lie at the ends, near singularities.
     fn on_arc(
         &self,
         branch: Branch,
@@ -270,13 +266,13 @@ impl<'a> Problem<'a> {
         let count = (arc.width_rad() / START_SPACING_RAD).ceil() as usize;
         let spacing = arc.width_rad() / count.max(1) as f64;
         let own = arc.nearest_rad(psi_reference);
-        // So many of the spaced ones come before it.
+        // Number of evenly spaced points before `own`.
         let before_own = (own > arc.start_rad && own < arc.end_rad)
             .then(|| ((own - arc.start_rad) / spacing) as usize + 1);
         let step = Direction::from_angle(spacing);
         let mut spaced = Place::at(arc.start_rad);
         let mut passed = 0;
-        // The next of them, in rising order.
+        // The next starting point, in ascending order.
         let mut start = |i: usize| {
             if before_own == Some(i) {
                 return Place::at(own);
@@ -318,16 +314,16 @@ impl<'a> Problem<'a> {
         best
     }
 
-    /// Could the valley of a starting point reach below a cost? By what a step of Newton's method promises, and much
-    /// more.
+    /// True if the valley of a starting point could reach below a cost, judged by [`PROMISE`] times the decrease
+    /// predicted by a Newton step.
     fn may_beat(&self, start: &Candidate, cost: f64) -> bool {
         let (gradient, curvature) = self.slope(start);
         let promised = PROMISE * gradient * gradient / curvature;
-        // Not finite on a singularity: nothing is known.
+        // Not finite at a singularity: no prediction possible.
         !promised.is_finite() || start.cost - promised <= cost
     }
 
-    /// Half the slope of the cost along the arm angle, and half its curvature as Gauss and Newton see it.
+    /// Half the slope of the cost along the arm angle, and half its Gauss-Newton curvature.
     fn slope(&self, at: &Candidate) -> (f64, f64) {
         let slopes = self.circle.joint_slopes(at.place.direction, at.branch);
         let (mut gradient, mut curvature) = (0.0, 0.0);
@@ -339,11 +335,11 @@ impl<'a> Problem<'a> {
         (gradient, curvature)
     }
 
-    /// The search goes by glances; its end is constructed.
+    /// Searches with [`glance`](Self::glance), then constructs the final configuration.
     fn refined(&self, start: Candidate, first: f64, last: f64) -> Option<Candidate> {
         let found = self.refine(start, first, last, |at, branch| self.glance(at, branch));
         self.evaluate(found.place, found.branch).or_else(|| {
-            // Beyond a limit by less than a glance tells.
+            // The glance did not notice a slight limit violation: search again exactly.
             let start = self.evaluate(start.place, start.branch)?;
             Some(self.refine(start, first, last, |at, branch| self.evaluate(at, branch)))
         })
@@ -353,8 +349,7 @@ impl<'a> Problem<'a> {
         candidates.min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
-    /// [`evaluate`](Self::evaluate) in a fifth of the time, the angles good to 1e-13 rad; at most [`BEYOND_RAD`] outside
-    /// of a limit.
+    /// [`evaluate`](Self::evaluate) in a fifth of the time: angles accurate to 1e-13 rad and at most [`BEYOND_RAD`] outside a limit.
     fn glance(&self, place: Place, branch: Branch) -> Option<Candidate> {
         let Some(angles) = self.circle.glance(place.direction, branch, self.elbow_rad) else {
             return self.evaluate(place, branch);
@@ -394,9 +389,8 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// Newton's method on the arm angle within an arc, each step halved until it helps. The curvature is that of
-    /// Gauss and Newton at first, then the secant of the last two slopes: far from the reference the former alone
-    /// converges linearly.
+    /// Newton's method on the arm angle within an arc, halving each step until the cost falls. The curvature is Gauss-Newton
+    /// at first, then the secant of the last two slopes: far from the reference Gauss-Newton alone converges linearly.
     fn refine(
         &self,
         start: Candidate,
@@ -410,7 +404,7 @@ impl<'a> Problem<'a> {
             let tolerance = STEP_TOLERANCE_RAD.max(ROUNDING * best.cost.sqrt());
             let (gradient, curvature) = self.slope(&best);
             let secant = before.map(|(psi, slope)| (gradient - slope) / (best.place.psi - psi));
-            // A valley curves upwards; where the secant does not, or is wild, it says nothing.
+            // Ignore the secant if it is negative or far from the Gauss-Newton curvature.
             let curvature = match secant {
                 Some(secant) if secant > 0.05 * curvature && secant < 20.0 * curvature => secant,
                 _ => curvature,

@@ -1,4 +1,4 @@
-//! What an S-R-S arm is made of: lengths, limits, tool.
+//! Parameters of an S-R-S arm: lengths, limits, tool.
 
 use crate::joints::{JointLimit, MOST};
 use hwall_geometry::Pose;
@@ -32,8 +32,8 @@ pub struct SrsParameters {
     pub max_velocity_rad_per_s: [f64; 7],
     /// Largest joint torques, N m.
     pub max_torque_n_m: [f64; 7],
-    /// Largest joint accelerations, rad/s², of those that are known. Not stored: maps do not depend on them, and an atlas stores
-    /// the limits that it was made with.
+    /// Largest joint accelerations, rad/s², where known. Not serialized: maps do not depend on them, and an atlas stores the
+    /// limits it was built with.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub max_acceleration_rad_per_s2: [Option<f64>; 7],
     /// The tool frame, fixed in the flange.
@@ -41,7 +41,7 @@ pub struct SrsParameters {
 }
 
 impl SrsParameters {
-    /// An arm without a tool and without known limits of torque and acceleration; the fields can be set afterwards.
+    /// An arm without a tool and without known torque and acceleration limits; set these fields afterwards.
     #[must_use]
     pub const fn new(
         geometry: SrsGeometry,

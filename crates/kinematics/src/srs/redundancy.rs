@@ -1,4 +1,4 @@
-//! What the seventh joint leaves free, and how well the arm can move.
+//! Self-motion of the redundant arm, and dexterity.
 
 use crate::joints::{JointPositions, JointVelocities};
 use crate::linalg::{gram, null_vector, roots};
@@ -8,12 +8,12 @@ use hwall_numeric::dense::symmetric_eigen;
 
 /// How well a configuration can move the tool.
 ///
-/// Rotations are weighted by a length, so that metres and radians can be compared.
+/// Rotations are weighted by a length, to make metres and radians comparable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dexterity {
     /// Yoshikawa's measure, the product of the singular values of the weighted Jacobian, m⁶.
     pub manipulability: f64,
-    /// Singular values of the weighted Jacobian, falling, m.
+    /// Singular values of the weighted Jacobian, descending, m.
     pub singular_values_m: [f64; 6],
 }
 
@@ -36,16 +36,15 @@ impl Dexterity {
 }
 
 impl SrsArm {
-    /// Unit joint velocity that leaves the tool at rest: the elbow turns about the line from
-    /// shoulder to wrist, arm angle rising.
+    /// Unit joint velocity that keeps the tool at rest: the elbow rotates about the line from
+    /// shoulder to wrist with increasing arm angle.
     ///
-    /// Where the arm is singular there are several such motions; one of them is returned. NaN in
-    /// gives NaN out.
+    /// At a singularity there are several such motions; returns one of them. NaN in gives NaN out.
     /// Error: it moves the tool by less than 1e-13 m/s and rad/s per rad/s (tests/it/srs_properties.rs).
     #[must_use]
     pub fn self_motion(&self, q: &JointPositions) -> JointVelocities {
         let mut motion = JointVelocities(null_vector(self.jacobian(q).to_rows()));
-        // Rising: the elbow's velocity has a positive part along (u × elbow).
+        // Increasing: the elbow's velocity has a positive component along (u × elbow).
         let [shoulder, elbow, wrist, _] = self.skeleton_m(q);
         let frames = Frames::new(q);
         let arm = elbow - shoulder;

@@ -14,7 +14,7 @@ fn board() -> Pose {
     Pose::from_translation(DVec3::new(0.0, 0.01, 0.05)).unwrap()
 }
 
-/// Uniform within the limits, those of endless or double turns cut at half a turn.
+/// Uniform within the limits; ranges beyond half a turn are cut there.
 fn random_q(arm: &dyn ArmKinematics, sampler: &mut Sampler) -> JointPositions {
     JointPositions(arm.limits().map(|limit| {
         let (lo, hi) = (limit.min_rad.max(-3.1), limit.max_rad.min(3.1));
@@ -30,7 +30,7 @@ fn error(arm: &dyn ArmKinematics, q: &JointPositions, pose: &Pose) -> f64 {
     position_m.max(angle_rad)
 }
 
-/// Solves 500 poses drawn from within the limits, far from the reference: a plan misses none, a control step few.
+/// Solves 500 poses of configurations within the limits, far from the reference: planning misses none, a control step few.
 fn solves_poses(arm: &dyn ArmKinematics, reference: &JointPositions, seed: u64) {
     let missed = misses(arm, reference, BranchPolicy::Any, seed);
     assert!(missed == 0, "{missed} of 500");
@@ -69,7 +69,7 @@ fn misses(
     missed
 }
 
-/// Follows a slow walk of poses from solution to solution, without a jump.
+/// Follows a slowly varying pose from solution to solution, without a jump.
 fn follows(arm: &dyn ArmKinematics, start: JointPositions) {
     let mut scratch = arm.scratch();
     let keep = NearestConfig {
@@ -197,7 +197,7 @@ fn out_of_reach_has_a_reason() {
         matches!(far, Unreachable::TooFar { gap_m } if gap_m > 0.5),
         "{far:?}"
     );
-    // Inside the shoulder: near enough for the links, but nothing holds it.
+    // Inside the shoulder: within the length of the links, but not reachable.
     for policy in [BranchPolicy::Keep, BranchPolicy::Prefer, BranchPolicy::Any] {
         let inside = reason(DVec3::new(0.0, 0.0, 0.3), policy);
         assert!(
@@ -283,7 +283,7 @@ mod from_urdf {
             (0.0, 0.0)
         );
         assert_eq!(arm.max_velocity_rad_per_s()[5..], [PI, 1.0]);
-        // The maker's DH table once more, as a product.
+        // Independent computation: product of the manufacturer's DH table.
         let rows = [
             (0.089159, 0.0, FRAC_PI_2),
             (0.0, -0.425, 0.0),
@@ -382,7 +382,7 @@ fn spread_configurations_fill_the_limits() {
         let width_rad = (limit.max_rad - limit.min_rad).min(2.0 * PI);
         assert!(most - least >= 0.9 * width_rad, "{joint}: {least} {most}");
     }
-    // The last number counts, too.
+    // The last number matters, too.
     assert!(
         JointPositions::spread(&limits, u32::MAX)
             .0

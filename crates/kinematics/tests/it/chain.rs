@@ -46,7 +46,7 @@ fn iiwa7_agrees_with_pinocchio() {
     assert!(errors.max < 1e-13, "{errors}");
 }
 
-/// Plain product of homogeneous transforms, without any of the chain's rearrangement.
+/// Plain product of homogeneous transforms, without the chain's axis frames.
 fn forward_plainly(chain: &Chain, q: &[f64]) -> (Vec<Pose>, Pose) {
     let mut links = Vec::new();
     let mut pose = Pose::IDENTITY;
@@ -170,7 +170,7 @@ fn bad_input_is_an_error() {
 
 #[test]
 fn axes_of_every_direction_and_length() {
-    // Coordinate axes give exact frames, tiny and huge vectors are directions all the same.
+    // Coordinate axes give exact frames; tiny and huge vectors are valid directions.
     for axis in [
         DVec3::X,
         DVec3::Y,

@@ -1,4 +1,4 @@
-//! Dynamics of general chains: reference data, identities, energy, bad bodies.
+//! Dynamics of general chains: reference data, identities, energy, invalid bodies.
 
 use crate::chain_support::{Reference, franka, random_chain, random_q, references, shift};
 use glam::{DMat3, DVec3};
@@ -186,7 +186,7 @@ fn step(arm: &ChainDynamics, q: &mut [f64], qd: &mut [f64], torques: &[f64], h: 
 
 #[test]
 fn power_of_the_torques_is_the_change_of_energy() {
-    // Slides among the joints: only they feel the Coriolis term of a moving link.
+    // With prismatic joints: only they have the Coriolis term of a moving link.
     let mut sampler = Sampler::new(35);
     let mut arms = vec![ChainDynamics::new(&Chain::iiwa14()).unwrap()];
     arms.extend((2..=8).map(|n| random_dynamics(&mut sampler, n, 0.5)));
@@ -397,7 +397,7 @@ fn a_joint_without_mass_has_no_forward_dynamics() {
 
 #[test]
 fn parts_of_a_link_add_up() {
-    // Two halves give the whole, whatever the axes they are given in.
+    // Two halves give the whole, in any axes.
     let whole = Inertial::solid_box(
         "box",
         4.0,

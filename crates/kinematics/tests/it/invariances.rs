@@ -1,4 +1,4 @@
-//! What an arm can do depends on neither the heading of its base, the handedness of the world nor the unit of length.
+//! Results do not depend on the heading of the base, the handedness of the world or the unit of length.
 
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{
@@ -7,7 +7,7 @@ use hwall_kinematics::{
 };
 use hwall_testkit::Sampler;
 
-/// Poses of the tool that an arm of this length can hold or just not.
+/// Tool poses that an arm of this length can just hold or just not hold.
 fn pose(sampler: &mut Sampler, length_m: f64) -> Pose {
     let place = DVec3::Z * 0.4 + sampler.unit_vector() * sampler.uniform(0.3, 1.1);
     Pose::new(sampler.rotation(), place * length_m).expect("finite")
@@ -17,7 +17,7 @@ fn reference(sampler: &mut Sampler) -> JointPositions {
     JointPositions(sampler.array_within([(-1.8, 1.8); 7]))
 }
 
-/// The arm with a first joint that turns without an end.
+/// The arm with an unlimited first joint.
 fn endless() -> SrsArm {
     let mut limits = *SrsArm::iiwa7().limits();
     limits[0] = JointLimit::FREE;
@@ -33,7 +33,7 @@ fn nearest(arm: &dyn ArmKinematics, pose: &Pose, from: &JointPositions) -> Optio
     found.ok().map(|found| found.q)
 }
 
-/// Compares answers of two arms to questions that are one another's image.
+/// Compares results of two arms for queries that are images of each other.
 fn compare(
     name: &str,
     arms: [&dyn ArmKinematics; 2],
@@ -56,7 +56,7 @@ fn compare(
         held += usize::from(found.is_some());
         let off = found.zip(other);
         let off = off.map(|(a, b)| of_joints(a).max_abs_difference(&b));
-        // A descent and a choice between two that are equally near end on the side that rounding decides.
+        // A descent, and a choice between two equally near solutions, depend on rounding.
         differ +=
             usize::from(found.is_some() != other.is_some() || off.is_some_and(|off| off > 1e-6));
     }
@@ -83,7 +83,7 @@ fn the_mirror_image_is_reached_by_mirrored_joints() {
         let rotation = mirror * pose.rotation() * mirror;
         Pose::new(rotation, mirror * pose.position_m()).expect("finite")
     };
-    // Joints about upright axes at zero turn the other way, those about y the same.
+    // Joints with vertical axes at zero are negated; those about y are unchanged.
     let joints = |q: JointPositions| {
         JointPositions(std::array::from_fn(
             |i| if i % 2 == 0 { -q[i] } else { q[i] },

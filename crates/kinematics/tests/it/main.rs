@@ -1,4 +1,4 @@
-//! Integration tests of the crate, one program.
+//! Integration tests of the crate in one binary.
 
 mod arms;
 mod chain;

@@ -4,7 +4,7 @@ use hwall_kinematics::glam::{DMat3, DVec3};
 use hwall_kinematics::{Chain, ChainDynamics, ChainJoint, Inertial, JointLimit, Pose};
 use hwall_testkit::{Sampler, Tol, assert_close};
 
-/// Turns and slides in turn, along oblique axes.
+/// Alternating revolute and prismatic joints along oblique axes.
 fn mixed(sampler: &mut Sampler) -> ChainDynamics {
     let joints = (0..6).map(|i| {
         let place = sampler.point_in_box(DVec3::splat(-0.3), DVec3::splat(0.3));

@@ -1,4 +1,4 @@
-//! Numeric inverse of general chains: planted targets, limits, singular targets, honest failure.
+//! Numeric inverse of general chains: reachable targets, limits, singular targets, correct failure reports.
 
 use crate::chain_support::{franka, random_chain, random_q, shift, ur5e};
 use glam::{DMat3, DQuat, DVec3};
@@ -9,7 +9,7 @@ use hwall_kinematics::{
 use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close};
 use std::f64::consts::PI;
 
-/// The answer keeps its promises: inside the limits to the last bit, residuals as reported.
+/// Checks the solution: exactly within the limits, residuals as reported.
 fn check(chain: &Chain, target: &Pose, config: &NumericConfig, solution: &NumericSolution) {
     chain
         .check_limits(&solution.q_rad)
@@ -37,7 +37,7 @@ fn solved(chain: &Chain, target: &Pose, start: &[f64]) -> NumericSolution {
     solution
 }
 
-/// Solves planted targets from unrelated starts; returns how many were found.
+/// Solves reachable targets from unrelated starts; returns the number found.
 fn solve_planted(chain: &Chain, config: &NumericConfig, seed: u64, count: usize) -> usize {
     let mut sampler = Sampler::new(seed);
     let mut solved = 0;
@@ -75,7 +75,7 @@ fn finds_planted_targets() {
         let solved = solve_planted(&chain, &config, n as u64, 60);
         assert!(solved >= 59, "{n} joints: {solved} of 60");
     }
-    // Long chains need no more memory and no other code.
+    // Long chains need no extra memory or code.
     let long = random_chain(&mut sampler, 200, 0.1);
     assert_eq!(solve_planted(&long, &config, 25, 5), 5);
 }
@@ -187,7 +187,7 @@ fn at_the_rim_of_the_workspace() {
         let target = stretched(0.926 - inside_m);
         solved(&chain, &target, &start);
     }
-    // Beyond the tolerance outside: refused before the first step.
+    // Outside by more than the tolerance: rejected before the first step.
     for outside_m in [1e-6, 1e-4, 1.0, 1e6] {
         let answer = chain.inverse_numeric(&stretched(0.926 + outside_m), &start, &config);
         assert!(
@@ -199,7 +199,7 @@ fn at_the_rim_of_the_workspace() {
 
 #[test]
 fn quick_refusal_knows_the_length_of_every_link() {
-    // Three parallel hinges and a slide, all links in one line when stretched: 0.7 + 0.5 + 0.2 + 0.3 m.
+    // Three parallel revolute joints and a prismatic one, all links collinear when stretched: 0.7 + 0.5 + 0.2 + 0.3 m.
     let limit = JointLimit::new(-1.5, 1.5);
     let link = |name: &str, x: f64| ChainJoint::revolute(name, shift(x, 0.0, 0.0), DVec3::Z, limit);
     let slide_limit = JointLimit::new(0.1, 0.3);
@@ -221,7 +221,7 @@ fn quick_refusal_knows_the_length_of_every_link() {
 
 #[test]
 fn ranges_away_from_zero() {
-    // Restarts must draw inside ranges that hold neither zero nor half a turn.
+    // Restarts must draw within ranges that contain neither zero nor half a turn.
     let mut joints = ur5e().joints().to_vec();
     for (i, joint) in joints.iter_mut().enumerate() {
         let low = if i % 2 == 0 { 4.0 } else { -9.0 };
@@ -245,7 +245,7 @@ fn ranges_away_from_zero() {
 
 #[test]
 fn locked_and_endless_joints() {
-    // A joint without play, one without limits and a slide without limits.
+    // A locked joint, an unlimited one and an unlimited prismatic one.
     let mut joints = Chain::iiwa7().joints().to_vec();
     joints[2].limit = JointLimit::new(0.3, 0.3);
     joints[0].limit = JointLimit::FREE;
@@ -291,7 +291,7 @@ fn same_seed_same_answer_and_scratch_does_not_matter() {
     let chain = franka();
     let mut sampler = Sampler::new(29);
     let mut scratch = NumericScratch::default();
-    // A scratch that has served another chain.
+    // Scratch memory used with another chain before.
     let other = ur5e();
     let q = random_q(&other, &mut sampler);
     other
@@ -361,7 +361,7 @@ fn unreachable_targets_are_not_found_in_a_bounded_number_of_steps() {
     let config = NumericConfig::default();
     let mut sampler = Sampler::new(28);
     for _ in 0..20 {
-        // At 0.85 m from the shoulder pointing back at it: the wrist would have to lie 0.976 m away.
+        // At 0.85 m from the shoulder pointing back at it: the wrist would have to be 0.976 m away.
         let u = sampler.unit_vector();
         let position = DVec3::new(0.0, 0.0, 0.34) + u * 0.85;
         let target = Pose::from_quat(DQuat::from_rotation_arc(DVec3::Z, -u), position).unwrap();

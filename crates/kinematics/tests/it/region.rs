@@ -1,4 +1,4 @@
-//! Verdicts over regions against verdicts at poses drawn from them: no pose may contradict.
+//! Region verdicts against verdicts at sampled poses: no pose may contradict.
 
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{
@@ -9,7 +9,7 @@ use hwall_testkit::Sampler;
 
 const SEED: u64 = 31;
 
-/// A pose of the region, corners and rim preferred: that is where a bound that is too small fails.
+/// A pose of the region, preferably at corners and rim, where a too small bound would fail.
 fn drawn(region: &PoseRegion, sampler: &mut Sampler) -> Pose {
     let mut coefficient = || {
         let c = sampler.uniform(-1.5, 1.5);
@@ -61,7 +61,7 @@ fn random_region(arm: &SrsArm, sampler: &mut Sampler) -> PoseRegion {
     }
 }
 
-/// Shares proven reachable, proven unreachable, undecided.
+/// Fractions proven reachable, proven unreachable, undecided.
 fn attack(arm: &SrsArm, regions: usize, seed: u64) -> [usize; 3] {
     let mut sampler = Sampler::new(seed);
     let mut counts = [0; 3];
@@ -176,7 +176,7 @@ fn full_stretch_and_beyond() {
     let arm = SrsArm::iiwa7();
     // The board looks upwards, the wrist is bent by 90 degrees.
     let at = |x: f64| Pose::new(DMat3::IDENTITY, DVec3::new(x, 0.0, 0.466)).expect("finite");
-    // The stretched arm ends at 0.8 m; the region that ends there is proven, the one beyond too.
+    // The stretched arm ends at 0.8 m; regions up to there and beyond are both proven.
     let half = 5e-4;
     let inside = PoseRegion::segment(at(0.8 - half), DVec3::X * half);
     let beyond = PoseRegion::segment(at(0.8 + half + 1e-12), DVec3::X * half);
@@ -191,7 +191,7 @@ fn full_stretch_and_beyond() {
     assert!(gap_m.abs() < 2e-12, "{gap_m}");
     let across = PoseRegion::segment(at(0.8), DVec3::X * half);
     assert_eq!(arm.region_verdict(&across), RegionVerdict::Undecided);
-    // So large that it holds the shoulder, or lies far away.
+    // So large that it contains the shoulder, or far away.
     let huge = PoseRegion::ball(at(0.5), 10.0, 0.0);
     assert_eq!(arm.region_verdict(&huge), RegionVerdict::Undecided);
     let far = PoseRegion::rectangle(at(50.0), [DVec3::Y * 40.0, DVec3::Z * 40.0]);
@@ -217,7 +217,7 @@ fn nan_infinite_and_negative_extents_are_undecided() {
         ] {
             let undecided = bad.is_infinite() && region.angle_rad == bad;
             let verdict = arm.region_verdict(&region);
-            // Any orientation at all is a region like others, only never reachable.
+            // All orientations are a valid region, but never reachable.
             assert!(
                 verdict == RegionVerdict::Undecided || undecided,
                 "{bad}: {verdict:?}"
@@ -230,7 +230,7 @@ fn nan_infinite_and_negative_extents_are_undecided() {
 
 #[test]
 fn one_answer_for_a_range_of_headings() {
-    // Joint 1 narrowed and freed by 45 degrees: what is proven holds for every wall between.
+    // Joint 1 narrowed and widened by 45 degrees: the proofs hold for every wall in between.
     let arm = SrsArm::iiwa7();
     let heading = 45.0_f64.to_radians();
     let mut limits = *arm.limits();
@@ -272,7 +272,7 @@ fn sets_of_branches() {
 
 #[test]
 fn a_joint_without_room_is_led_through_its_middle() {
-    // No arm angle serves a whole region then; the proof goes by way of two of them.
+    // No single arm angle serves a whole region then; the proof uses two.
     for joint in [0, 1, 2, 4, 5, 6] {
         for width in [0.0, 1e-9, 1e-3, 0.2] {
             let mut limits = *SrsArm::iiwa7().limits();

@@ -1,4 +1,4 @@
-//! S-R-S arms made from chains: the presets, tools, other axes of the same joints, and what is no such arm.
+//! S-R-S arms from chains: presets, tools, other axes for the same joints, and chains that are not S-R-S.
 
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{
@@ -60,7 +60,7 @@ fn a_tool_at_the_tip_is_kept() {
     assert!(apart(&chain, &arm) < 1e-12);
 }
 
-/// All joints about their own z, frames turned in between, with right angles of five digits.
+/// All joints about their own z, frames rotated in between, with right angles of five digits.
 fn printed_chain() -> Chain {
     let quarter = (FRAC_PI_2 * 1e5).round() / 1e5;
     let rows: [([f64; 3], f64); 7] = [
@@ -107,7 +107,7 @@ fn what_is_no_such_arm_says_which_joint() {
         Err(KinematicsError::NotSrs { joint, what, .. }) => (joint, what),
         other => panic!("{other:?}"),
     };
-    // An elbow that stands out, as the Panda's does.
+    // An offset elbow, as in the Panda.
     let elbow = with(&|joints| {
         let origin = joints[3].previous_from_link;
         joints[3].previous_from_link = origin.at(origin.position_m() + DVec3::X * 0.0825);

@@ -1,7 +1,7 @@
-//! The places where closed forms break: singularities, limits, full stretch, isolated solutions.
+//! Hard cases of closed forms: singularities, limits, full stretch, isolated solutions.
 //!
-//! Each pose is made from a configuration, so that it is reachable by construction; the limits
-//! are closed around that configuration, down to no width at all.
+//! Each pose is computed from a configuration, so it is reachable by construction; the limits are
+//! closed around that configuration, down to zero width.
 
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{
@@ -33,7 +33,7 @@ fn assert_holds(arm: &SrsArm, pose: &Pose, tolerance: f64, what: &str) {
     assert!(arm.is_reachable(pose), "{what}");
 }
 
-/// A configuration with some joints set, the others random and clear of their own singularity.
+/// A configuration with some joints set, the others random and away from their singularity.
 fn configuration(sampler: &mut Sampler, set: &[(usize, f64)]) -> JointPositions {
     let arm = SrsArm::iiwa7();
     let mut q = sampler.array_within(arm.limits().map(|l| (0.95 * l.min_rad, 0.95 * l.max_rad)));
@@ -89,7 +89,7 @@ fn near_singular_by_1e_6_1e_9_1e_12() {
                 vec![(joint, if s.bool() { near } else { -near })]
             });
         }
-        // Doubles fix the elbow of such a pose too coarsely for boxes (docs of `verdict`).
+        // Double precision determines the elbow of such a pose too coarsely for boxes (docs of `verdict`).
         check_boxes(&format!("q2, q4, q6 = ±{near}"), &[], |s| {
             [1, 3, 5]
                 .map(|joint| (joint, if s.bool() { near } else { -near }))
@@ -232,12 +232,12 @@ fn wrist_centre_on_the_shoulder() {
         }
         other => panic!("{other:?}"),
     }
-    // An arm that folds almost flat stays short of it too.
+    // An arm that folds almost flat does not reach it either.
     let mut limits = *SrsArm::iiwa7().limits();
     limits[3] = JointLimit::symmetric_deg(179.9);
     let folding = SrsArm::iiwa7().with_limits(limits).expect("valid");
     assert!(!folding.is_reachable(&pose));
-    // With unequal links the geometry itself keeps away.
+    // With unequal links the geometry excludes it.
     match SrsArm::iiwa14()
         .verdict(&Pose::from_translation(DVec3::new(0.0, 0.0, 0.36 + 0.126)).expect("a pose"))
     {
@@ -393,7 +393,7 @@ fn nan_never_passes_silently() {
 
 #[test]
 fn random_limits_full_of_locked_joints() {
-    // Limits anywhere within ±7 rad, many of no width, the configuration often exactly on them.
+    // Limits anywhere within ±7 rad, many of zero width, the configuration often exactly on them.
     let mut sampler = Sampler::new(99);
     let arm = SrsArm::iiwa7();
     let (mut lost, mut cases) = (0, 0);
@@ -428,7 +428,7 @@ fn random_limits_full_of_locked_joints() {
             lost += 1;
         }
     }
-    // What doubles cannot resolve (docs of `verdict`).
+    // Not resolvable in double precision (docs of `verdict`).
     assert!(lost <= 60, "{lost} of {cases}");
     println!("{lost} of {cases} poses of locked joints lost");
 }

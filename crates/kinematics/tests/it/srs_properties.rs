@@ -28,7 +28,7 @@ fn assert_holds(arm: &SrsArm, q: &JointPositions, pose: &Pose) {
     assert!(off.position_m < 1e-12 && off.angle_rad < 1e-12, "{off:?}");
 }
 
-/// A pose of which the arm is long enough, reachable or not.
+/// A pose within the arm's length, reachable or not.
 fn random_pose(sampler: &mut Sampler) -> Pose {
     let wrist = DVec3::new(0.0, 0.0, 0.34) + sampler.unit_vector() * sampler.uniform(0.38, 0.81);
     let rotation = sampler.rotation();
@@ -274,7 +274,7 @@ fn nearest_is_no_worse_than_any_sample() {
         excess.push((cost(&found.q, &reference) - sampled).max(0.0));
     }
     let stats = ErrorStats::from_errors(excess);
-    // Beside a singularity the cost has valleys narrower than the starting points' spacing.
+    // Near a singularity the cost has valleys narrower than the spacing of the starting points.
     assert!(stats.q99 < 1e-5 && stats.max < 0.5, "{stats}");
 }
 
@@ -289,7 +289,7 @@ fn servoing_follows_without_jumps() {
         let from = random_q(&arm, &mut sampler).0.map(|x| 0.8 * x);
         let to = random_q(&arm, &mut sampler).0.map(|x| 0.8 * x);
         if (from[3] > 0.0) != (to[3] > 0.0) {
-            continue; // through the straight elbow the tool itself forces a large motion
+            continue; // through the straight elbow the tool motion itself requires a large joint motion
         }
         let mut q = JointPositions(from);
         for step in 1..=1_000 {
@@ -361,7 +361,7 @@ fn self_motion_leaves_the_tool_at_rest() {
             [0.0; 6],
             Tol::abs(1e-13)
         );
-        // The arm angle rises along it.
+        // The arm angle increases along it.
         let h = 1e-6;
         let moved = JointPositions(std::array::from_fn(|i| q[i] + h * motion[i]));
         let turned = (arm.arm_angle(&moved) - arm.arm_angle(&q) + PI).rem_euclid(TAU) - PI;

@@ -1,4 +1,4 @@
-//! The S-R-S arm against numbers of independent tools (tests/data/README.md).
+//! The S-R-S arm against results of independent tools (tests/data/README.md).
 
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{JointPositions, Pose, PoseDistance, SrsArm, Unreachable, Verdict};
@@ -26,7 +26,7 @@ fn load(name: &str) -> Value {
     serde_json::from_str(&std::fs::read_to_string(path).expect("test data")).expect("JSON")
 }
 
-/// The complete set lies beside the workspace on some machines only.
+/// The complete set is beside the workspace only on some machines.
 fn load_complete(name: &str) -> Option<Value> {
     let path = hwall_testkit::shared(&format!("reference/kinematics/{name}"))?;
     let text = std::fs::read_to_string(path).expect("reference file");

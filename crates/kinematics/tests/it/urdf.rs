@@ -1,4 +1,4 @@
-//! URDF: the iiwa, fixed joints, branches, and everything that can be wrong with a description.
+//! URDF: the iiwa, fixed joints, branches, and all faults of a description.
 
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{
@@ -81,7 +81,7 @@ fn part_of_the_arm_between_named_links() {
     let expected = all[0].inverse() * all[3];
     let position_m = part.forward(&q).unwrap().position_m();
     assert_close!(position_m, expected.position_m(), Tol::abs(1e-15));
-    // What moves beyond the tip cannot be part of the dynamics, and is not lost silently.
+    // Links that move beyond the tip cannot be part of the dynamics, and are reported.
     assert_eq!(
         part.links_left_out(),
         ["lbr_link_5", "lbr_link_6", "lbr_link_7"]
@@ -95,7 +95,7 @@ fn part_of_the_arm_between_named_links() {
 
 #[test]
 fn chained_fixed_joints_multiply_in_order() {
-    // Peers have swapped them: 64 mm off.
+    // Other libraries have swapped them: 64 mm error.
     let fixed =
         |parent, child, origin: &str| joint("fixed", parent, child, &format!("<origin {origin}/>"));
     let text = links("a b c d e f g")
@@ -162,8 +162,8 @@ fn kinds_limits_and_axes() {
     let joints = chain.joints();
     let (turns, slides) = (JointKind::Revolute, JointKind::Prismatic);
     let limited = JointLimit::new(-1.0, 2.0);
-    // No tag on a continuous joint: endless about x. A tag on it: only speed and effort count. Left out in the tag: zero,
-    // as the format says.
+    // Without a limit tag a continuous joint is unlimited about x. With one, only speed and effort are used. Omitted
+    // values are zero, as in the format.
     for (joint, (kind, limit, velocity, effort)) in joints.iter().zip([
         (turns, JointLimit::FREE, None, None),
         (slides, limited, Some(4.0), Some(3.0)),
@@ -174,7 +174,7 @@ fn kinds_limits_and_axes() {
         assert_eq!((joint.max_velocity, joint.max_effort), (velocity, effort));
     }
     assert_eq!(joints[0].axis, DVec3::X);
-    // Axes count by direction only.
+    // Only the direction of an axis matters.
     let slid = chain.forward(&[0.0, 0.25, 0.0, 0.0]).unwrap();
     assert_close!(slid.position_m(), DVec3::Z * 0.25, Tol::abs(1e-16));
     let turned = chain.forward(&[0.0, 0.0, 0.3, 0.0]).unwrap();
@@ -190,7 +190,7 @@ fn a_description_may_say_how_fast_joints_accelerate() {
         let body = links("a b c") + &hinge("a", "b") + &joint("revolute", "b", "c", &limit);
         let chain = Chain::from_urdf_str(&format!("<robot {root}>{body}</robot>"), None, None)?;
         assert_eq!(chain.joints()[0].max_acceleration, None);
-        // What the description leaves open is the caller's; what the caller says wins.
+        // The caller supplies what the description omits and overrides what it gives.
         let arm = ChainArm::new(chain.clone())?;
         let most = chain.joints()[1].max_acceleration;
         assert_eq!(
@@ -208,14 +208,14 @@ fn a_description_may_say_how_fast_joints_accelerate() {
         "xmlns:drake=\"http://drake.mit.edu\"",
     );
     assert_eq!(read(uri, drake), Ok(Some(12.5)));
-    // As other readers, whatever the prefix stands for, even if nothing.
+    // Like other readers, for any namespace of the prefix, even none.
     assert_eq!(read("xmlns:drake=\"urn:x\"", drake), Ok(Some(12.5)));
     assert_eq!(read("", drake), Ok(Some(12.5)));
     assert_eq!(
         read("xmlns:other=\"urn:x\"", "other:acceleration=\"1\""),
         Ok(None)
     );
-    // The format's own, since it has one.
+    // The format's own attribute, since version 1.2.
     let own = "acceleration=\"8\"";
     assert_eq!(read("", own), Ok(None));
     assert_eq!(read("version=\"1.2\"", own), Ok(Some(8.0)));
@@ -435,20 +435,20 @@ fn a_macro_is_named_as_one() {
         let read = Chain::from_urdf_str(&text, None, None);
         assert_eq!(read, Err(KinematicsError::UrdfXacro));
     }
-    // What xacro prints keeps the declaration.
+    // The output of xacro keeps the declaration.
     let body = links("a b") + &hinge("a", "b");
     let printed = format!("<robot name=\"r\"{declared}>{body}</robot>");
     assert!(Chain::from_urdf_str(&printed, None, None).is_ok());
 }
 
-/// From the first link to which?
+/// The tip chosen from the first link.
 fn tip_of(text: &str) -> Result<(String, usize), KinematicsError> {
     let chain = load(text)?;
     let [_, tip] = chain.ends().expect("names");
     Ok((tip.to_owned(), chain.joint_count()))
 }
 
-/// `count` hinges in a row from `l0` on.
+/// `count` revolute joints in series from `l0`.
 fn arm(count: usize) -> String {
     let names: Vec<String> = (0..=count).map(|k| format!("l{k}")).collect();
     let hinges = names.windows(2).map(|pair| hinge(&pair[0], &pair[1]));
@@ -468,7 +468,7 @@ fn the_tip_is_the_obvious_one() {
     let six = arm(6);
     for (added, tip, joints) in [
         (String::new(), "l6", 6),
-        // Frames beside the arm do not count, those at its end do.
+        // Frames beside the arm are ignored, those at its end are used.
         (fixed("l0", "base") + &fixed("l3", "camera"), "l6", 6),
         (fixed("l6", "ee_link") + &fixed("l6", "tool0"), "tool0", 6),
         (
@@ -491,7 +491,7 @@ fn the_tip_is_the_obvious_one() {
             6,
         ),
         (fixed("l6", "hand") + &turns("hand", "jaw"), "hand", 6),
-        // Whatever else turns is one more joint.
+        // Any other revolute joint is one more joint.
         (turns("l6", "l7") + &turns("l7", "l8"), "l8", 8),
         // A head or wheels beside the arm.
         (turns("l0", "head") + &turns("l0", "wheel"), "l6", 6),
@@ -499,7 +499,7 @@ fn the_tip_is_the_obvious_one() {
         let text = format!("{six}{added}");
         assert_eq!(tip_of(&text), Ok((tip.to_owned(), joints)), "{added}");
     }
-    // Two arms are alike, and links that hang on nothing are no second robot.
+    // Two equal arms are ambiguous; unattached links are not a second robot.
     let other = arm(6).replace("\"l", "\"r").replace("\"r_", "\"l_");
     let two = format!("{six}{other}").replace("\"r0\"", "\"l0\"");
     let two = two.replacen("<link name=\"l0\"/>", "", 1);
@@ -530,7 +530,7 @@ fn what_other_readers_read_is_read() {
     ] {
         assert_eq!(Chain::from_urdf_str(&text, None, None), expected, "{text}");
     }
-    // An axis that names none is x, as one that is not there.
+    // An axis tag without a value is x, like a missing tag.
     let axis = robot.replace("<limit", "<axis/><limit");
     assert_eq!(Chain::from_urdf_str(&axis, None, None), expected);
     // A comment in an older encoding.
@@ -541,7 +541,7 @@ fn what_other_readers_read_is_read() {
     let read = Chain::from_urdf_file(&path, None, None);
     std::fs::remove_file(&path).unwrap();
     assert_eq!(read, expected);
-    // More prefixes than anybody uses are refused, and nothing hangs.
+    // Too many prefixes are rejected without hanging.
     let many: String = (0..100).map(|k| format!("<p{k}:x/>")).collect();
     let many = robot.replace("</robot>", &format!("{many}</robot>"));
     assert!(Chain::from_urdf_str(&many, None, None).is_err());

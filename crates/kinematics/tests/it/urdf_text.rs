@@ -1,4 +1,4 @@
-//! URDF as text: what is skipped, what is refused and in which words, and that nothing hangs or panics.
+//! URDF as text: what is skipped, what is rejected with which message, and that nothing hangs or panics.
 
 use glam::{DMat3, DQuat};
 use hwall_kinematics::{Chain, JointLimit, KinematicsError};
@@ -32,7 +32,7 @@ fn message(text: &str) -> String {
     }
 }
 
-/// [`ARM`] with one piece, which it must hold, replaced.
+/// [`ARM`] with one existing piece replaced.
 fn with(piece: &str, other: &str) -> String {
     assert!(ARM.contains(piece), "{piece}");
     ARM.replacen(piece, other, 1)
@@ -81,7 +81,7 @@ fn comments_white_space_and_line_ends_do_not_matter() {
     assert_eq!(load(&namespace).unwrap(), arm);
 }
 
-/// What is replaced, by what, and what the error then says.
+/// The piece, its replacement, and the expected error text.
 const WRONG: &str = r#"
 link name="a"       | link         | line 2, <link>: attribute name is missing
 <mass value="1"/>   |              | line 3, <inertial>: <mass> is missing
@@ -174,7 +174,7 @@ fn later_versions_change_origins_and_limits() {
 #[test]
 fn hostile_text_is_refused_quickly() {
     let laughs = "<!DOCTYPE r [<!ENTITY a \"ha\"><!ENTITY b \"&a;&a;&a;&a;\">]>";
-    // Entities that nobody uses do no harm; a name that grows to a billion letters is refused.
+    // Unused entities do no harm; a name that expands to a billion letters is rejected.
     assert_eq!(load(&format!("{laughs}{ARM}")), load(ARM));
     let mut bomb = "<!DOCTYPE r [<!ENTITY e0 \"ha\">".to_owned();
     for level in 1..10 {
@@ -184,7 +184,7 @@ fn hostile_text_is_refused_quickly() {
     message(&format!("{bomb}]>{}", with("name=\"j\"", "name=\"&e9;\"")));
     message(&with("name=\"j\"", "name=\"&unknown;\""));
 
-    // As deep as simulator extensions may be: skipped as one unknown element.
+    // Deeply nested simulator extensions are skipped as one unknown element.
     let nested = |depth: usize| "<g>".repeat(depth) + &"</g>".repeat(depth);
     let inside = |extra: &str| with("<link name=\"a\"/>", &format!("<link name=\"a\"/>{extra}"));
     assert_eq!(load(&inside(&nested(150))).unwrap(), load(ARM).unwrap());
@@ -212,7 +212,7 @@ fn mutated_arms_are_errors_or_sound_chains() {
     let report = attack("urdf", &[IIWA7.into()], 20_000, 71, |bytes| {
         match load(&String::from_utf8_lossy(bytes)) {
             Ok(chain) => {
-                // Links of 1e308 m are read; where they lead is an error.
+                // Links of 1e308 m are read; using them is an error.
                 if let Ok(tip) = chain.forward(&vec![0.1; chain.joint_count()]) {
                     assert!(tip.position_m().is_finite() && tip.rotation().is_finite());
                 }
@@ -235,7 +235,7 @@ fn mutated_arms_are_errors_or_sound_chains() {
     );
 }
 
-/// Limits of 1e154 were read; their squares overflow.
+/// Regression: limits of 1e154 were accepted; their squares overflow.
 #[test]
 fn joint_limits_out_of_this_world_are_refused() {
     for limits in [r#"lower="-1e154" upper="1""#, r#"lower="0" upper="1e300""#] {
@@ -247,7 +247,7 @@ fn joint_limits_out_of_this_world_are_refused() {
     }
 }
 
-/// Levels that a count of angle brackets does not see: an attribute that ends like an empty element, an end in a comment.
+/// Nesting that counting angle brackets misses: an attribute that ends like an empty element, an end tag in a comment.
 #[test]
 fn nesting_cannot_be_hidden() {
     for (open, close) in [
@@ -264,7 +264,7 @@ fn nesting_cannot_be_hidden() {
         );
         let error = load(&text).unwrap_err();
         assert!(error.to_string().contains("nested"), "{open}: {error}");
-        // What only looks like levels is none.
+        // Text that only looks like nesting is not counted.
         let flat = format!("<robot name=\"r\">{}</robot>", "<g b=\"<g>\"/>".repeat(300));
         let flat = flat.replace(
             "<g b=\"<g>\"/>",

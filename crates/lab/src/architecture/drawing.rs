@@ -1,21 +1,21 @@
-//! The crates as boxes in layers, every arrow down to what is used.
+//! The crates as boxes in layers, with arrows down to their dependencies.
 
 use super::graph::{Crate, CrateGraph};
 use crate::report::{Gap, fill};
 use anyhow::Context;
 use std::fmt::Write;
 
-/// Width of a box, and from the left edge of one to that of the next.
+/// Width of a box, and horizontal step between boxes.
 const WIDTH_PX: f64 = 184.0;
 const STEP_PX: f64 = 216.0;
-/// Letters of a line of text in a box, and its height.
+/// Characters per line of text in a box, and line height.
 const LETTERS: usize = 26;
 const LINE_PX: f64 = 15.0;
-/// Between layers, for the arrows.
+/// Gap between layers, for the arrows.
 const RISE_PX: f64 = 58.0;
 const MARGIN_PX: f64 = 24.0;
 const LEGEND_PX: f64 = 64.0;
-/// Room for the legend.
+/// Least width, for the legend.
 const LEAST_WIDTH_PX: f64 = 900.0;
 
 /// The box of a crate.
@@ -26,10 +26,10 @@ struct Place {
     top_px: f64,
 }
 
-/// Draws the crates; arrows that a longer way says as well are left out.
+/// Draws the crates; arrows implied by a longer path are left out.
 ///
 /// # Errors
-/// Crates that use each other in a circle.
+/// Cyclic dependencies.
 pub fn svg(graph: &CrateGraph) -> anyhow::Result<String> {
     let layers = layers(graph).context("crates use each other in a circle")?;
     let most = layers.iter().map(Vec::len).max().unwrap_or(0) as f64;
@@ -78,7 +78,7 @@ pub fn svg(graph: &CrateGraph) -> anyhow::Result<String> {
     fill(include_str!("frame.svg"), &gaps)
 }
 
-/// The crates of each layer, from the lowest up, each above the middle of what it uses.
+/// The crates of each layer, from the lowest up, each above the middle of its dependencies.
 fn layers(graph: &CrateGraph) -> Option<Vec<Vec<usize>>> {
     let depths = graph.layers()?;
     let count = depths.iter().max().map_or(0, |most| most + 1);

@@ -1,4 +1,4 @@
-//! The crates as their manifests describe them, and who uses whom.
+//! The crates and their dependencies, from their manifests.
 
 use anyhow::{Context, ensure};
 use serde::Deserialize;
@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 
 /// The package that composes the others; the names of the others begin with it and a dash.
 const PRODUCT: &str = "hwall";
-/// Tests and reports everywhere use it: neither it nor these arrows are drawn.
+/// Used by tests and reports everywhere; neither it nor its arrows are drawn.
 const TEST_KIT: &str = "hwall-testkit";
-/// Packages of tests and command lines, beside `crates/`: their dev-dependencies count, they have no others.
+/// Packages of tests and command lines beside `crates/`: their dev-dependencies count as dependencies.
 const BESIDE: [&str; 2] = ["examples", "tests"];
 
 /// A crate of the workspace.
@@ -17,24 +17,24 @@ const BESIDE: [&str; 2] = ["examples", "tests"];
 pub struct Crate {
     /// Its name without the prefix of the workspace.
     pub name: String,
-    /// What it is, in a few words.
+    /// Short description.
     pub about: String,
-    /// `product`, `published` or `unpublished`: its class in the picture.
+    /// `product`, `published` or `unpublished`: its class in the drawing.
     pub class: &'static str,
 }
 
-/// One crate uses another; both are indices.
+/// A dependency; both ends are indices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Use {
-    /// Who uses.
+    /// The dependent crate.
     pub from: usize,
-    /// What is used.
+    /// The dependency.
     pub to: usize,
     /// Only behind a feature.
     pub optional: bool,
 }
 
-/// All crates, and who uses whom.
+/// All crates and their dependencies.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct CrateGraph {
     /// The crates, by name.
@@ -107,7 +107,7 @@ impl CrateGraph {
         Self { crates, uses }
     }
 
-    /// The arrows without those that a longer path implies. Only an optional arrow is implied by a path with optional arrows.
+    /// The arrows without those that a longer path implies. A path with optional arrows implies only optional arrows.
     pub fn needed(&self) -> impl Iterator<Item = Use> {
         let says_more = |arrow: &&Use| {
             let (mut seen, mut open) = (vec![false; self.crates.len()], vec![arrow.from]);
@@ -126,7 +126,7 @@ impl CrateGraph {
         self.uses.iter().filter(says_more).copied()
     }
 
-    /// The layer of each crate, from 0 for those that use nothing: one above the highest that it uses. `None` for a circle.
+    /// The layer of each crate, from 0 for those that use nothing: one above its highest dependency. `None` for a cycle.
     pub fn layers(&self) -> Option<Vec<usize>> {
         let mut layers = vec![0; self.crates.len()];
         for _ in 0..=layers.len() {
@@ -148,7 +148,7 @@ impl Crate {
     fn of(package: &Package) -> Self {
         let rest = package.name.strip_prefix(PRODUCT);
         let short = rest.and_then(|rest| rest.strip_prefix('-'));
-        // What stands behind a colon is detail.
+        // Keep only the part before a colon.
         let about = package.description.split(": ").next().unwrap_or_default();
         Self {
             name: short.unwrap_or(&package.name).to_owned(),
@@ -210,7 +210,7 @@ mod tests {
             ],
         };
         let kept: Vec<_> = graph.needed().map(|u| (u.from, u.to)).collect();
-        // 1 -> 3 is optional and may go by 2; 0 -> 3 is not.
+        // 1 -> 3 is optional and implied through 2; 0 -> 3 is not.
         assert_eq!(kept, [(0, 1), (1, 2), (0, 3), (2, 3)]);
         assert_eq!(graph.layers(), Some(vec![3, 2, 1, 0]));
         graph.uses.push(arrow(3, 0, false));

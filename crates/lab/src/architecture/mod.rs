@@ -1,4 +1,4 @@
-//! The picture of the crates and who uses whom, drawn from their manifests.
+//! The diagram of the crates and their dependencies, drawn from their manifests.
 
 mod drawing;
 mod graph;

@@ -1,5 +1,5 @@
-//! Readers of binary files: maps, atlases, meshes, pictures. Checksums are made right again, for they are against
-//! accidents only.
+//! Readers of binary files: maps, atlases, meshes, pictures. Checksums are recomputed after a mutation, because they protect
+//! only against accidents.
 
 use super::{Reader, judged, promise};
 use crc::{CRC_32_ISO_HDLC, Crc};
@@ -13,7 +13,7 @@ use hwall_testkit::Verdict;
 use hwall_texton::{HeightField, HeightSource, StlFormat, TriangleMesh};
 use std::path::PathBuf;
 
-/// Bytes before the body of a map or an atlas, and of the checksum behind it.
+/// Bytes before the body of a map or an atlas, and of the checksum after it.
 const HEADER: usize = 18;
 const CHECKSUM: usize = 4;
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
@@ -48,14 +48,14 @@ pub(super) fn exr() -> anyhow::Result<Reader> {
     Reader::new(vec![picture], move |bytes| read_exr(&path, bytes))
 }
 
-/// A file in a folder of this process: these readers want a path.
+/// A file in a folder of this process, for readers that need a path.
 pub(super) fn scratch(name: &str) -> anyhow::Result<PathBuf> {
     let folder = std::env::temp_dir().join(format!("hwall_attack_{}", std::process::id()));
     std::fs::create_dir_all(&folder)?;
     Ok(folder.join(name))
 }
 
-/// Length and checksum made right.
+/// Corrects length and checksum.
 fn sealed(bytes: &[u8]) -> Vec<u8> {
     let mut sealed = bytes.to_vec();
     let end = bytes.len().saturating_sub(CHECKSUM);

@@ -1,16 +1,16 @@
-//! What got through once, and the tests that hold it: an attack that succeeded stays a test of its own. The tables are
+//! Past findings and their regression tests: a successful attack becomes a separate test. The tables are
 //! written by hand, in findings.md.
 
-/// The tables with their headings, as they stand in the document.
+/// The tables with their headings, as in the document.
 const TABLES: &str = include_str!("findings.md");
 
-/// A class of inputs or faults that was not held once.
+/// A class of inputs or faults that once got through.
 pub struct Finding {
     /// Its short name.
     pub id: &'static str,
     /// What happened.
     pub what: &'static str,
-    /// Tests that fail without the mending: file, and name in it.
+    /// Regression tests that fail without the fix: file and test name.
     pub tests: Vec<(&'static str, &'static str)>,
 }
 
@@ -19,7 +19,7 @@ pub fn all() -> impl Iterator<Item = Finding> {
     TABLES.lines().filter_map(finding)
 }
 
-/// Of a row `| id | what | `name` (file), ... |`.
+/// Parses a row `| id | what | `name` (file), ... |`.
 fn finding(line: &'static str) -> Option<Finding> {
     let cells: Vec<&str> = line.split(" | ").map(str::trim).collect();
     let [id, what, tests] = cells[..] else {
@@ -39,7 +39,7 @@ fn finding(line: &'static str) -> Option<Finding> {
     })
 }
 
-/// The tables with their headings, as they stand in the document.
+/// The tables with their headings, as in the document.
 pub const fn section() -> &'static str {
     TABLES
 }

@@ -1,4 +1,4 @@
-//! Attacks: hostile inputs, made from good ones, for everything that reads files, and faults at random in the control loop.
+//! Attacks: hostile inputs, made from good ones, for all file readers, and random faults in the control loop.
 
 mod binary;
 pub mod findings;
@@ -13,21 +13,21 @@ use anyhow::bail;
 use hwall_testkit::{AttackReport, Verdict, attack};
 use std::path::PathBuf;
 
-/// What is attacked.
+/// A target of an attack.
 pub struct Target {
     /// Name on the command line.
     pub name: &'static str,
-    /// `None`: the control loop, disturbed.
+    /// `None`: the disturbed control loop.
     reader: Option<Reader>,
 }
 
-/// A reader, what it promises, and inputs that it accepts.
+/// A reader, its contract, and inputs that it accepts.
 struct Reader {
     good: Vec<Vec<u8>>,
     read: Box<Read>,
 }
 
-/// Reads an input and checks what was read.
+/// Reads an input and checks the result.
 type Read = dyn Fn(&[u8]) -> Verdict;
 
 impl Reader {
@@ -38,10 +38,10 @@ impl Reader {
 }
 
 impl Target {
-    /// Gives a reader that many hostile inputs, or disturbs the loop in that many runs.
+    /// Gives a reader `inputs` hostile inputs, or disturbs the loop in `runs` runs.
     ///
     /// # Errors
-    /// A good input that is not accepted: the attack would prove nothing. A loop that cannot be set up.
+    /// A good input that is rejected, which makes the attack meaningless; a loop that cannot be set up.
     pub fn attack(&self, inputs: u64, runs: u64, seed: u64) -> anyhow::Result<AttackReport> {
         let Some(Reader { good, read }) = &self.reader else {
             return random::attack(runs, seed);
@@ -55,7 +55,7 @@ impl Target {
     }
 }
 
-/// Makes a reader; some inputs to begin with take time to make.
+/// Creates a reader; some of its good inputs take time to create.
 type Prepare = fn() -> anyhow::Result<Reader>;
 
 const READERS: [(&str, Prepare); 13] = [
@@ -74,13 +74,13 @@ const READERS: [(&str, Prepare); 13] = [
     ("session", session::session),
 ];
 
-/// Name of the control loop among them.
+/// Name of the control loop among the targets.
 pub const LOOP: &str = "loop";
 
 /// All readers and the loop, or the one of this name.
 ///
 /// # Errors
-/// No reader of that name; an input to begin with that cannot be made.
+/// No reader of that name; a good input that cannot be created.
 pub fn targets(name: &str) -> anyhow::Result<Vec<Target>> {
     let mut targets = Vec::new();
     for (own, reader) in READERS {
@@ -100,7 +100,7 @@ pub fn targets(name: &str) -> anyhow::Result<Vec<Target>> {
     Ok(targets)
 }
 
-/// One run of the control loop once more, with the others on its arm.
+/// Repeats one run of the control loop, with the other runs on its arm.
 ///
 /// # Errors
 /// A loop that cannot be set up.
@@ -108,7 +108,7 @@ pub fn loop_again(run: u64, seed: u64) -> anyhow::Result<AttackReport> {
     random::attack_again(run, seed)
 }
 
-/// A row for each attack.
+/// The table of attacks, one row each.
 pub fn table(reports: &[AttackReport]) -> String {
     let columns: [Column<'_, &AttackReport>; 6] = [
         ("attack", &|r| r.name.clone()),
@@ -124,7 +124,7 @@ pub fn table(reports: &[AttackReport]) -> String {
 /// Name of the document.
 pub const NAME: &str = "ATTACKS.md";
 
-/// Writes the table with what was done into the document.
+/// Writes the table and the parameters into the document.
 ///
 /// # Errors
 /// A file that cannot be written.
@@ -140,12 +140,12 @@ pub fn write(
     documents.write(NAME, &page(include_str!("document.md"), seed, &gaps)?)
 }
 
-/// A promise, and whether it holds.
+/// Checks a condition of the contract.
 fn promise(holds: bool, what: &str) -> Result<(), String> {
     if holds { Ok(()) } else { Err(what.to_owned()) }
 }
 
-/// The verdict about something that was read.
+/// The verdict on a read result.
 fn judged<T, E>(read: Result<T, E>, check: impl FnOnce(T) -> Result<(), String>) -> Verdict {
     match read.map(check) {
         Err(_) => Verdict::Refused,
@@ -154,7 +154,7 @@ fn judged<T, E>(read: Result<T, E>, check: impl FnOnce(T) -> Result<(), String>)
     }
 }
 
-/// The same about a text.
+/// The verdict on a text.
 fn judged_text<T, E>(
     bytes: &[u8],
     read: impl FnOnce(&str) -> Result<T, E>,

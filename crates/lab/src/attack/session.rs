@@ -1,4 +1,4 @@
-//! Recordings of sessions. Checksums of chunks are taken away, for they are against accidents only.
+//! Recordings of sessions. Checksums of chunks are removed, because they protect only against accidents.
 
 use super::binary::scratch;
 use super::{Reader, judged, promise};
@@ -18,7 +18,7 @@ const SCENE: &str = "o wall\nv 0.6 -1 0\nv 0.6 1 0\nv 0.6 1 2\nf 1 2 3\n";
 /// Bytes at the beginning of a file; kind and length before a record.
 const MAGIC: usize = 8;
 const HEAD: usize = 9;
-/// The kind of a chunk, and where its checksum stands behind three numbers of 8 bytes; zero means none.
+/// The kind of a chunk, and the offset of its checksum after three numbers of 8 bytes; zero means none.
 const CHUNK: u8 = 6;
 const SUM_AT: usize = 24;
 
@@ -76,7 +76,7 @@ fn small_recording() -> anyhow::Result<Vec<u8>> {
     Ok(std::fs::read(&path)?)
 }
 
-/// Without the checksums of chunks, as far as the records can be followed.
+/// Removes the checksums of chunks, as far as the records can be parsed.
 fn unsealed(bytes: &[u8]) -> Vec<u8> {
     let mut unsealed = bytes.to_vec();
     let mut at = MAGIC;
@@ -106,7 +106,7 @@ fn read(bytes: &[u8]) -> Verdict {
     };
     judged(whole(unsealed(bytes)), |(recording, inputs)| {
         promise(inputs.len() <= bytes.len(), "more inputs than bytes")?;
-        // What it would run with is read by others; each either takes it or says why not.
+        // Other readers parse the setup; each must accept it or return an error.
         let setup = recording.setup();
         let _ = Scene::from_obj_str(&setup.scene_obj, setup.scene_sidecar.as_deref());
         let _ = setup.board.flange_from_board_face();

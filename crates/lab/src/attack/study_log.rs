@@ -1,4 +1,4 @@
-//! Logs of studies. Their checksums are made right again, for they are against accidents only.
+//! Logs of studies. Checksums are recomputed after a mutation, because they protect only against accidents.
 
 use super::binary::scratch;
 use super::{Reader, judged, promise};
@@ -35,7 +35,7 @@ fn protocol(procedure: Procedure, levels: &[&str]) -> Protocol {
     }
 }
 
-/// The log of a study from its first trial to its last one, with one that failed.
+/// The log of a complete study, including a failed trial.
 fn whole_log(protocol: Protocol) -> anyhow::Result<Vec<u8>> {
     let path = scratch("a.log")?;
     let folder = path.with_extension("study");
@@ -77,7 +77,7 @@ fn whole_log(protocol: Protocol) -> anyhow::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Checksums made right: each is of the one before it and of its own line.
+/// Corrects the checksums: each covers the previous one and its own line.
 fn sealed(bytes: &[u8]) -> Vec<u8> {
     let mut sealed = Vec::with_capacity(bytes.len());
     let mut sum = START;
@@ -133,7 +133,7 @@ mod tests {
             let bytes = whole_log(protocol(procedure, &levels)).unwrap();
             assert_eq!(sealed(&bytes), bytes);
             assert_eq!(read(&bytes), Verdict::Accepted);
-            // A changed answer is taken once its checksum is right.
+            // A changed answer is accepted with a correct checksum.
             let text = String::from_utf8(bytes).unwrap();
             let changed = text.replace("1.25", "1.75").into_bytes();
             assert!(EventLog::events_of(&changed, Path::new("changed")).is_err());

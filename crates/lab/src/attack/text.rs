@@ -18,10 +18,10 @@ const ROOM: (&str, &str) = (
     include_str!("../../../../examples/assets/room.obj"),
     include_str!("../../../../examples/assets/room.toml"),
 );
-/// Ends the OBJ and begins the sidecar.
+/// Separates the OBJ and the sidecar.
 const CUT: &str = "\n=====\n";
 
-/// An arm with all that a description may hold.
+/// An arm with every feature of a description.
 const ARM: &str = r#"<robot name="r" version="1.0"><!-- two joints --><link name="a"><inertial><origin xyz="0 0 0.1" rpy="0 0 0"/><mass value="2.5"/><inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.01"/></inertial></link>
 <link name="b"/><link name="c"><inertial><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link><link name="d"/>
 <joint name="ab" type="revolute"><parent link="a"/><child link="b"/><origin xyz="0 0 0.34" rpy="0 1.5708 0"/><axis xyz="0 0 1"/><limit lower="-2.9" upper="2.9" velocity="1.7" effort="176"/></joint>
@@ -207,7 +207,7 @@ pub(super) fn model() -> anyhow::Result<Reader> {
     Reader::new(models(), read_model)
 }
 
-/// Models of two bases, as files.
+/// Models with two bases, as files.
 fn models() -> Vec<Vec<u8>> {
     let mut sampler = Sampler::new(1);
     let demonstrations: Vec<Demonstration> = (0..6)
@@ -234,7 +234,7 @@ fn models() -> Vec<Vec<u8>> {
         .collect()
 }
 
-/// Reads a model; a digest that was forged is made right: it is against accidents only, so everything else must be checked as well.
+/// Reads a model with a corrected digest: the digest protects only against accidents, so the reader must check everything else.
 fn forged<T, E>(
     text: &str,
     read: impl Fn(&str) -> Result<T, E>,
@@ -271,7 +271,7 @@ fn read_model(bytes: &[u8]) -> Verdict {
     })
 }
 
-/// As learnt from a few touches; the digest is made right by [`forged`].
+/// A model learnt from a few touches; [`forged`] corrects its digest.
 const REGIONS: &[u8] = include_bytes!("regions.json");
 
 pub(super) fn regions() -> anyhow::Result<Reader> {

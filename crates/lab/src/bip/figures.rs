@@ -1,4 +1,4 @@
-//! Error and coverage of the predicted end point against the share of a motion that was seen.
+//! Error and coverage of the predicted end point against the observed share of a motion.
 
 use crate::bip::run::TestRun;
 use crate::bip::scores::{Accuracy, DofSet, INTERVALS, kinds};
@@ -8,7 +8,7 @@ use hwall_testkit::quantile;
 use plotters::prelude::*;
 use std::path::Path;
 
-/// Shares that are drawn, per cent.
+/// Plotted shares, per cent.
 fn percents() -> impl Iterator<Item = usize> {
     (2..=100).step_by(2)
 }
@@ -17,7 +17,7 @@ fn percents() -> impl Iterator<Item = usize> {
 const SMALLEST: f64 = 1e-4;
 
 /// Distance of the predicted from the true end point: median, 25 to 75 % and 5 to 95 % of the
-/// motions, one panel a set; the medians of the kinds of motion as lines, where known.
+/// motions, one panel per set; medians of each kind of motion as lines, if known.
 ///
 /// # Errors
 /// A file that cannot be written.
@@ -31,10 +31,10 @@ pub fn errors(path: &Path, sets: &[DofSet], runs: &[TestRun]) -> anyhow::Result<
     })
 }
 
-/// Room for the key to the right of a chart, pixels: within it, it would hide curves.
+/// Width of the key to the right of a chart, pixels: inside the chart it would hide curves.
 const KEY_WIDTH: u32 = 235;
 
-/// Names beside a chart, with the stroke or the band they belong to.
+/// Names beside a chart, with their stroke or band.
 fn key(area: &Area<'_>, entries: &[(String, ShapeStyle)]) -> anyhow::Result<()> {
     let left = (area.dim_in_pixel().0 - KEY_WIDTH) as i32 + 14;
     for (i, (name, style)) in entries.iter().enumerate() {
@@ -102,7 +102,7 @@ fn errors_panel(area: &Area<'_>, set: &DofSet, runs: &[TestRun]) -> anyhow::Resu
     }
     let mut lines = vec![("median".to_owned(), all[2].clone(), blue.stroke_width(3))];
     for (kind, colour) in kinds(runs).into_iter().zip(COLOURS[1..].iter().cycle()) {
-        // Longer names would run out of the picture.
+        // Longer names would leave the picture.
         let name: String = kind.chars().take(15).collect();
         let median = curve(Some(kind), 0.5);
         lines.push((format!("median, {name}"), median, colour.stroke_width(2)));

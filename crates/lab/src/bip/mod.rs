@@ -1,4 +1,4 @@
-//! Interaction primitives on folders of motions: what `bip_filter` does.
+//! Interaction primitives on folders of motions, for `bip_filter`.
 
 pub mod figures;
 pub mod published_filter;

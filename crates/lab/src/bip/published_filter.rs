@@ -1,7 +1,7 @@
 //! The extended Kalman filter on all weights, as the published implementation computes it.
 //!
-//! For comparison only: it is slower by orders of magnitude and loses positive definiteness with
-//! ill-conditioned bases, as the original does.
+//! For comparison only: like the original, it is slower by orders of magnitude and loses positive definiteness with
+//! ill-conditioned bases.
 
 use hwall_bip::{Basis, BipError, MotionFilter, Observation, Prior};
 use hwall_numeric::check;
@@ -12,8 +12,8 @@ const INACTIVE_NOISE: f64 = 1e4;
 
 /// The published filter: state `[phase, phase velocity, all weights]`, full covariance.
 ///
-/// One innovation over *all* degrees of freedom, unobserved ones fed as 0 with 1e4 added to their
-/// noise, their columns of the gain then set to zero; `P ← (1 - K H) P`; the phase clipped to
+/// One innovation over *all* degrees of freedom: unobserved ones enter as 0 with 1e4 added to their
+/// noise, and their columns of the gain are set to zero. `P ← (1 - K H) P`; the phase is clipped to
 /// `[0, 1]` after prediction and after each call.
 #[derive(Debug, Clone)]
 pub struct FullFilter {
@@ -34,7 +34,7 @@ impl FullFilter {
     /// From a prior, with the variance of the phase at its start and of its acceleration.
     ///
     /// # Errors
-    /// Lengths that do not fit, numbers that are not finite.
+    /// Mismatched lengths, numbers that are not finite.
     pub fn new(
         prior: &Prior,
         phase_variance: f64,
@@ -194,7 +194,7 @@ impl MotionFilter for FullFilter {
         Ok(())
     }
 
-    /// Variances are negative where rounding has cost the covariance its definiteness.
+    /// Variances can be negative, because rounding destroys the covariance's definiteness.
     fn moments_at(
         &mut self,
         phase: f64,
@@ -216,7 +216,7 @@ impl MotionFilter for FullFilter {
         Ok(())
     }
 
-    /// In this convention, the mean motion alone.
+    /// In this convention, only the mean motion.
     fn predict_at(
         &mut self,
         phase: f64,
@@ -235,7 +235,7 @@ impl MotionFilter for FullFilter {
         self.state[1]
     }
 
-    /// It need not be symmetric.
+    /// The result need not be symmetric.
     fn phase_covariance(&mut self) -> [[f64; 2]; 2] {
         let (n, p) = (self.state.len(), &self.covariance);
         [[p[0], p[1]], [p[n], p[n + 1]]]

@@ -1,8 +1,8 @@
-//! Synthetic reaches: a hand goes to a place on a wall, a board comes to meet it there.
+//! Synthetic reaches: a hand moves to a point on a wall, and a board meets it there.
 //!
 //! 25 degrees of freedom: palm and five fingertips (m), then the board's middle (m), its normal
-//! and its roll (rad). Invented, but with what makes real ones hard: varied targets, durations,
-//! bows of the path and noise.
+//! and its roll (rad). Synthetic, but with the difficulties of real data: varied targets, durations,
+//! path curvature and noise.
 
 use crate::bip::trajectories::{TrainTest, Trajectory, TrajectorySet};
 use glam::DVec3;
@@ -15,7 +15,7 @@ pub const OBSERVED: &str = "0-17";
 const PERIOD_S: f64 = 1.0 / 90.0;
 /// Standard deviation of the tracker's noise, m.
 const HAND_NOISE_M: f64 = 1.5e-3;
-/// Of the board's position and its direction, m and rad.
+/// Standard deviation of the noise of the board's position and direction, m and rad.
 const BOARD_NOISE: f64 = 0.5e-3;
 /// Corners of the targets, arm's base frame, m.
 const TARGETS_M: [DVec3; 2] = [DVec3::new(0.45, -0.30, 0.30), DVec3::new(0.65, 0.30, 0.70)];
@@ -32,7 +32,7 @@ const TIPS_M: [DVec3; 5] = [
     DVec3::new(-0.05, 0.05, 0.0),
 ];
 
-/// Training and test motions; the same seed gives the same ones.
+/// Training and test motions; the same seed gives the same motions.
 pub fn sets(seed: u64, train: usize, test: usize) -> TrainTest {
     let mut sampler = Sampler::new(seed);
     let mut set = |part: &str, count: usize| TrajectorySet {
@@ -41,7 +41,7 @@ pub fn sets(seed: u64, train: usize, test: usize) -> TrainTest {
             .map(|i| reach(&mut sampler, format!("synthetic {part} {i}"), i as u64))
             .collect(),
     };
-    // In this order: the test motions follow the training motions of the seed.
+    // Order matters: test motions use the random numbers after the training motions.
     TrainTest {
         train: set("train", train),
         test: set("test", test),
@@ -68,7 +68,7 @@ fn reach(sampler: &mut Sampler, name: String, id: u64) -> Trajectory {
     let spread = 1.0 + 0.08 * sampler.normal();
     let duration_s = sampler.uniform(0.8, 1.7);
     let samples = (duration_s / PERIOD_S) as usize + 1;
-    // The hand bends to the wall's direction, which follows from where it is touched.
+    // The hand turns to the wall's direction, which depends on the point of touch.
     let heading = 1.2 * target.y;
     let normal_end = DVec3::new(heading.cos(), heading.sin(), 0.0);
     let roll_end = 0.8 * (target.z - BOARD_M.z) + 0.3 * target.y;

@@ -129,7 +129,7 @@ fn memory_kib(setup: &Setup, trained: &TrainedModel) -> (f64, &'static str) {
     ((numbers * size_of::<f64>()) as f64 / 1024.0, what)
 }
 
-/// Three digits.
+/// Formats with three digits.
 fn short(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -141,7 +141,7 @@ fn short(value: f64) -> String {
     }
 }
 
-/// The JSON file: what was run, then every motion.
+/// The JSON file: the settings, then every motion.
 #[derive(Serialize)]
 struct File<'a> {
     convention: String,
@@ -153,7 +153,7 @@ struct File<'a> {
     columns: &'a [String],
     observed: &'a [usize],
     noise_variance: &'a [f64],
-    /// Is `final_sd` that of what will be measured, or of the mean motion alone?
+    /// Does `final_sd` refer to the measurement, or only to the mean motion?
     final_sd_of_measurement: bool,
     initial_phase_var: f64,
     proc_var: Option<f64>,

@@ -17,7 +17,7 @@ use std::time::Instant;
 pub struct TestRun {
     /// Number of the motion.
     pub id: u64,
-    /// Kind of motion, where known.
+    /// Kind of motion, if known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kind: Option<String>,
     /// Samples.
@@ -39,7 +39,7 @@ pub struct TestRun {
     /// All degrees of freedom at phase 1.
     #[serde(rename = "final")]
     pub end: Vec<Vec<f64>>,
-    /// Their standard deviations; NaN (`null`) where the filter's variance is negative.
+    /// Their standard deviations; NaN (`null`) if the filter's variance is negative.
     #[serde(rename = "final_sd")]
     pub end_sd: Vec<Vec<f64>>,
     /// The last sample.
@@ -47,7 +47,7 @@ pub struct TestRun {
     pub truth: Vec<Option<f64>>,
 }
 
-/// All test motions, and what they cost.
+/// All test motions, and their computing time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Runs {
     /// The motions, by number.
@@ -94,7 +94,7 @@ pub fn run(setup: &Setup, trained: &TrainedModel, tests: &TrajectorySet) -> anyh
             follow(|| new.clone(), measured, observed, period, tests)
         }
         Mode::Compat => {
-            // The default of the other filter.
+            // The default of the low-rank filter.
             let usual = 0.01 * model.phase_velocity().mean / period;
             let process = setup.process_variance.unwrap_or(usual * usual);
             let prior = Prior {
@@ -107,8 +107,8 @@ pub fn run(setup: &Setup, trained: &TrainedModel, tests: &TrajectorySet) -> anyh
     }
 }
 
-/// Filters every motion of a set; `new` gives a filter that has not observed anything yet, `period` is the step of a motion of one
-/// sample. Ends are those of what will be `measured`, or of the mean motion.
+/// Filters every motion of a set; `new` gives a filter without observations, `period` is the step of a motion with one
+/// sample. End points include the measurement noise if `measured`, otherwise they are of the mean motion.
 ///
 /// # Errors
 /// A filter that fails, with the motion and the sample.

@@ -1,4 +1,4 @@
-//! How far off the predicted end point was, and how often its intervals held the true one.
+//! Error of the predicted end point, and coverage of its intervals.
 
 use crate::bip::run::TestRun;
 use crate::bip::setup::{Setup, TrainedModel};
@@ -13,7 +13,7 @@ pub struct Interval {
     pub half_width_sd: f64,
 }
 
-/// The intervals that are checked: 50 % and 90 %.
+/// The evaluated intervals: 50 % and 90 %.
 pub const INTERVALS: [Interval; 2] = [
     Interval::of(0.5, 0.674_489_750_196),
     Interval::of(0.9, 1.644_853_626_951),
@@ -28,20 +28,20 @@ impl Interval {
     }
 }
 
-/// Degrees of freedom that are judged together.
+/// Degrees of freedom evaluated together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DofSet {
     /// For tables and figures.
     pub name: String,
     /// The degrees of freedom.
     pub dofs: Vec<usize>,
-    /// Variance of the noise of the true end point that the filter has not counted, of every
+    /// Variance of the true end point's noise that the filter has not included, for every
     /// degree of freedom of the model.
     noise: Vec<f64>,
 }
 
 impl DofSet {
-    /// Some degrees of freedom, judged together.
+    /// Degrees of freedom evaluated together.
     pub fn of(setup: &Setup, trained: &TrainedModel, name: &str, dofs: &[usize]) -> Self {
         Self {
             name: name.to_owned(),
@@ -68,7 +68,7 @@ pub fn dof_sets(setup: &Setup, trained: &TrainedModel) -> Vec<DofSet> {
 
 /// Errors of the end point of several motions after the same share of their samples.
 ///
-/// Only degrees of freedom that the last sample has count; all figures are NaN where none does.
+/// Uses only degrees of freedom present in the last sample; all figures are NaN if there are none.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Accuracy {
     /// Mean absolute error of a degree of freedom.
@@ -106,7 +106,7 @@ impl Accuracy {
                 let error = (run.end[k][d] - truth).abs();
                 let variance = run.end_sd[k][d].powi(2) + set.noise[d];
                 for (count, interval) in covered.iter_mut().zip(INTERVALS) {
-                    // With a deviation that is NaN the interval holds nothing.
+                    // An interval with a NaN deviation contains nothing.
                     *count += usize::from(error <= interval.half_width_sd * variance.sqrt());
                 }
                 errors.push(error);

@@ -1,4 +1,4 @@
-//! The settings of a filter as the command line gives them: basis, degrees of freedom, mode, noise; and training.
+//! Settings of a filter from the command line (basis, degrees of freedom, mode, noise), and its training.
 
 use crate::bip::trajectories::TrajectorySet;
 use anyhow::{Context, bail, ensure};
@@ -16,7 +16,7 @@ pub struct Indices(Vec<usize>);
 
 /// More columns than any recording has.
 const MOST_COLUMNS: usize = 10_000;
-/// Members of an ensemble at most: each is a filter of its own.
+/// Largest number of members of an ensemble: each is a separate filter.
 const MOST_MEMBERS: usize = 100_000;
 
 impl FromStr for Indices {
@@ -50,7 +50,7 @@ impl FromStr for Indices {
 pub enum BasisChoice {
     /// This one for every degree of freedom.
     Given(Basis),
-    /// The best of the library's candidates by leave-one-out, for the observed degrees of freedom
+    /// The best of the library's candidates by leave-one-out, separately for the observed degrees of freedom
     /// and for the others.
     Automatic,
 }
@@ -152,8 +152,8 @@ impl fmt::Display for Mode {
 pub enum Noise {
     /// Residual of the fit.
     Fit,
-    /// Chosen on demonstrations left out one at a time: their residual, times a factor and with
-    /// a variance of the acceleration that foresee their ends best.
+    /// Chosen by leave-one-out on demonstrations: their residual times a factor, and the variance of the acceleration that
+    /// predict their ends best.
     HeldOut,
     /// Residual of the fit, its variance times this.
     FitTimes(f64),
@@ -197,14 +197,14 @@ pub struct Setup {
     pub noise: Noise,
     /// Variance of the phase at the start.
     pub phase_variance: f64,
-    /// Variance of the acceleration of the phase, 1/time⁴; `None`: the one that was tuned, else
+    /// Variance of the acceleration of the phase, 1/time⁴; `None`: the tuned one, else
     /// the default of the library.
     pub process_variance: Option<f64>,
     /// Train as the published implementation does.
     pub published: bool,
 }
 
-/// A model, and what a filter of it sees.
+/// A trained model, and the observed columns of its filter.
 #[derive(Debug, Clone)]
 pub struct TrainedModel {
     /// The model.
@@ -221,7 +221,7 @@ impl Setup {
     /// Trains on all trajectories of a set.
     ///
     /// # Errors
-    /// An observed column that is not there; whatever training refuses.
+    /// A missing observed column; errors of training.
     pub fn train(&self, set: &TrajectorySet) -> anyhow::Result<TrainedModel> {
         let dofs = set.columns.len();
         let Indices(observed) = &self.observed;
@@ -235,7 +235,7 @@ impl Setup {
         let demonstrations = set.to_demonstrations()?;
         let first = match self.basis {
             BasisChoice::Given(basis) => basis,
-            // It stands in until a basis is chosen.
+            // Placeholder until a basis is chosen.
             BasisChoice::Automatic => Basis::Legendre { count: 8 },
         };
         let mut groups = groups(&set.columns, &seen, first);
@@ -282,18 +282,18 @@ impl Setup {
         })
     }
 
-    /// Is the model trained as published? The published filter always is.
+    /// Is the model trained as published? Always true for the published filter.
     pub fn trains_as_published(&self) -> bool {
         self.published || self.mode == Mode::Compat
     }
 
-    /// Do predictions include the residual, so that they are of what will be measured? In the published
-    /// convention they are of the mean motion alone.
+    /// Do predictions include the residual, so that they refer to measurements? In the published
+    /// convention they refer only to the mean motion.
     pub fn predicts_measurements(&self) -> bool {
         self.noise == Noise::HeldOut && self.mode != Mode::Compat
     }
 
-    /// The filter that was asked for.
+    /// The configuration of the requested filter.
     pub fn filter(&self) -> FilterConfig {
         let (noise, noise_factor) = match self.noise {
             Noise::Fit => (NoiseSource::Fit, None),

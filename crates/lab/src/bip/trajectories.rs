@@ -1,4 +1,4 @@
-//! Folders of trajectories: one CSV file each, one row a sample, one column a degree of freedom.
+//! Folders of trajectories: one CSV file each, one row per sample, one column per degree of freedom.
 
 use crate::report::quantiles;
 use anyhow::{Context, bail, ensure};
@@ -7,7 +7,7 @@ use hwall_stage::numbers::NumberReader;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// The column that holds time stamps, s. It comes first or not at all.
+/// The column that holds time stamps, s. It is the first column, or missing.
 const TIME: &str = "t";
 
 /// Motions to train on, and motions to test on.
@@ -42,13 +42,13 @@ impl TrajectorySet {
 /// One motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trajectory {
-    /// Where it comes from, for messages.
+    /// Its origin, for messages.
     pub name: String,
-    /// Number in the file's name where all files have different ones, else the place in the order.
+    /// Number in the file's name if all files have different ones, else the index in the order.
     pub id: u64,
-    /// Kind of motion, where the folder names it.
+    /// Kind of motion, if the folder states it.
     pub kind: Option<String>,
-    /// Strictly increasing time stamps, s; `None`: one sample a unit of time.
+    /// Strictly increasing time stamps, s; `None`: one sample per unit of time.
     pub times_s: Option<Vec<f64>>,
     /// Samples, never empty; `None` in them is a missing value.
     pub rows: Vec<Vec<Option<f64>>>,
@@ -81,7 +81,7 @@ pub fn read_both(train: &Path, test: &Path) -> anyhow::Result<TrainTest> {
     Ok(TrainTest { train, test })
 }
 
-/// Reads the motions of a folder whose files' names begin so.
+/// Reads the motions of a folder from files with this prefix.
 ///
 /// # Errors
 /// As [`read_both`].
@@ -127,7 +127,7 @@ fn same_columns(
     Ok(())
 }
 
-/// By the ending of the name, in capitals or not.
+/// By the file extension, in upper or lower case.
 pub fn is_csv(path: &Path) -> bool {
     path.extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("csv"))
@@ -148,7 +148,7 @@ fn csv_files(folder: &Path, prefix: &str) -> anyhow::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// The last number in each name, where all have one and no two the same.
+/// The last number in each name, if all have one and they differ.
 fn numbers_in_names(files: &[PathBuf]) -> Option<Vec<u64>> {
     let number = |path: &PathBuf| -> Option<u64> {
         let stem = path.file_stem()?.to_str()?;
@@ -184,7 +184,7 @@ fn read_file(path: &Path, id: u64) -> anyhow::Result<(Vec<String>, Trajectory)> 
     let mut rows = Vec::new();
     let mut before = None;
     while let Some(row) = reader.next_row()? {
-        // A line that is left out would lose a sample and its time.
+        // Skipping a line would lose a sample and its time.
         let line = row.line();
         let follows = before.replace(line).is_none_or(|before| before + 1 == line);
         ensure!(follows, "{name} line {}: blank line", line - 1);
@@ -237,7 +237,7 @@ impl Trajectory {
 
     /// Time step before each sample; before the first one the median of the others.
     ///
-    /// `period`: the step of a motion that has one sample only.
+    /// `period`: the step of a motion with one sample.
     pub fn steps(&self, period: f64) -> Vec<f64> {
         let Some(times_s) = &self.times_s else {
             return vec![1.0; self.rows.len()];
@@ -266,6 +266,6 @@ fn kinds(folder: &Path) -> anyhow::Result<BTreeMap<String, String>> {
         Some((file.to_owned(), kind.to_owned()))
     };
     let tests = meta["test"].as_array().into_iter().flatten();
-    // The first entry of a file counts.
+    // The first entry of a file takes precedence.
     Ok(tests.rev().filter_map(entry).collect())
 }

@@ -6,18 +6,18 @@ use hwall_contact::{
 };
 use hwall_hand::LabelledReach;
 
-/// A trained estimator, ready for reaches that it has not learnt from.
+/// A trained estimator, for held-out reaches.
 pub type BoxedEstimator = Box<dyn ContactEstimator + Send>;
 
-/// Trains an estimator; called once a fold, folds side by side.
+/// Trains an estimator; called once per fold, in parallel.
 pub type TrainFn = Box<dyn Fn(&[&LabelledReach]) -> anyhow::Result<BoxedEstimator> + Sync>;
 
-/// What a candidate is compared as.
+/// Role of a candidate in the comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// What the learned estimator has to beat.
+    /// A baseline for the learned estimator.
     Baseline,
-    /// A part of the learned estimator: shows what it owes to which part.
+    /// A part of the learned estimator, to show its contribution.
     Part,
     /// The learned estimator.
     Learned,
@@ -27,13 +27,13 @@ pub enum Role {
 pub struct Candidate {
     /// For tables and legends.
     pub name: String,
-    /// What it is compared as.
+    /// Its role.
     pub role: Role,
     /// Trains it.
     pub train: TrainFn,
 }
 
-/// All candidates, in the order of the tables; `config` is that of the learned estimator and its parts.
+/// All candidates, in the order of the tables; `config`: for the learned estimator and its parts.
 pub fn all(config: LearnedConfig) -> Vec<Candidate> {
     let of = |combination, name, role| Candidate {
         role,

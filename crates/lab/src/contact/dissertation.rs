@@ -1,4 +1,4 @@
-//! The dissertation's experiment on simulated people: 47 reaches to learn from, 30 to be judged by.
+//! The dissertation's experiment on simulated people: 47 training reaches, 30 test reaches.
 
 use crate::contact::candidates::Candidate;
 use crate::contact::report::{Choice, Section, compare};
@@ -21,17 +21,17 @@ const DISSERTATION_MEAN_CM: [f64; 3] = [3.62, 5.43, 6.95];
 /// The largest of these errors, cm.
 const DISSERTATION_MAX_CM: [f64; 3] = [9.96, 12.83, 12.94];
 
-/// What this project aims at: after a share of the time of a reach, a mean error of every axis, cm.
+/// Targets of this project: share of the time of a reach, and mean error of every axis, cm.
 const TARGETS: [(f64, f64); 2] = [(0.5, 3.0), (0.7, 1.5)];
 
-/// What the user changes of an experiment that is otherwise as published.
+/// User overrides of an experiment that is otherwise as published.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Overrides {
-    /// Everything follows from it.
+    /// Seed of everything.
     pub seed: u64,
     /// People to learn from.
     pub people: Option<usize>,
-    /// Reaches to learn from, of all of them together.
+    /// Total number of training reaches.
     pub reaches: Option<usize>,
 }
 
@@ -72,7 +72,7 @@ pub fn report(
     let test = &all[train.len()..];
     let split = first_learnt(train.len(), all.len());
     let mut compared = compare("dissertation", candidates, &all, &split, out)?;
-    // Only here is there an arm that can present what is touched.
+    // Only this experiment has an arm that can present the touched point.
     compared.add(&candidate(), &all, &split);
     let beside = format!("{}\n", side_by_side(&compared.scores));
     let text = format!(
@@ -136,7 +136,7 @@ fn people(reaches: &[LabelledReach]) -> String {
     format!("{people} ({})", names.join(", "))
 }
 
-/// Every method after half and after 70 % of the time, beside the published errors and the targets.
+/// Every method after half and after 70 % of the time, compared with the published errors and the targets.
 fn side_by_side(scores: &[Scores]) -> MarkdownTable {
     let titles = TARGETS.into_iter().flat_map(|(share, mean_cm)| {
         let titles =

@@ -1,4 +1,4 @@
-//! The study's figures: error against time to contact, and stated against observed probability.
+//! The study's figures: error against time to contact, and reliability (observed against stated probability).
 
 use crate::contact::candidates::Role;
 use crate::contact::scores::{REGIONS, Scores};
@@ -11,7 +11,7 @@ use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use std::path::Path;
 
-/// Errors below this are drawn at it, mm: a logarithmic axis has no zero.
+/// Smaller errors are drawn at this value, mm: a logarithmic axis has no zero.
 const SMALLEST_MM: f64 = 2.0;
 
 /// A line of errors over the time to contact.
@@ -22,7 +22,7 @@ pub struct ErrorLine {
     pub points: Vec<(f64, f64)>,
     /// Colour and width.
     pub style: ShapeStyle,
-    /// For estimators that do not say how sure they are.
+    /// For estimators without covariances.
     pub dashed: bool,
 }
 
@@ -31,7 +31,7 @@ fn colours() -> impl Iterator<Item = RGBColor> {
     COLOURS.into_iter().chain([BLACK]).cycle()
 }
 
-/// With a colour each.
+/// Scores with their colours.
 fn competitors(scores: &[Scores]) -> impl Iterator<Item = (&Scores, RGBColor)> {
     scores.iter().zip(colours())
 }
@@ -129,8 +129,8 @@ pub fn unit_square<'a, 'p>(
     Ok(chart)
 }
 
-/// Observed over stated probability of the regions in space, from 30 to 90 % of the time. Draws nothing and
-/// returns `false` where no estimator states any.
+/// Observed over stated probability of the spatial regions, from 30 to 90 % of the time. Returns `false` without drawing
+/// if no estimator states regions.
 ///
 /// # Errors
 /// A file that cannot be written.

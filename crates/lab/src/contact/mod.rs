@@ -1,4 +1,4 @@
-//! Estimators of where and when a reach ends, on reaches that they have not learnt from.
+//! Estimators of the end of a reach, evaluated on held-out reaches.
 
 pub mod candidates;
 pub mod dissertation;

@@ -1,4 +1,4 @@
-//! What is predicted of people who point at remembered objects, each of them left out: by the estimator alone, and in a scene.
+//! Predictions for people pointing at remembered objects, leaving out one person at a time: by the estimator alone, and in a scene.
 
 use crate::contact::panels::Trial;
 use crate::report::{cells, or_none, quantiles, titled};
@@ -17,9 +17,9 @@ use hwall_testkit::{Machine, MarkdownTable};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Shares of the time of a reach after which it is judged.
+/// Shares of the time of a reach at which predictions are evaluated.
 const SHARES: [f64; 6] = [0.1, 0.3, 0.5, 0.7, 0.8, 0.9];
-/// What is judged, in the order of the rows.
+/// Evaluated predictors, in the order of the rows.
 const ROWS: [&str; 4] = [
     "learned",
     "learned with gaze",
@@ -28,13 +28,13 @@ const ROWS: [&str; 4] = [
 ];
 /// Side of the panel that is reached, m: a large touch display.
 const PANEL_M: f64 = 0.3;
-/// The touch is off the middle of the panel by this much at most, in each axis, m: a belief that the edges cut off lies in
-/// the middle, which must not be where everybody touches.
+/// Largest offset of the touch from the middle of the panel, in each axis, m: a belief cut off by the edges has its mean
+/// in the middle, which must not be the true point.
 const MOST_OFF_M: f64 = 0.12;
 /// The panel is the first surface of a scene.
 const PANEL: SurfaceId = SurfaceId(0);
 
-/// Nobody to learn from when a person is left out.
+/// A room without training people when one person is left out.
 #[derive(Debug, thiserror::Error)]
 #[error("room {room}: {got} person, at least 2 are needed")]
 pub struct TooFewPeople {
@@ -42,10 +42,10 @@ pub struct TooFewPeople {
     got: usize,
 }
 
-/// What one row says at one moment of a reach.
+/// One row's prediction at one moment of a reach.
 #[derive(Debug, Clone, Copy, Default)]
 struct Judged {
-    /// Distance to the touch within the panel, m; `None` where the panel is not named.
+    /// Distance to the touch within the panel, m; `None` if the panel is not predicted.
     off_m: Option<f64>,
     /// Is the touch in the region of 90 %?
     in_region: Option<bool>,
@@ -56,10 +56,10 @@ struct Judged {
 /// Every row at every moment of one reach.
 type Answers = [[Judged; SHARES.len()]; ROWS.len()];
 
-/// Leaves out each person of each room, and returns a table for each room, as Markdown. `centred` panels have the touch in their middle.
+/// Leaves out each person of each room, and returns a table for each room, as Markdown. `centred`: panels with the touch in their middle.
 ///
 /// # Errors
-/// A room with fewer than two people; people of whom too little can be learnt.
+/// A room with fewer than two people; too little training data.
 pub fn report(trials: &[Trial], config: &LearnedConfig, centred: bool) -> anyhow::Result<String> {
     let mut rooms = BTreeMap::<&str, Vec<&Trial>>::new();
     for trial in trials {
@@ -132,7 +132,7 @@ fn table(answers: &[Answers]) -> MarkdownTable {
     table
 }
 
-/// An estimator, and how far it and the eyes can be taken.
+/// An estimator, and the learnt reliability of it and of the gaze.
 struct Learnt {
     model: LearnedModel,
     evidence: EvidenceModel,
@@ -162,7 +162,7 @@ impl Learnt {
     }
 }
 
-/// Learns from all but one person of a room, and follows the reaches of that one.
+/// Trains on all but one person of a room, and evaluates the reaches of that person.
 fn judge(
     person: &str,
     room: &[&Trial],
@@ -172,14 +172,14 @@ fn judge(
     let (own, others): (Vec<&Trial>, Vec<&Trial>) = room.iter().partition(|t| t.person == person);
     let learnt = |gaze| Learnt::of(&others, &LearnedConfig { gaze, ..*config });
     let learnt = [learnt(false)?, learnt(true)?];
-    // The scene of a reach is the room as its trials name it.
+    // The scene of a reach contains the objects of all trials in its room.
     let objects = room.iter().map(|t| (&*t.object, t.box_m));
     let objects: BTreeMap<&str, [DVec3; 2]> = objects.collect();
     let follow = |trial: &&Trial| follow(trial, &objects, &learnt, most_off_m);
     own.iter().map(follow).collect()
 }
 
-/// Follows one reach with both estimators inside the belief.
+/// Follows one reach with both estimators in the belief.
 fn follow(
     trial: &Trial,
     objects: &BTreeMap<&str, [DVec3; 2]>,
@@ -252,13 +252,13 @@ fn follow(
     Ok(answers)
 }
 
-/// A square that faces the person, off the touch by a way that the trial's name tells.
+/// A square facing the person, offset from the touch by an amount derived from the trial's name.
 fn panel(reach: &LabelledReach, normal: DVec3, most_off_m: f64) -> SurfaceMesh {
     let number = reach
         .trial
         .as_deref()
         .and_then(|name| name.parse::<u64>().ok());
-    // A multiplicative hash: numbers that follow each other give ways that do not.
+    // A multiplicative hash: consecutive numbers give unrelated offsets.
     let hash = number.unwrap_or(7).wrapping_mul(2_654_435_761) % 1_000_003;
     let share = |thousand: u64| (thousand % 1000) as f64 / 500.0 - 1.0;
     let (u, v) = normal.any_orthonormal_pair();

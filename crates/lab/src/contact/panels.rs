@@ -1,4 +1,4 @@
-//! Reaches to remembered objects of a room: a recording, and a table of where each reach ended and which boxes are around.
+//! Reaches to remembered objects in a room: a recording, and a table of end points and object boxes.
 
 use glam::DVec3;
 use hwall_files::{Row, Table};
@@ -11,11 +11,11 @@ use std::io::BufRead;
 pub struct Trial {
     /// Name of the room.
     pub room: String,
-    /// Who reached.
+    /// The person.
     pub person: String,
-    /// The object that was meant.
+    /// The target object.
     pub object: String,
-    /// Centre and size of its box, whose faces are along the axes, m.
+    /// Centre and size of its axis-aligned box, m.
     pub box_m: [DVec3; 2],
     /// All samples, from before the reach on.
     pub frames: Vec<HandFrame>,
@@ -23,13 +23,13 @@ pub struct Trial {
     pub reach: LabelledReach,
 }
 
-/// Reads the trials of a table, with their samples from the recordings; what else was recorded is left out.
+/// Reads the trials of a table, with their samples from the recordings; ignores other recorded data.
 ///
 /// The table has the columns `person,trial,scene,target`, the centre `cx,cy,cz` and size `sx,sy,sz` of the box of the target, m,
 /// the duration `dur` of the reach, s, and its end `rx,ry,rz`, m.
 ///
 /// # Errors
-/// A column that is missing, a cell that is no number, a trial without samples, a text that is no table.
+/// A missing column, a cell that is not a number, a trial without samples, a text that is not a table.
 pub fn read(recordings: Vec<Recording>, trials: impl BufRead) -> Result<Vec<Trial>, HandError> {
     let mut table = Table::new(trials)?;
     let header = table.header().to_vec();

@@ -13,11 +13,11 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Files without trials are one trial each where half of those in the folder last no longer than this, s.
+/// Files without trials are one trial each if half of those in the folder last no longer than this, s.
 const LONGEST_TRIAL_S: f64 = 10.0;
-/// Names of the files of the simulated protocols: recordings get other names.
+/// File names reserved for the simulated protocols.
 const TAKEN: [&str; 2] = ["dissertation", "pointing"];
-/// Reasons that an error lists.
+/// Largest number of reasons listed in an error.
 const MOST_REASONS: usize = 4;
 
 /// Reaches of one study, all with the same points of the hand, in the frame of its tracker.
@@ -25,33 +25,33 @@ const MOST_REASONS: usize = 4;
 pub struct Source {
     /// The folder or the file, for tables and names of figures.
     pub name: String,
-    /// What was recorded and how it was cut.
+    /// The recorded data, and their segmentation.
     pub description: String,
     /// The reaches.
     pub reaches: Vec<LabelledReach>,
     /// The recording that each reach is from.
     pub recordings: Vec<usize>,
-    /// What was left out: how often, the reason, and the first of them.
+    /// What was left out: count, reason, and first instance.
     pub left_out: Vec<String>,
-    /// Columns that are not read, in the order in which they were met.
+    /// Ignored columns, in order of appearance.
     pub ignored_columns: Vec<String>,
 }
 
 /// The studies found in a file or folder.
 #[derive(Debug, Clone)]
 pub struct FoundSources {
-    /// No two of them have the same name.
+    /// The studies, with unique names.
     pub sources: Vec<Source>,
     /// A line for each file that is not a recording of a hand.
     pub refused: Vec<String>,
 }
 
-/// Where recordings are, and in which units.
+/// Location and units of recordings.
 #[derive(Debug, Clone, Copy)]
 pub struct Recorded<'a> {
     /// A file or a folder.
     pub path: &'a Path,
-    /// Of all its files.
+    /// Units of all its files.
     pub units: RecordingUnits,
 }
 
@@ -71,13 +71,13 @@ struct File {
 
 /// The study in a file, or all studies under a folder.
 ///
-/// Files of one folder with the same quantities belong together. Where several files name trials but no
-/// person, each file is a person. Where several files name neither, and half of them last no longer than ten
-/// seconds, each file is one trial, of which the first reach counts: what follows is the way back.
-/// Everything else without trials is cut by speed into all of its reaches.
+/// Files of one folder with the same quantities belong together. If several files have trials but no
+/// person, each file is a person. If several files have neither, and half of them last no longer than ten
+/// seconds, each file is one trial and only its first reach counts: the rest is the retraction.
+/// All other data without trials are segmented by speed into reaches.
 ///
 /// # Errors
-/// Nothing there, or no recording of a hand in it.
+/// Nothing found, or no recording of a hand in it.
 pub fn read<'a>(recorded: impl Into<Recorded<'a>>) -> anyhow::Result<FoundSources> {
     let Recorded { path, units } = recorded.into();
     ensure!(path.exists(), "{}: no such file or folder", path.display());
@@ -141,8 +141,8 @@ fn in_units(path: &Path, units: RecordingUnits) -> anyhow::Result<Vec<Recording>
     }
 }
 
-/// A name for files that no other study has, upper and lower case being the same: the path with dashes, and a
-/// number where that is `taken`.
+/// A name not used by another study, ignoring case: the path with dashes, and a number if it is
+/// `taken`.
 fn unused(path: String, taken: &mut BTreeSet<String>) -> String {
     let plain = path.replace(['/', '\\'], "-");
     let mut name = plain.clone();
@@ -154,7 +154,7 @@ fn unused(path: String, taken: &mut BTreeSet<String>) -> String {
     name
 }
 
-/// Why nothing could be read, in one line.
+/// The reasons why nothing could be read, in one line.
 fn reasons(refused: &[String]) -> String {
     if refused.is_empty() {
         return "no CSV file".to_owned();
@@ -265,7 +265,7 @@ impl Source {
         })
     }
 
-    /// Who is held out when.
+    /// The cross-validation split.
     pub fn split(&self) -> Split {
         Split::of(&self.reaches, &self.recordings)
     }
@@ -330,7 +330,7 @@ mod tests {
             time_unit: TimeUnit::Ms,
         };
         for (a, b) in metres.iter().zip(ends(100.0, 1e3, units).unwrap()) {
-            // Rounded times may end a reach a sample earlier.
+            // Rounded times may end a reach one sample earlier.
             assert!(a.distance(b) < 1e-3, "{a} {b}");
         }
         let error = ends(100.0, 1e3, RecordingUnits::SI).unwrap_err();
@@ -345,7 +345,7 @@ mod tests {
         }
         let dir = shared("data").unwrap();
         let FoundSources { sources, refused } = read(&dir).unwrap();
-        // Memory-guided pointing with tables of its own.
+        // Memory-guided pointing with separate tables.
         let is_known = |name: &str| !name.starts_with("jov");
         assert!(refused.iter().all(|why| !is_known(why)), "{refused:?}");
         let counts: Vec<(&str, usize, usize)> = sources

@@ -14,9 +14,9 @@ use hwall_hand::{HandFrame, LabelledReach, NamedPoint};
 use hwall_stage::numbers::counted;
 use std::path::Path;
 
-/// Fewer reaches than this are an illustration, not a result.
+/// Fewer reaches are an illustration, not a result.
 const FEW: usize = 10;
-/// The learned estimator looks at what is seen in this share of the samples.
+/// The learned estimator uses quantities seen in at least this share of the samples.
 const USUALLY_SEEN: f64 = 0.8;
 
 /// A part of the study.
@@ -38,7 +38,7 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// A candidate that is run on the set beside those compared.
+    /// Runs an additional candidate on the set.
     pub fn add(&mut self, candidate: &Candidate, reaches: &[LabelledReach], split: &Split) {
         self.take(candidate, run(candidate, reaches, split, None));
     }
@@ -50,7 +50,7 @@ impl Comparison {
         }
     }
 
-    /// What is missing, and the tables; `more` stands behind the first of them.
+    /// Missing data and the tables; `more` is inserted after the first table.
     pub fn text(&self, absent: &[String], more: &str) -> String {
         let mut text = String::new();
         for note in absent {
@@ -72,9 +72,9 @@ impl Comparison {
 
 /// Runs every candidate on one set of reaches.
 ///
-/// With a folder: `NAME_predictions.csv` (one row a prediction at the moments of the tables, and one every
+/// With a folder, it gets: `NAME_predictions.csv` (one row per prediction at the moments of the tables, and one every
 /// 50 ms), `NAME_scores.csv`, `NAME_error.svg` and
-/// `NAME_reliability.svg` in it.
+/// `NAME_reliability.svg`.
 ///
 /// # Errors
 /// A file that cannot be written.
@@ -116,18 +116,18 @@ pub fn compare(
     Ok(comparison)
 }
 
-/// What the estimators may see of the reaches.
+/// The data of the reaches available to the estimators.
 #[derive(Debug, Clone, Default)]
 pub struct Choice {
     /// Points of the hand; `None` for all.
     pub points: Option<Vec<NamedPoint>>,
-    /// Is the learned estimator to see the gaze?
+    /// May the learned estimator use the gaze?
     pub gaze: bool,
 }
 
 impl Choice {
-    /// What was asked for and is not there: a line for each point and for the gaze that is seen too seldom for the
-    /// learned estimator to look at.
+    /// Requested but missing data: a line for each point, and for the gaze, that is seen too seldom for the
+    /// learned estimator.
     pub fn absent(&self, reaches: &[LabelledReach]) -> Vec<String> {
         let frames = || reaches.iter().flat_map(|r| &r.frames);
         let share = |seen: &dyn Fn(&HandFrame) -> bool| {
@@ -153,7 +153,7 @@ impl Choice {
         asked.map(line).collect()
     }
 
-    /// Takes away what may not be seen; the touching point always stays.
+    /// Removes unavailable data; the touching point always stays.
     pub fn apply(&self, reaches: &mut [LabelledReach]) {
         let Some(points) = &self.points else { return };
         for reach in reaches {
@@ -169,7 +169,7 @@ impl Choice {
 /// The study of a recording, or of every recording under a folder, as Markdown.
 ///
 /// # Errors
-/// No recordings there, or a file that cannot be written.
+/// No recordings found, or a file that cannot be written.
 pub fn recordings<'a>(
     recorded: impl Into<Recorded<'a>>,
     candidates: &[Candidate],

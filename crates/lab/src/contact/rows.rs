@@ -1,4 +1,4 @@
-//! Estimates of where a reach ends as a file, one row each.
+//! Estimates of the end of a reach as a CSV file, one row each.
 
 use crate::report::cells;
 use glam::{DMat3, DVec3};
@@ -8,22 +8,22 @@ use hwall_hand::LabelledReach;
 use hwall_stage::numbers;
 use std::path::Path;
 
-/// An estimate at one frame, and how long it took.
+/// An estimate at one frame, and its computing time.
 #[derive(Debug, Clone, Copy)]
 pub struct TimedEstimate {
-    /// `None` where the estimator gives none.
+    /// `None` if the estimator gives none.
     pub estimate: Option<ContactEstimate>,
     /// Time for the frame, µs.
     pub took_us: f64,
 }
 
-/// A cell; empty where there is no finite number.
+/// A cell; empty without a finite number.
 pub fn number(value: Option<f64>, decimals: usize) -> String {
     let finite = value.filter(|v| v.is_finite());
     finite.map_or_else(String::new, |v| format!("{v:.decimals$}"))
 }
 
-/// `x, y, z`; empty where there is no point.
+/// `x, y, z`; empty without a point.
 pub fn metres(point_m: Option<DVec3>, decimals: usize) -> [String; 3] {
     match point_m {
         Some(v) => v.to_array().map(|x| format!("{x:.decimals$}")),
@@ -31,7 +31,7 @@ pub fn metres(point_m: Option<DVec3>, decimals: usize) -> [String; 3] {
     }
 }
 
-/// `xx, xy, xz, yy, yz, zz`; empty where there is none.
+/// `xx, xy, xz, yy, yz, zz`; empty without a covariance.
 pub fn covariance_cells(c: Option<DMat3>, decimals: usize) -> [String; 6] {
     c.map_or([const { String::new() }; 6], |c| {
         let [x, y, z] = [c.x_axis, c.y_axis, c.z_axis];
@@ -39,13 +39,13 @@ pub fn covariance_cells(c: Option<DMat3>, decimals: usize) -> [String; 6] {
     })
 }
 
-/// The time left and its deviation, s.
+/// The remaining time and its standard deviation, s.
 pub fn left_cells(left: Option<TimeToContact>, decimals: usize) -> [String; 2] {
     let seconds = |v: Option<f64>| v.map_or_else(String::new, |v| format!("{v:.decimals$}"));
     [left.map(|l| l.mean_s), left.and_then(|l| l.sd_s)].map(seconds)
 }
 
-/// A CSV with one row an estimate: those at the moments of the tables, and one every 50 ms.
+/// A CSV with one row per estimate: at the moments of the tables, and every 50 ms.
 pub struct EstimateRows {
     source: String,
     out: numbers::TableWriter,
@@ -102,7 +102,7 @@ impl EstimateRows {
         Ok(())
     }
 
-    /// Writes what is left.
+    /// Flushes.
     ///
     /// # Errors
     /// A file that cannot be written.

@@ -9,7 +9,7 @@ use hwall_hand::{HandFrame, LabelledReach};
 use rayon::prelude::*;
 use std::time::Instant;
 
-/// One fold: so many of the reaches are learnt from, the rest is judged.
+/// One fold: the first `learnt` reaches are for training, the rest for testing.
 pub fn first_learnt(learnt: usize, reaches: usize) -> Split {
     Split {
         description: String::new(),
@@ -20,8 +20,8 @@ pub fn first_learnt(learnt: usize, reaches: usize) -> Split {
     }
 }
 
-/// Trains a candidate on every fold, folds side by side, and then runs it over the reaches held out one after
-/// the other, so that every estimate is timed with the machine to itself.
+/// Trains a candidate on every fold, folds in parallel, then runs it sequentially over the held-out reaches,
+/// so that every estimate is timed without competing load.
 ///
 /// # Errors
 /// A candidate that cannot be trained.
@@ -74,7 +74,7 @@ pub fn run(
     Ok(scores)
 }
 
-/// An estimator whose estimates are kept, with the time that each took.
+/// An estimator that records its estimates and their computing times.
 struct Timed {
     estimator: BoxedEstimator,
     reaches: Vec<Vec<TimedEstimate>>,
@@ -108,7 +108,7 @@ mod tests {
     use hwall_contact::score::{Moment, SHARES};
     use hwall_hand::HandPoint;
 
-    /// Knows the contact, and is off by a given distance.
+    /// Knows the contact, with a given error.
     struct Off(DVec3);
 
     impl ContactEstimator for Off {
@@ -187,7 +187,7 @@ mod tests {
         // There was no estimate early.
         let early = scores.at_moment(Moment::Share(0.3));
         assert_eq!((early.count, early.silent), (0, 4));
-        // At 200 ms before contact the last frame by then counts.
+        // At 200 ms before contact the last earlier frame counts.
         let judged = scores.alone.reaches[0].errors[SHARES.len() + 3]
             .flatten()
             .unwrap();

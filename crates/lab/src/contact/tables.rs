@@ -10,7 +10,7 @@ use hwall_testkit::{MarkdownTable, quantile};
 use std::cmp::Ordering;
 use std::path::Path;
 
-/// Place of the 50 % and 90 % regions among [`REGIONS`].
+/// Indices of the 50 % and 90 % regions in [`REGIONS`].
 const HALF_AND_MOST: [usize; 2] = [4, 8];
 
 fn learned(scores: &[Scores]) -> Option<&Scores> {
@@ -21,7 +21,7 @@ fn median_m(scores: &Scores, moment: Moment) -> f64 {
     scores.at_moment(moment).median_m
 }
 
-/// The baseline with the smallest median error, and that, m.
+/// The baseline with the smallest median error, and that error, m.
 fn best_baseline(scores: &[Scores], moment: Moment) -> Option<(&str, f64)> {
     let baselines = scores.iter().filter(|s| s.role == Role::Baseline);
     baselines
@@ -64,7 +64,7 @@ const SHORT: [Moment; 9] = [
 ];
 
 /// Median errors in mm of several sets of reaches on one page: the best baseline at each moment, the learned
-/// estimator, and the same once it is told of touches; then how many 90 % regions hold the truth.
+/// estimator, and the same with feedback about touches; then the share of 90 % regions that contain the truth.
 pub fn overview(sets: &[(String, Vec<Scores>)]) -> String {
     let told = "learned, told of touches";
     let moments = || SHORT.iter().map(|m| m.name());
@@ -105,12 +105,12 @@ pub fn overview(sets: &[(String, Vec<Scores>)]) -> String {
     )
 }
 
-/// Of a share.
+/// A share as per cent.
 fn percent(share: Option<f64>) -> String {
     or_none(share.map(|share| 100.0 * share), 0)
 }
 
-/// Error and coverage against touches made, with and without being told of them.
+/// Error and coverage against the number of previous touches, with and without feedback.
 pub fn curve(alone: &Evaluation, told: &Evaluation) -> MarkdownTable {
     let mut table = titled(
         "touches made | reaches | mean error, mm | told of them | in 90 % regions, % | told of them",
@@ -256,7 +256,7 @@ fn calibration(scores: &[Scores]) -> MarkdownTable {
     table_of(scores.iter().map(|s| (s, s.under_way())), &columns)
 }
 
-/// Everything at every moment, one row a method and a moment.
+/// All scores, one row per method and moment.
 ///
 /// # Errors
 /// A file that cannot be written.

@@ -1,4 +1,4 @@
-//! Simulated demonstrations: people reach for places that the arm can reach. They have the shape of real recordings.
+//! Simulated demonstrations: people reach for points within the arm's reach. Same format as real recordings.
 
 use crate::demonstrations::targets::{Panel, Places, TargetBox, Targets};
 use crate::report::named;
@@ -9,42 +9,42 @@ use hwall_haptics::Board;
 use hwall_sim::{Gesture, PersonConfig, Population, TouchSequence, TouchTruth};
 use hwall_testkit::Sampler;
 
-/// What is to be made.
+/// Settings of demonstrations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DemonstrationConfig {
-    /// What people are like.
+    /// Settings of the people.
     pub person: PersonConfig,
     /// The same seed gives the same demonstrations.
     pub seed: u64,
-    /// Reaches to learn from.
+    /// Training reaches.
     pub train: PartSize,
-    /// Reaches to be judged by, by other people.
+    /// Test reaches, by other people.
     pub test: PartSize,
-    /// Where they touch.
+    /// Targets of the touches.
     pub targets: Targets,
     /// Share of the reaches that start towards another target, 0 to 1.
     pub changes_of_mind: f64,
     /// Period of the tracker, s.
     pub tracker_s: f64,
-    /// Points of the hand that it follows; the tip of the index finger must be among them.
+    /// Tracked points of the hand; must include the tip of the index finger.
     pub points: Vec<HandPoint>,
-    /// Does it follow the gaze? The head is always followed.
+    /// Is the gaze tracked? The head always is.
     pub gaze: bool,
     /// A recording begins this long before the hand starts, s, if the person rests by then.
     pub before_s: f64,
 }
 
-/// How many reaches by how many people, shared out evenly.
+/// Number of people and reaches, evenly distributed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct PartSize {
     /// Different people.
     pub people: usize,
-    /// Reaches of all of them together.
+    /// Total number of reaches.
     pub reaches: usize,
 }
 
 impl DemonstrationConfig {
-    /// The dissertation's experiment: 47 reaches to learn from, 30 to be judged by, one static
+    /// The dissertation's experiment: 47 training reaches, 30 test reaches, one static
     /// panel in front of the arm; here by people who differ.
     pub fn dissertation() -> Self {
         let panel = Panel {
@@ -136,11 +136,11 @@ impl DemonstrationConfig {
 }
 
 named! {
-    /// What a reach is for, by the names of files and people.
+    /// Purpose of a reach, as used in the names of files and people.
     pub enum Part {
-        /// To learn from.
+        /// Training.
         Train = "train",
-        /// To be judged by.
+        /// Test.
         Test = "test",
     }
 }
@@ -148,11 +148,11 @@ named! {
 /// One reach, as trackers measured it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SimulatedReach {
-    /// What it is for.
+    /// Its purpose.
     pub part: Part,
     /// How the person holds the hand.
     pub gesture: Gesture,
-    /// What really happened, on the clock of the recording.
+    /// Ground truth, on the clock of the recording.
     pub truth: TouchTruth,
     /// From a little before the hand starts until the first sample in contact.
     pub recording: Recording,
@@ -160,9 +160,9 @@ pub struct SimulatedReach {
     pub labelled: LabelledReach,
 }
 
-/// Makes demonstrations, those to learn from first; person by person, in order of time.
+/// Generates demonstrations, training first; person by person, in order of time.
 ///
-/// Person `i` of a seed makes the same reaches however many others there are.
+/// Person `i` of a seed makes the same reaches regardless of the number of others.
 ///
 /// # Errors
 /// A value outside its range, panels that the arm cannot reach, a target beside or behind the resting hand.

@@ -1,4 +1,4 @@
-//! Where simulated people touch: evenly over what the arm can reach of panels, or in a box.
+//! Targets of simulated people: uniform over the reachable parts of panels, or in a box.
 
 use anyhow::{Context, ensure};
 use glam::DVec3;
@@ -8,21 +8,21 @@ use hwall_reachability::{ExactConfig, Interval, ReachabilityMap, Roll, WallGrid,
 use hwall_sim::{ReachPlan, TouchPlan};
 use hwall_testkit::Sampler;
 
-/// Lines of a panel's map are this far apart, m.
+/// Spacing of the lines of a panel's map, m.
 const SPACING_M: f64 = 0.025;
-/// Draws after which no more is looked for a reachable point beside a reachable line.
+/// Largest number of draws for a reachable point near a reachable line.
 const MOST_DRAWS: usize = 1000;
 
-/// Where people touch, in the arm's base frame.
+/// Targets, in the arm's base frame.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Targets {
-    /// Upright panels, where the arm can present its board: evenly over the reachable parts.
+    /// Upright panels: uniform over the parts where the arm can present its board.
     Panels(Vec<Panel>),
-    /// Evenly in a box, reachable or not.
+    /// Uniform in a box, reachable or not.
     Box(TargetBox),
 }
 
-/// Places between two corners.
+/// A box between two corners.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TargetBox {
     /// Lowest corner, m.
@@ -46,7 +46,7 @@ pub struct Panel {
     pub half_height_m: f64,
 }
 
-/// Where targets are drawn from.
+/// The set from which targets are drawn.
 pub(super) enum Places {
     /// A map and the reachable stretches of its lines.
     Lines(Box<ReachabilityMap>, Vec<Stretch>),
@@ -138,7 +138,7 @@ impl Places {
     }
 }
 
-/// A point drawn evenly from the surroundings of the reachable stretches; `None` if it is not reachable.
+/// A uniformly drawn point near the reachable stretches; `None` if it is not reachable.
 fn near_a_line(
     map: &ReachabilityMap,
     stretches: &[Stretch],

@@ -9,15 +9,15 @@ use hwall_kinematics::{ArmKinematics, JointPositions, SrsArm};
 use hwall_scene::Scene;
 use std::sync::Arc;
 
-/// A wall that is in nobody's way: the panels of the study are no surfaces of a scene.
+/// A far wall that does not interfere: the panels of the study are not surfaces of a scene.
 const FAR_WALL: &str = "o wall\nv 9 -1 0\nv 9 1 0\nv 9 1 2\nv 9 -1 2\nf 1 2 3 4\n";
-/// Where the arm waits: its board upright, 8 cm behind the wall, in the middle of it.
+/// Waiting posture: board upright, 8 cm behind the wall, in its middle.
 const WAITS_DEG: [f64; 7] = [0.0, 0.0, 0.0, -110.0, 0.0, -20.0, 90.0];
-/// Fewer demonstrations teach nothing.
+/// Least number of demonstrations.
 const LEAST: usize = 8;
 
-/// The middle of the board by forward kinematics of the posterior over the joints, where the arm of the study can present what was
-/// touched.
+/// The middle of the board by forward kinematics of the posterior over joints, for touches that the arm of the study can
+/// present.
 pub fn candidate() -> Candidate {
     Candidate {
         name: "end-to-end, middle of the board".to_owned(),
@@ -31,7 +31,7 @@ fn train(reaches: &[&LabelledReach]) -> anyhow::Result<BoxedEstimator> {
     Ok(Box::new(ResponseEstimator::new(&model, arm)))
 }
 
-/// The model, and the arm that demonstrated.
+/// The trained model, and the demonstrating arm.
 fn taught(reaches: &[&LabelledReach]) -> anyhow::Result<(ResponseModel, Arc<dyn ArmKinematics>)> {
     let board = Board::default();
     let arm = SrsArm::iiwa7().with_tool(board.flange_from_board_face()?);

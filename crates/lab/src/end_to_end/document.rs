@@ -11,7 +11,7 @@ use std::path::PathBuf;
 /// The name of the document.
 pub const NAME: &str = "END-TO-END.md";
 
-/// Where the middle of the face would be, by how much of the reach was seen: median and nine of ten, mm.
+/// Error of the middle of the face by the observed share of the reach: median and 90th percentile, mm.
 fn ends_table(ends: &[EndErrors]) -> MarkdownTable {
     let shares = SHARES
         .map(|share| format!("{:.0} %", 100.0 * share))
@@ -39,7 +39,7 @@ fn ends_table(ends: &[EndErrors]) -> MarkdownTable {
     table
 }
 
-/// Median and nine of ten.
+/// Median and 90th percentile.
 fn pair(values: impl Iterator<Item = f64>, factor: f64) -> String {
     let [median, most] = quantiles(values, [0.5, 0.9]);
     match median.is_nan() {
@@ -69,7 +69,7 @@ fn percent(part: usize, all: usize) -> String {
     percent_of(part, all, 0, "-")
 }
 
-/// Gaps that are counted besides that of a board in place, m.
+/// Gaps that are counted, besides that of a board in place, m.
 const GAPS_M: [f64; 3] = [0.01, 0.02, 0.05];
 
 fn touches_table(led: &[Led]) -> MarkdownTable {
@@ -120,7 +120,7 @@ fn touches_table(led: &[Led]) -> MarkdownTable {
 /// All tables, as they are printed and written.
 ///
 /// # Errors
-/// None: the gaps are those of tables.md.
+/// None: the gaps match tables.md.
 pub fn text(request: &Request, results: &Results) -> anyhow::Result<String> {
     let gaps: [Gap<'_>; 7] = [
         ("demonstrations", &results.demonstrations),

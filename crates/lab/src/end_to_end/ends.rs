@@ -1,17 +1,17 @@
-//! How far the presented face is from where it should be.
+//! Errors of the presented face.
 
 use hwall_contact::{ContactEstimate, ContactEstimator};
 use hwall_stage::person::responses::Answered;
 
-/// Shares of the time of a reach at which it is judged.
+/// Shares of the time of a reach at which it is evaluated.
 pub(super) const SHARES: [f64; 6] = [0.3, 0.5, 0.7, 0.8, 0.9, 1.0];
 
-/// The face that an answer presents, beside the one that was demonstrated.
+/// Error of the presented face against the demonstrated one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct EndError {
     /// Distance of the middles, m.
     pub(super) middle_m: f64,
-    /// Of it along the normal, m.
+    /// Part of it along the normal, m.
     pub(super) gap_m: f64,
     /// Angle between the normals, rad; `None` from an estimator of points.
     pub(super) tilt_rad: Option<f64>,
@@ -23,7 +23,7 @@ pub(super) struct EndError {
 const REGION_90: f64 = 6.251;
 
 impl EndError {
-    /// `turned`: does the normal of the estimate belong to the answer?
+    /// `turned`: is the estimate's normal part of the result?
     fn new(estimate: &ContactEstimate, turned: bool, answered: &Answered) -> Self {
         let wanted_m = answered.target.point_m;
         let off = estimate.point_m - wanted_m;
@@ -43,12 +43,12 @@ impl EndError {
 pub(super) struct EndErrors {
     /// For tables.
     pub(super) name: String,
-    /// At each share those of all reaches that were answered by then.
+    /// At each share, the errors of all reaches with an estimate by then.
     pub(super) at: [Vec<EndError>; SHARES.len()],
 }
 
 impl EndErrors {
-    /// Follows every reach. `turned`: does the normal of an estimate belong to the answer?
+    /// Follows every reach. `turned`: is the estimate's normal part of the result?
     pub(super) fn follow<E: ContactEstimator>(
         name: impl Into<String>,
         estimator: &mut E,

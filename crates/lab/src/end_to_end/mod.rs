@@ -1,4 +1,4 @@
-//! What it costs to lead an arm by joints instead of places: the dissertation's end-to-end response beside a predicted point with
+//! The cost of predicting joints instead of points: the dissertation's end-to-end response compared with a predicted point and
 //! exact inverse kinematics.
 
 pub mod candidate;

@@ -16,7 +16,7 @@ use hwall_stage::person::predictors::TrainingPeople;
 use hwall_stage::person::responses::{Answered, PEOPLE, Scenery, TOUCHES, answered};
 use std::sync::Arc;
 
-/// What is asked for.
+/// Settings of the study.
 #[derive(Debug, Clone)]
 pub struct Request {
     /// Touches of each kind of people.
@@ -27,33 +27,33 @@ pub struct Request {
 
 /// Kinds of people who touch.
 const KINDS: [PersonKind; 2] = [PersonKind::Plain, PersonKind::Varied];
-/// People who are held out from the demonstrations, and reaches of each.
+/// Held-out people, and reaches of each.
 const HELD_OUT: u64 = 10;
 const REACHES: usize = 12;
 
-/// How surely tasks are told apart when a share of the time is over.
+/// Discrimination of tasks after a share of the time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ToldApart {
     /// The task.
     pub task: Task,
-    /// Reaches of people held out.
+    /// Reaches of held-out people.
     pub reaches: usize,
-    /// For which the task has more than half of the probability after 30, 50, 70 and 100 % of the time.
+    /// Number of reaches with a probability of the task above 0.5 after 30, 50, 70 and 100 % of the time.
     pub right: [usize; 4],
     /// Distance of the presented middle at the end, in rising order, m.
     pub off_m: [f64; 2],
 }
 
-/// Shares of the time at which tasks are told apart.
+/// Shares of the time at which discrimination is evaluated.
 pub(super) const TOLD_AT: [f64; 4] = [0.3, 0.5, 0.7, 1.0];
 
 /// The whole study.
 pub struct Results {
-    /// Demonstrations learnt from, and reaches of people held out.
+    /// Number of training demonstrations, and of reaches of held-out people.
     pub demonstrations: usize,
-    /// See there.
+    /// See `demonstrations`.
     pub held_out: usize,
-    /// Parts of the mixture.
+    /// Components of the mixture.
     pub components: usize,
     pub(super) ends: Vec<EndErrors>,
     /// One for each task.
@@ -62,7 +62,7 @@ pub struct Results {
     pub led: Vec<Led>,
 }
 
-/// Runs the study in the built-in room with an iiwa 7 and a plain board; `progress` is told the chapter and its share done.
+/// Runs the study in the built-in room with an iiwa 7 and a plain board; `progress` receives the chapter and its share done.
 ///
 /// # Errors
 /// As for the main job.
@@ -95,7 +95,7 @@ fn shown(answered: &[Answered]) -> Vec<ResponseDemonstration> {
     answered.iter().map(|one| one.shown.clone()).collect()
 }
 
-/// Every way to the end, and how many parts the mixture has.
+/// Errors of every method, and the number of components of the mixture.
 fn ends(
     scenery: &Scenery<'_>,
     learnt: &[Answered],

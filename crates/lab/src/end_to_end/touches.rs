@@ -20,25 +20,25 @@ pub struct Led {
     pub leader: PredictorKind,
     /// The touches within the arm's reach.
     pub touches: Vec<JudgedTouch>,
-    /// Time of a prediction of the leader in frames in which it infers something new, us.
+    /// Computing time of the leader in frames with a new inference, us.
     pub predicted_us: Vec<f64>,
     /// Their share of all frames.
     pub inferring: f64,
 }
 
 impl Led {
-    /// Was the face there before the hand, with 5 mm and 2 degrees?
+    /// Number of touches with the face in place before the hand, within 5 mm and 2 degrees.
     pub(super) fn in_place(&self) -> usize {
         self.count(|touch| touch.outcome.in_place())
     }
 
-    /// Was it under the touched point and no further off than so much, m, when the hand came?
+    /// Number of touches with the face under the touched point within `gap_m`, m, at the hand's arrival.
     pub(super) fn within(&self, gap_m: f64) -> usize {
         let half_m = Board::default().half_width_m - PlaceTolerance::default().inset_m;
         self.count(|touch| touch.outcome.gap_m <= gap_m && touch.outcome.offset_m <= half_m)
     }
 
-    /// Was the touch felt?
+    /// Number of felt touches.
     pub(super) fn felt(&self) -> usize {
         self.count(|touch| touch.outcome.felt_after_s.is_some())
     }
@@ -48,7 +48,7 @@ impl Led {
     }
 }
 
-/// Runs so many touches of each kind for both leaders; `progress` is told what is done, 0 to 1.
+/// Runs touches of each kind for both leaders; `progress` receives the share done, 0 to 1.
 pub(super) fn run(
     scenery: &Scenery<'_>,
     kinds: &[PersonKind],
@@ -87,8 +87,8 @@ pub(super) fn run(
     Ok(all)
 }
 
-/// Time of the predictions that differ from the one before, us: a hand at rest costs a predictor of motions next to nothing, and
-/// most frames are of hands at rest.
+/// Time of predictions that differ from the previous one, us: for a hand at rest, as in most frames, a predictor of motions needs
+/// almost no time.
 fn inferring_us(
     records: &[PredictionRecord],
     leader: PredictorKind,

@@ -23,20 +23,20 @@ use std::sync::Arc;
 /// Control period, s.
 pub(super) const DT_S: f64 = 1e-3;
 const TRACKER_S: f64 = 1.0 / 90.0;
-/// A push above the limit of an impact, 280 N.
+/// A push above the impact limit of 280 N.
 const SPIKE_N: f64 = 400.0;
-/// No hand pushes like that.
+/// A force that no hand exerts.
 const IMPLAUSIBLE_N: f64 = 1500.0;
 /// Standard deviation of the tracker's noise, m.
 const NOISE_M: f64 = 3e-4;
-/// A headset that trembles as all do is frozen after this, s.
+/// A head without tremor counts as frozen after this, s.
 pub(super) const HEAD_FROZEN_S: f64 = 0.5;
 
-/// A hand that is in a hurry sets off so long after its look, and takes so long for its reach, s: at least, at most.
+/// For a hurried hand: least delay after its look and least duration of its reach, s, and largest delay.
 const LEAST_S: f64 = 0.2;
 const MOST_WAIT_S: f64 = 1.4;
 const MOST_REACH_S: f64 = 1.0;
-/// It touches so far beside the usual place at most, in either direction along the wall, m.
+/// Largest offset from the default place along the wall, in either direction, m.
 const BESIDE_M: f64 = 0.3;
 
 /// What all runs share.
@@ -93,15 +93,15 @@ pub(super) struct Bench {
     pub(super) hand: HandBody,
     pub(super) script_is_over: bool,
     script: Script,
-    /// What the script is of.
+    /// The phase of the script.
     phase: Phase,
-    /// What is wrong with the connection.
+    /// Fault of the connection.
     link: Option<Link>,
     /// When the script began, s.
     script_from_s: f64,
-    /// What the session answered in the last cycle; `None` if it was not asked.
+    /// The session's command in the last cycle; `None` if it was not stepped.
     pub(super) command: Option<ArmCommand>,
-    /// What the last step asked of the arm.
+    /// Queries of the arm in the last step.
     pub(super) asked: Asked,
     noise: Sampler,
     pub(super) t_s: f64,
@@ -110,7 +110,7 @@ pub(super) struct Bench {
     head_m: DVec3,
     last_frame: HandFrame,
     last_state: Option<ArmState>,
-    /// Torques of the hand at the last step.
+    /// Wrench of the hand in the last step.
     pub(super) hand_wrench: Wrench,
 }
 
@@ -173,8 +173,8 @@ impl Bench {
         })
     }
 
-    /// Begins the script again once the hand is back at rest; true if it did. One that is `hurried` leaves the arm any time, or
-    /// hardly any.
+    /// Restarts the script once the hand is back at rest; returns whether it did. A `hurried` hand leaves the arm little time, or
+    /// almost none.
     pub(super) fn goes_again(&mut self, hurried: bool) -> bool {
         let over = self.t_s > self.script_from_s + self.script.end_s + 0.4;
         if over {
@@ -190,7 +190,7 @@ impl Bench {
         over
     }
 
-    /// One control period with a fault, a wrong number, or both. `fault`: what is wrong, and for how long it has been, s.
+    /// One control period with a fault, a wrong number, or both. `fault`: the fault, and its duration so far, s.
     pub(super) fn cycle(
         &mut self,
         fault: Option<(Fault, f64)>,
@@ -261,7 +261,7 @@ impl Bench {
         Ok(())
     }
 
-    /// Ends what is latched, as a person would, at the controller too.
+    /// Resets latched states, as a person would, including those of the controller.
     pub(super) fn reset(&mut self) {
         if let SimulatedArm::Fri(arm) = &mut self.arm {
             arm.acknowledge();
@@ -269,7 +269,7 @@ impl Bench {
         self.session.reset();
     }
 
-    /// What the tracker sees.
+    /// The tracker's frame.
     fn frame(&mut self, t_s: f64, fault: Option<(Fault, f64)>) -> HandFrame {
         let tip_m = self.hand.position_m();
         let mut noisy = |at: DVec3| {
@@ -299,7 +299,7 @@ impl Bench {
         }
     }
 
-    /// State and time as the session gets them.
+    /// State and time as given to the session.
     fn spoiled_state(
         &self,
         state: ArmState,
@@ -346,7 +346,7 @@ impl Bench {
                 Spoiled::NotANumber => now_s = f64::NAN,
                 Spoiled::Missing => {}
             },
-            // As torques of a push at the board, so that it does not depend on the posture how much it is.
+            // As torques of a push at the board, so that its size does not depend on the posture.
             Fault::Other(Other::TorqueSpike) if since_s % 0.1 < 0.005 => {
                 self.push(&mut state, SPIKE_N);
             }
@@ -359,7 +359,7 @@ impl Bench {
         (state, now_s)
     }
 
-    /// Adds to the external torques what a push against the face makes them, N.
+    /// Adds the external torques of a push against the face, N.
     fn push(&self, state: &mut ArmState, force_n: f64) {
         let push = Wrench {
             force_n: self.arm.pose().rotation().z_axis * -force_n,
@@ -394,7 +394,7 @@ impl Bench {
         Ok(())
     }
 
-    /// Has the phase come?
+    /// Has the phase begun?
     pub(super) fn is_in(&self, phase: Phase, held_s: f64, released: bool) -> bool {
         let state = self.session.state();
         let touched = state == SessionState::Touched;
@@ -421,7 +421,7 @@ impl Bench {
     }
 }
 
-/// A frame as the session gets it.
+/// A frame as given to the session.
 fn spoiled_frame(
     mut frame: HandFrame,
     last: &HandFrame,

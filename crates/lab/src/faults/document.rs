@@ -64,7 +64,7 @@ pub fn impact_table(results: &Results) -> MarkdownTable {
     table_of(&results.impacts, &columns)
 }
 
-/// What is to be shown, and whether it was.
+/// The claims of the study, and whether they hold.
 pub fn verdicts(results: &Results) -> MarkdownTable {
     let bounds = &results.bounds;
     let (outcomes, all) = (|| results.outcomes.iter(), results.outcomes.len());

@@ -1,4 +1,4 @@
-//! What goes wrong, and when.
+//! Faults, and the phases in which they begin.
 
 use crate::report::named;
 use hwall_fri::controller::FaultConfig;
@@ -26,35 +26,35 @@ named! {
         Head = "head",
         /// The direction of the gaze.
         Gaze = "gaze",
-        /// Where a contact is predicted: the target of the board.
+        /// The predicted contact: target of the board.
         Target = "target",
     }
 }
 
 named! {
-    /// What becomes of an input.
+    /// Kind of fault of an input.
     pub enum Spoiled {
-        /// Older than it should be.
+        /// Too old.
         Stale = "stale",
-        /// As it was when the fault began.
+        /// Constant since the fault began.
         Frozen = "frozen",
-        /// To and fro, ten times a second.
+        /// Jumping to and fro, ten times a second.
         Jumping = "jumping",
         /// NaN.
         NotANumber = "NaN",
-        /// Not there.
+        /// Missing.
         Missing = "missing",
     }
 }
 
 named! {
-    /// What is wrong with the connection to an arm behind FRI.
+    /// Faults of the connection to an arm behind FRI.
     pub enum Link {
-        /// Answers do not reach the controller, and the client has sent them.
+        /// Answers are sent by the client but do not reach the controller.
         Losses = "answers lost on the link",
-        /// None arrive for 20 to 200 ms.
+        /// No answers arrive for 20 to 200 ms.
         Stalls = "link stalls",
-        /// They arrive one to three cycles late.
+        /// Answers arrive one to three cycles late.
         Late = "answers late on the link",
         /// The controller's time stamps jitter by 3 ms.
         StampJitter = "stamps of the link jitter",
@@ -64,7 +64,7 @@ named! {
 }
 
 impl Link {
-    /// Often enough that a second has some.
+    /// Settings with several faults per second.
     pub(super) fn faults(self) -> FaultConfig {
         let mut faults = FaultConfig::default();
         match self {
@@ -79,11 +79,11 @@ impl Link {
 }
 
 named! {
-    /// What is not the fault of an input.
+    /// Faults other than those of inputs.
     pub enum Other {
         /// 150 N m on one joint for 5 ms, ten times a second.
         TorqueSpike = "torque spikes",
-        /// A force of 1.5 kN in the torques.
+        /// Torques of a force of 1.5 kN.
         ImplausibleForce = "implausible force",
         /// A joint is measured beyond its limit.
         JointLimit = "joint beyond its limit",
@@ -93,9 +93,9 @@ named! {
         EdgePush = "push at the board's edge",
         /// The head comes to 0.15 m in front of the face.
         PersonInTheWay = "head before the board",
-        /// The driver takes no command but to hold.
+        /// The driver accepts only hold commands.
         Refused = "commands refused",
-        /// The arm turns a joint at 0.3 rad/s while it is told to hold.
+        /// The arm turns a joint at 0.3 rad/s while commanded to hold.
         NotObeyed = "a hold is not obeyed",
         /// [`Session::stop`](hwall::Session::stop) is called.
         Stop = "stop asked for",
@@ -109,14 +109,14 @@ pub enum Fault {
     None,
     /// An input is spoiled.
     Spoiled(Input, Spoiled),
-    /// Something else is wrong.
+    /// Another fault.
     Other(Other),
-    /// The connection to an arm behind FRI. To other arms nothing happens.
+    /// A fault of the connection to an arm behind FRI; no effect on other arms.
     Link(Link),
 }
 
 impl Fault {
-    /// All, inputs first.
+    /// All faults, inputs first.
     pub fn all() -> Vec<Self> {
         use Input::{
             ArmClock, ControlClock, Fingertip, Frames, Gaze, Head, Palm, Q, Qd, Target, Torque,
@@ -154,7 +154,7 @@ impl Fault {
         }
     }
 
-    /// Why no safe state is asked for in this phase; `None` if one is.
+    /// Why no safe state is required in this phase; `None` if one is.
     pub const fn unheeded(self, phase: Phase) -> Option<&'static str> {
         use Input::{Fingertip, Frames, Gaze, Palm, Q, Qd, Target, Torque};
         use Spoiled::{Frozen, Jumping};
@@ -162,7 +162,7 @@ impl Fault {
             Self::None => "no fault",
             Self::Link(_) => "the client bounds its commands by what has arrived",
             Self::Spoiled(Gaze, _) => "the hand tells the place, or there is none",
-            // Frames that jump take the hand along, not the head.
+            // Jumping frames affect the hand, not the head.
             Self::Spoiled(Fingertip | Palm | Target, _)
             | Self::Spoiled(Frames, Jumping)
             | Self::Other(Other::SelfCollision)

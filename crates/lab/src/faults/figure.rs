@@ -1,4 +1,4 @@
-//! The matrix as a picture.
+//! The matrix as a figure.
 
 use super::fault::Phase;
 use super::outcome::{Bounds, Outcome, Reached};
@@ -13,7 +13,7 @@ const COLUMN: i32 = 92;
 const LEFT: i32 = 230;
 const TOP: i32 = 96;
 
-/// Colours that are told apart without red and green, from nothing to stopped.
+/// Colours distinguishable without red and green, from no reaction to stopped.
 const fn colour(reached: Reached) -> RGBColor {
     match reached {
         Reached::WentOn => RGBColor(238, 238, 238),
@@ -25,7 +25,7 @@ const fn colour(reached: Reached) -> RGBColor {
     }
 }
 
-/// Faults in rows, phases in columns; in each cell the time to the first safe state in ms, framed where something is wrong.
+/// Faults in rows, phases in columns; in each cell the time to the first safe state in ms, framed if something is wrong.
 ///
 /// # Errors
 /// A file that cannot be written.

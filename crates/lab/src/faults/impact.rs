@@ -1,4 +1,4 @@
-//! A hand that hits the board in place at 2 m/s.
+//! A hand hitting the board in place at 2 m/s.
 
 use super::bench::{Bench, DT_S, Setup};
 use super::fault::Phase;
@@ -12,7 +12,7 @@ use hwall_stage::run::simulated_arm::ArmLevel;
 pub const SPEED_M_PER_S: f64 = 2.0;
 /// Masses of the hand, kg: a finger, hands and fingers of ISO/TS 15066, a stiff forearm.
 pub const MASSES_KG: [f64; 3] = [0.1, 0.6, 2.0];
-/// Stiffnesses of the finger, N/m: soft to the one of ISO/TS 15066 for a hand.
+/// Stiffnesses of the finger, N/m: from soft to that of a hand in ISO/TS 15066.
 pub const STIFFNESSES_N_PER_M: [f64; 4] = [1e3, 5e3, 2e4, 7.5e4];
 
 /// One hand on one arm.
@@ -26,13 +26,13 @@ pub struct Impact {
     pub stiffness_n_per_m: f64,
     /// Largest force, N.
     pub peak_n: f64,
-    /// Energy that the hand brings, J.
+    /// Kinetic energy of the hand, J.
     pub energy_j: f64,
-    /// How far the board gives way, m.
+    /// Largest displacement of the board, m.
     pub moved_m: f64,
-    /// The safest state that was reached.
+    /// The safest state reached.
     pub reached: Reached,
-    /// Why.
+    /// Its reason.
     pub reason: String,
 }
 
@@ -42,7 +42,7 @@ impl Impact {
         (self.peak_n - bounds.impact_n).max(0.0)
     }
 
-    /// On a board that does not give way, N: `v √(k m)`, [ISO/TS 15066], annex A.
+    /// Force on a rigid board, N: `v √(k m)`, [ISO/TS 15066], annex A.
     pub fn rigid_n(&self) -> f64 {
         SPEED_M_PER_S * (self.stiffness_n_per_m * self.mass_kg).sqrt()
     }
@@ -54,7 +54,7 @@ pub(super) fn run(
     seed: u64,
 ) -> anyhow::Result<Impact> {
     let mut bench = Bench::new(setup, Phase::InPlace, Some(level), seed)?;
-    // In place, and at rest there, before the hand of the script comes.
+    // Wait until the board is at rest in place, before the script's hand arrives.
     while bench.t_s < 2.1 {
         bench.cycle(None, None)?;
     }

@@ -1,4 +1,4 @@
-//! Every fault in every phase of a touch: which safe state it leads to, how soon, and what a hand meets meanwhile.
+//! Every fault in every phase of a touch: the safe state reached, its delay, and the load on the hand.
 
 mod bench;
 pub mod document;

@@ -1,10 +1,10 @@
-//! One wrong number in what a session is given.
+//! One wrong number in the inputs of a session.
 
 use hwall::hand::HandFrame;
 use hwall::haptics::ArmState;
 use hwall_testkit::Sampler;
 
-/// Where the number stands.
+/// Location of the number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Place {
     Angle(usize),
@@ -18,7 +18,7 @@ enum Place {
     Gaze(usize),
 }
 
-/// A number that is replaced, or that another is added to.
+/// A number that is replaced, or an offset to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct WrongNumber {
     place: Place,
@@ -26,7 +26,7 @@ pub(super) struct WrongNumber {
     replaces: bool,
 }
 
-/// From what no sensor says to what hardly differs: rad, rad/s, N m, m or s.
+/// From impossible to almost unchanged values: rad, rad/s, N m, m or s.
 const SIZES: [f64; 14] = [
     f64::NAN,
     f64::INFINITY,

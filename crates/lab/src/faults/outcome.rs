@@ -1,35 +1,35 @@
-//! What became of a fault.
+//! The outcome of a fault.
 
 use super::fault::{Fault, Phase};
 use crate::report::named;
 use hwall_stage::run::simulated_arm::ArmLevel;
 
 named! {
-    /// The safest state that was reached.
+    /// The safest state reached.
     pub enum Reached {
         /// The session went on.
         WentOn = "went on",
         /// Slower, or with less torque.
         Slowed = "slowed",
-        /// The arm stands.
+        /// The arm stands still.
         Holding = "holding",
         /// The board withdraws.
         Retreating = "retreating",
-        /// The arm gives way.
+        /// The arm is compliant.
         Compliant = "compliant",
-        /// The arm stands until the fault is gone, and perhaps until it is reset.
+        /// The arm stands still until the fault is gone, possibly until a reset.
         Stopped = "stopped",
     }
 }
 
 named! {
-    /// What followed after the fault.
+    /// What happened after the fault.
     pub enum After {
-        /// The session went on by itself.
+        /// The session continued by itself.
         Recovered = "recovered",
-        /// The fault stayed latched, and the session went on after a reset.
+        /// The fault stayed latched, and the session continued after a reset.
         Latched = "latched, reset",
-        /// It did not go on.
+        /// The session did not continue.
         Stuck = "stuck",
     }
 }
@@ -47,30 +47,30 @@ pub struct Outcome {
     pub reached: Reached,
     /// The name of the first safe state and its reason.
     pub reason: String,
-    /// From the fault to the first safe state, s.
+    /// Time from the fault to the first safe state, s.
     pub after_s: Option<f64>,
     /// Largest force on the hand since the fault, N.
     pub most_n: f64,
-    /// Longest stretch of force above what may last, s.
+    /// Longest duration of a force above the quasi-static limit, s.
     pub pressed_s: f64,
-    /// Fastest approach of hand and face when they met since the fault, m/s.
+    /// Largest approach speed of hand and face at contact since the fault, m/s.
     pub meets_m_per_s: f64,
-    /// Largest distance of the face from where it was when the fault began, while it lasted, m.
+    /// Largest displacement of the face during the fault, m.
     pub moved_m: f64,
-    /// How far of it towards the hand, m.
+    /// Displacement towards the hand, m.
     pub outward_m: f64,
-    /// What followed.
+    /// What happened afterwards.
     pub after: After,
 }
 
-/// What the matrix is judged by.
+/// Limits for evaluating the matrix.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
-    /// A safe state is reached within this, s: every input that no longer comes has aged by then.
+    /// Time limit for a safe state, s: every missing input is outdated by then.
     pub safe_s: f64,
     /// Force of an impact, N.
     pub impact_n: f64,
-    /// How long a force counts as an impact, s.
+    /// Longest duration of a force that counts as an impact, s.
     pub impact_s: f64,
     /// Energy of an impact, J.
     pub energy_j: f64,
@@ -79,12 +79,12 @@ pub struct Bounds {
 }
 
 impl Outcome {
-    /// Energy of the hardest meeting of hand and face, J: `μ v² / 2`.
+    /// Energy of the hardest contact of hand and face, J: `μ v² / 2`.
     pub fn energy_j(&self, bounds: &Bounds) -> f64 {
         0.5 * bounds.reduced_mass_kg * self.meets_m_per_s * self.meets_m_per_s
     }
 
-    /// What exceeds a limit, and by how much; the time to a safe state first.
+    /// The exceeded limit and the excess; the time to a safe state first.
     pub fn exceeds(&self, bounds: &Bounds) -> Option<String> {
         let energy_j = self.energy_j(bounds);
         if self.is_unsafe(bounds) {
@@ -104,18 +104,18 @@ impl Outcome {
         }
     }
 
-    /// Was a safe state asked for, and not reached in time?
+    /// Was a required safe state not reached in time?
     pub fn is_unsafe(&self, bounds: &Bounds) -> bool {
         let asked = self.fault.unheeded(self.phase).is_none();
         asked && self.after_s.is_none_or(|after_s| after_s > bounds.safe_s)
     }
 
-    /// Did the session not go on after the fault, nor after a reset?
+    /// Did the session fail to continue even after a reset?
     pub fn is_stuck(&self) -> bool {
         self.after == After::Stuck
     }
 
-    /// The worse of two runs of the same combination in every number.
+    /// Combines two runs of the same combination, taking the worse of every number.
     pub fn worse_of(self, other: Self) -> Self {
         let later = match (self.after_s, other.after_s) {
             (Some(a), Some(b)) => Some(a.max(b)),

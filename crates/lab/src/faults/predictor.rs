@@ -1,4 +1,4 @@
-//! A predictor that can be spoiled.
+//! A predictor with injectable faults.
 
 use super::fault::{Fault, Input, Other, Spoiled, to_and_fro};
 use glam::DVec3;
@@ -7,12 +7,12 @@ use hwall_contact::{
 };
 use hwall_scene::Scene;
 
-/// The gaze ray, then the hand; its places are spoiled while a fault lasts.
+/// A gaze-ray predictor that falls back to the hand; a fault falsifies its predicted points.
 pub(super) struct SpoiledPredictor {
     sound: DeterministicPredictor,
     answers: Vec<ContactPrediction>,
     frozen: Vec<ContactPrediction>,
-    /// The fault and for how long it has lasted, s.
+    /// The fault, and its duration so far, s.
     pub(super) fault: Option<(Fault, f64)>,
 }
 

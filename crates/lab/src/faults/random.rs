@@ -1,4 +1,4 @@
-//! Faults and wrong numbers at random moments of touch after touch: does every command keep what is promised of it?
+//! Faults and wrong numbers at random moments of repeated touches: does every command satisfy its contract?
 
 use super::bench::{Bench, DT_S, Setup};
 use super::fault::{Fault, Other, Phase};
@@ -17,30 +17,30 @@ use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
-/// Runs on one arm, one after another; then a touch without a fault, which must succeed.
+/// Consecutive runs on one arm; a touch without a fault follows and must succeed.
 const RUNS_OF_AN_ARM: u64 = 50;
-/// A fault lasts this many cycles.
+/// Possible durations of a fault, cycles.
 const CYCLES: [usize; 5] = [1, 3, 20, 150, 400];
-/// After it, before a reset.
+/// Cycles after the fault, before a reset.
 const AFTERWARDS: usize = 350;
-/// After the reset, before it is looked at.
+/// Cycles after the reset, before the check.
 const AFTER_RESET: usize = 150;
-/// A commanded position is at most so far from the arm, rad: what an arm that is not obeyed may show before it is noticed.
+/// Largest distance of a commanded position from the arm, rad: a disobedient arm may deviate this far before detection.
 const APART_RAD: f64 = 0.75;
-/// The first position after a hold is at most so far from the arm, rad.
+/// Largest distance of the first position after a hold from the arm, rad.
 const BEGINS_RAD: f64 = 0.15;
-/// A command is at most so much faster than the joints may be; rounding.
+/// Rounding tolerance of the speed limit of commands.
 const SLACK: f64 = 1.0 + 1e-6;
-/// A command that moves less than this is the same again, rad.
+/// A command that moves less than this counts as repeated, rad.
 const ROUNDING_RAD: f64 = 1e-12;
-/// After a stall a command makes up for so many cycles at most.
+/// Largest number of cycles that a command makes up for after a stall.
 const CAUGHT_UP: u32 = 4;
-/// A servo that lags behind its commands may be faster than they are, by this factor.
+/// Factor by which a servo that catches up may be faster than its commands.
 const SERVO_SHARE: f64 = 1.05;
-/// Findings that are kept.
+/// Largest number of findings kept.
 const MOST_FINDINGS: usize = 20;
 
-/// What is wrong in a run.
+/// The disturbance of a run.
 #[derive(Debug, Clone, Copy)]
 struct Disturbance {
     fault: Option<Fault>,
@@ -49,7 +49,7 @@ struct Disturbance {
 }
 
 impl Disturbance {
-    /// On an arm behind FRI every other fault is one of its link.
+    /// On an arm behind FRI, half of the faults are of its link.
     fn draw(faults: &[Fault], behind_fri: bool, sampler: &mut Sampler) -> Self {
         let links = behind_fri && sampler.bool();
         let first_link = faults.iter().position(|f| matches!(f, Fault::Link(_)));
@@ -77,11 +77,11 @@ struct Before {
     cycles: u32,
 }
 
-/// No step asks for more poses of configurations, or configurations of poses: some 20 and 10 us.
+/// Largest numbers of forward and inverse kinematics queries per step: about 20 and 10 us.
 const MOST_FORWARD: u32 = 60;
 const MOST_INVERSE: u32 = 9;
 
-/// A bench whose commands are watched.
+/// A bench with monitored commands.
 struct Watched {
     bench: Bench,
     max_velocity_rad_per_s: [f64; 7],
@@ -102,7 +102,7 @@ impl Watched {
         })
     }
 
-    /// One cycle, and whether its command keeps its promises; answers whether a safe state is in force.
+    /// One cycle: checks the contract of its command, and returns whether a safe state is in force.
     fn cycle(
         &mut self,
         fault: Option<(Fault, f64)>,
@@ -114,7 +114,7 @@ impl Watched {
         bench
             .cycle(fault, number)
             .map_err(|error| format!("the arm refused a command: {error:#}"))?;
-        // Whatever its link did: a servo that lags catches up a little faster.
+        // For any fault of the link: a lagging servo catches up slightly faster.
         if let SimulatedArm::Fri(_) = &bench.arm {
             let to = bench.arm.q();
             let moved_rad = zip(to.0, from.0).map(|(to, from)| (to - from).abs());
@@ -156,11 +156,11 @@ impl Watched {
                 }
                 let apart_rad = q.max_abs_difference(&bench.arm.q());
                 let most_rad = before.map_or(BEGINS_RAD, |_| APART_RAD);
-                // The limits above are NaN's end.
+                // A NaN has already failed at the limits above.
                 if apart_rad > most_rad {
                     return Err(format!("{apart_rad} rad from the arm"));
                 }
-                // While the clock stands the command is repeated; a clock may also go on by its rounding.
+                // While the clock stands still the command is repeated; a clock may also advance by rounding.
                 let repeated =
                     before.filter(|before| before.q.max_abs_difference(&q) <= ROUNDING_RAD);
                 *before = Some(repeated.unwrap_or(Before { q, cycles: 0 }));
@@ -171,13 +171,13 @@ impl Watched {
                 }
                 *before = None;
             }
-            // A hold, or what else ends the row of positions.
+            // A hold, or anything else that ends the sequence of positions.
             _ => *before = None,
         }
         Ok(command == ArmCommand::Hold || safe_state(&bench.session, true).0 > Reached::Slowed)
     }
 
-    /// One run: some sound cycles, the disturbance, time to recover, a reset. True if a safe state was named.
+    /// One run: some normal cycles, the disturbance, time to recover, a reset. True if a safe state was reported.
     fn run(&mut self, disturbance: &Disturbance, sound: usize) -> Result<bool, String> {
         let mut named = false;
         for _ in 0..sound {
@@ -202,7 +202,7 @@ impl Watched {
         Ok(named)
     }
 
-    /// One cycle of a hand that touches again and again, in a hurry.
+    /// One cycle of a hurried hand that touches repeatedly.
     fn hurried_cycle(
         &mut self,
         fault: Option<(Fault, f64)>,
@@ -212,7 +212,7 @@ impl Watched {
         self.cycle(fault, number)
     }
 
-    /// Nothing may be latched now.
+    /// Checks that nothing is latched.
     fn is_open(&self, when: &str) -> Result<(), String> {
         let session = &self.bench.session;
         match session.control().is_latched() {
@@ -221,12 +221,12 @@ impl Watched {
         }
     }
 
-    /// A touch without a fault: is it served? A door that stays open is touched elsewhere than the hand expects.
+    /// Checks that a touch without a fault is served. A door that stays open is touched at another place than expected.
     fn is_served(&mut self) -> Result<(), String> {
-        // The touch under way first.
+        // Finish the current touch first.
         let mut begun = 0;
         for _ in 0..30_000 {
-            // Whoever wants to be served leaves the arm its time.
+            // This hand leaves the arm enough time.
             begun += u32::from(self.bench.goes_again(false));
             self.cycle(None, None)?;
             if begun == 1 && self.bench.session.state() == SessionState::Touched {
@@ -241,7 +241,7 @@ impl Watched {
     }
 }
 
-/// `count` runs from number `first` on, on an arm of their own.
+/// `count` runs from number `first` on, on a separate arm.
 fn runs_of_an_arm(
     setup: &Setup,
     (first, count): (u64, u64),
@@ -253,7 +253,7 @@ fn runs_of_an_arm(
     let level = [Some(ArmLevel::Servo), Some(ArmLevel::Torque), None][(arm / 3 % 3) as usize];
     let faults = Fault::all();
     let mut sampler = Sampler::new(seed.wrapping_mul(1_000_003).wrapping_add(first));
-    // A run begins with the arm under way: its first position is not the first after a hold.
+    // A run begins with a moving arm: its first position is not the first after a hold.
     let mut watched = Watched::new(setup, phase, level, seed.wrapping_add(first))?;
     let mut report = AttackReport::default();
     for number in first..first + count {
@@ -293,9 +293,9 @@ fn runs_of_an_arm(
     Ok(report)
 }
 
-/// Disturbs the loop `runs` times, on all cores. A run counts as refused if a safe state was named, as accepted if the
-/// session went on; a finding is a command that leaves the limits of the joints, leaps, or is far from the arm, a step with
-/// too many looks at ways, a latch that a reset does not open, a later touch that is not served, or a panic.
+/// Disturbs the loop `runs` times, on all cores. A run counts as refused if a safe state was reported, as accepted if the
+/// session went on. A finding is a command that exceeds joint limits, jumps, or is far from the arm; a step with
+/// too many path checks; a latch that a reset does not release; a later touch that is not served; or a panic.
 ///
 /// # Errors
 /// A simulation that cannot be set up.
@@ -303,7 +303,7 @@ pub fn attack(runs: u64, seed: u64) -> anyhow::Result<AttackReport> {
     attack_range(0..runs, seed)
 }
 
-/// One run of [`attack`] once more, with the others on its arm.
+/// Repeats one run of [`attack`], with the other runs on its arm.
 ///
 /// # Errors
 /// As for [`attack`].
@@ -312,7 +312,7 @@ pub fn attack_again(run: u64, seed: u64) -> anyhow::Result<AttackReport> {
     attack_range(first..first.saturating_add(RUNS_OF_AN_ARM), seed)
 }
 
-/// From the first run of an arm on.
+/// Runs a range that starts with the first run of an arm.
 fn attack_range(runs: Range<u64>, seed: u64) -> anyhow::Result<AttackReport> {
     let setup = Setup::new()?;
     let end = runs.end;

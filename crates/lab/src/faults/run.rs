@@ -1,4 +1,4 @@
-//! One combination: a fault in a phase, and what becomes of the session.
+//! One combination: a fault in a phase, and its outcome.
 
 use super::bench::{Bench, DT_S, Setup};
 use super::fault::{Fault, Other, Phase};
@@ -10,13 +10,13 @@ use hwall::haptics::{ContactLimits, HoldReason, SafeReason, SafeState};
 use hwall::{EventKind, Session, SessionState};
 use hwall_stage::run::simulated_arm::ArmLevel;
 
-/// The fault lasts this long, s: long enough to see the board withdraw.
+/// Duration of the fault, s: long enough for the board to withdraw.
 const FAULT_S: f64 = 1.0;
-/// By then the session goes on by itself, s after the fault.
+/// Time allowed for the session to continue by itself, s after the fault.
 const RECOVERED_S: f64 = 1.0;
-/// By then it goes on after a reset, s.
+/// Time allowed to continue after a reset, s.
 const RESET_S: f64 = 0.6;
-/// A phase that has not come by then will not come, s.
+/// Time limit for a phase to begin, s.
 const LATEST_S: f64 = 9.0;
 
 /// The safe state in force, and its name.

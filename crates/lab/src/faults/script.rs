@@ -1,25 +1,25 @@
-//! What the hand does in a run: it looks, reaches, presses and leaves.
+//! The hand's script in a run: look, reach, press and leave.
 
 use super::fault::Phase;
 use glam::DVec3;
 use hwall_sim::{HandDrive, minimum_jerk};
 
-/// Where the hand touches if nobody says otherwise, base frame, m.
+/// Default point of touch, base frame, m.
 pub(super) const TARGET_M: DVec3 = DVec3::new(0.6, 0.02, 0.6);
-/// Where the hand rests, m, from there.
+/// Rest position relative to the target, m.
 pub(super) const REST_M: DVec3 = DVec3::new(0.4, 0.1, 0.1);
 
-/// When the hand does what, s.
+/// Times of the hand's actions, s.
 #[derive(Clone, Copy)]
 pub(super) struct Script {
-    /// Where it touches, base frame, m.
+    /// Point of touch, base frame, m.
     pub(super) target_m: DVec3,
     pub(super) look_s: f64,
     pub(super) reach_s: f64,
     pub(super) press_s: f64,
     pub(super) leave_s: f64,
     pub(super) end_s: f64,
-    /// How its aim goes on while it presses, m/s.
+    /// Velocity of its aim while it presses, m/s.
     pub(super) pressing_m_per_s: DVec3,
 }
 
@@ -43,8 +43,8 @@ impl Script {
         }
     }
 
-    /// The same of a hand that sets off `waits_s` after the look and is there `takes_s` later, whether a board is or not, `beside_m`
-    /// the usual place.
+    /// The script of a hurried hand: starts `waits_s` after the look, arrives `takes_s` later whether or not the board is there, at
+    /// `beside_m` from the default place.
     pub(super) fn hurried(self, waits_s: f64, takes_s: f64, beside_m: DVec3) -> Self {
         let reach_s = self.look_s + waits_s;
         let press_s = reach_s + takes_s;
@@ -59,7 +59,7 @@ impl Script {
         }
     }
 
-    /// Where the muscles aim, m.
+    /// The aim of the muscles, m.
     pub(super) fn aim_m(&self, t_s: f64) -> DVec3 {
         let share = |from_s: f64, to_s: f64| minimum_jerk((t_s - from_s) / (to_s - from_s));
         let out = share(self.reach_s, self.press_s) - share(self.leave_s, self.end_s);

@@ -12,10 +12,10 @@ use hwall_stage::run::simulated_arm::ArmLevel;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// What is asked for.
+/// Settings of the study.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Request {
-    /// Seeds of the sensors' noise; the worst outcome of all counts.
+    /// Seeds of the sensors' noise; the worst outcome counts.
     pub seeds: Vec<u64>,
     /// How much of the arm is simulated.
     pub levels: Vec<ArmLevel>,
@@ -30,7 +30,7 @@ pub struct Results {
     pub outcomes: Vec<Outcome>,
     /// One for each level, mass and stiffness.
     pub impacts: Vec<Impact>,
-    /// What they are judged by.
+    /// Limits for the evaluation.
     pub bounds: Bounds,
 }
 
@@ -42,14 +42,14 @@ impl Results {
     }
 }
 
-/// Cycles that any answer may take beside the age of an input, s.
+/// Reaction time allowed in addition to the age of an input, s.
 const CYCLES_S: f64 = 0.06;
 
-/// What the matrix is judged by: the settings of a session.
+/// Limits for the evaluation, from the settings of a session.
 pub fn bounds() -> Bounds {
     let limits = ContactLimits::default();
     let supervisor = session_supervisor();
-    // What no longer comes, and what no longer changes: the oldest that anything may be.
+    // The largest age limit of missing or frozen inputs.
     let slowest_s = [
         supervisor.hand.max_age_s,
         supervisor.head.max_age_s,
@@ -66,7 +66,7 @@ pub fn bounds() -> Bounds {
     }
 }
 
-/// Runs every combination; `progress` is told how many are done, and of how many.
+/// Runs every combination; `progress` receives the number done, and the total.
 ///
 /// # Errors
 /// A phase that never comes, or a simulation that fails.
@@ -86,7 +86,7 @@ pub fn run(request: &Request, progress: impl Fn(usize, usize) + Sync) -> anyhow:
         }
     }
     if jobs.is_empty() {
-        // An empty table would look like one in which nothing is wrong.
+        // An empty table would look like one without faults.
         let only = request.only.as_deref().unwrap_or_default();
         bail!("no fault contains {only:?}");
     }

@@ -18,7 +18,7 @@ pub const NAME: &str = "FEEL.md";
 /// Targets: largest errors of stiffness, inertia and damping.
 pub const TARGETS: [f64; 3] = [0.02, 0.05, 0.05];
 
-/// What is off, of stiffness, inertia and damping, and what remains unexplained.
+/// Errors of stiffness, inertia and damping, and the unexplained force.
 fn off<'a>() -> [Column<'a, &'a Row>; 4] {
     fn percent(row: &Row, which: usize) -> String {
         match (row.errors()[which], row.pairs()[which]) {
@@ -43,7 +43,7 @@ fn held(row: &Row) -> String {
     }
 }
 
-/// One row for each object and way: the push that is worst for stiffness, inertia and damping together.
+/// One row per object and control mode: the push with the worst error of stiffness, inertia and damping.
 #[must_use]
 pub fn table(rows: &[Row]) -> MarkdownTable {
     let worst = rows
@@ -65,14 +65,14 @@ pub fn table(rows: &[Row]) -> MarkdownTable {
     table_of(worst, &[&asked[..], &off(), &places].concat())
 }
 
-/// Largest error over its target.
+/// Largest ratio of an error to its target.
 fn worst(row: &Row) -> f64 {
     let errors = row.errors().into_iter().zip(TARGETS);
     let shares = errors.filter_map(|(error, target)| Some(error?.abs() / target));
     shares.fold(0.0, f64::max)
 }
 
-/// What is to be shown, and whether it was.
+/// The claims of the study, and whether they hold.
 #[must_use]
 pub fn verdicts(rows: &[Row]) -> MarkdownTable {
     let mut table = titled(
@@ -129,7 +129,7 @@ fn held_table(held: &[Held]) -> MarkdownTable {
 /// All tables, as they are printed and written.
 ///
 /// # Errors
-/// None: the gaps are those of tables.md.
+/// None: the gaps match tables.md.
 pub fn text(results: &Results) -> anyhow::Result<String> {
     let given_j = results.rows.iter().map(|row| row.least_given_j);
     let least_j = given_j.fold(0.0, f64::min);
@@ -144,7 +144,7 @@ pub fn text(results: &Results) -> anyhow::Result<String> {
     fill(include_str!("tables.md").trim_end(), &gaps)
 }
 
-/// Writes the document and its figures: that of a push shows 10 N for a second on the door of the built-in room.
+/// Writes the document and its figures. The push figure shows 10 N for a second on the door of the built-in room.
 ///
 /// # Errors
 /// A file that cannot be written.

@@ -8,11 +8,11 @@ use hwall_stage::figures::{COLOURS, Sign, legend_beside, width_of};
 use plotters::prelude::*;
 use std::path::Path;
 
-/// Width of the axes, and of the legend beside them, pixels.
+/// Widths of the axes and of the legend beside them, pixels.
 const WIDTH: u32 = 860;
 const BESIDE: u32 = 190;
 
-/// Force, position and energy over time, all ways beside the ideal object.
+/// Force, position and energy over time, for all control modes and the ideal object.
 ///
 /// # Errors
 /// A file that cannot be written.

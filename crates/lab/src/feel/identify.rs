@@ -1,11 +1,11 @@
-//! Stiffness, mass and damping that a hand feels, from true force and true motion.
+//! Identifies the stiffness, mass and damping felt by a hand, from true force and true motion.
 
 use super::push::{PERIOD_S, Sample};
 use anyhow::ensure;
 use hwall_numeric::dense::{cholesky_in_place, solve_lower, solve_lower_transposed};
 use std::f64::consts::TAU;
 
-/// What was found.
+/// The identified parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Felt {
     /// N/m or N m/rad.
@@ -14,24 +14,24 @@ pub struct Felt {
     pub damping: f64,
     /// kg or kg m².
     pub inertia: f64,
-    /// Force that none of them explains, root mean square over that of the force.
+    /// RMS of the unexplained force, relative to the RMS force.
     pub unexplained: f64,
 }
 
-/// Corner of the filter through which force and motion are seen, Hz: a hand does not act faster.
+/// Corner frequency of the filter of force and motion, Hz: a hand does not act faster.
 const BAND_HZ: f64 = 5.0;
-/// What is skipped, s.
+/// Skipped initial time, s.
 const SKIPPED_S: f64 = 0.5;
 
-/// Least squares for `m a + b v + k x + c = f`, all seen through the same filter `(λ / (s + λ))³`, `λ` of 5 Hz.
+/// Least squares for `m a + b v + k x + c = f`, all filtered by `(λ / (s + λ))³`, `λ` of 5 Hz.
 ///
-/// The filter is that of a state-variable filter: with its three states, velocity and acceleration of the filtered position
-/// are exact combinations and nothing is differentiated. Since force and motion start from rest and pass the same filter, a
-/// linear object is found exactly, up to the discretisation (trapezoids of 1 ms; tests: below 1e-4). `c` takes up a constant error of the
-/// sensors.
+/// The filter is a state-variable filter: velocity and acceleration of the filtered position are exact combinations of its three
+/// states, without differentiation. Force and motion start from rest and pass the same filter, so a
+/// linear object is identified exactly, up to the discretisation (trapezoids of 1 ms; tests: below 1e-4). `c` absorbs a constant
+/// error of the sensors.
 ///
 /// # Errors
-/// A motion that does not tell the three apart.
+/// A motion that does not determine all three parameters.
 pub fn identify(samples: &[Sample]) -> anyhow::Result<Felt> {
     let lambda = TAU * BAND_HZ;
     let (mut motion, mut force) = (Filter::default(), Filter::default());
@@ -52,7 +52,7 @@ pub fn identify(samples: &[Sample]) -> anyhow::Result<Felt> {
             rows.push(([y3, velocity, acceleration, 1.0], force.states[2]));
         }
     }
-    // Columns of about equal size.
+    // Scale the columns to about equal size.
     let scale: [f64; 4] = std::array::from_fn(|i| {
         let square: f64 = rows.iter().map(|(row, _)| row[i] * row[i]).sum();
         square.sqrt().max(f64::MIN_POSITIVE)
@@ -95,7 +95,7 @@ struct Filter {
 }
 
 impl Filter {
-    /// One period on, with the mean of the input over it.
+    /// Advances by one period, with the mean of the input over it.
     fn step(&mut self, input: f64, lambda: f64) {
         let half = 0.5 * lambda * PERIOD_S;
         let mut mean = input;

@@ -1,4 +1,4 @@
-//! What does a hand feel? Doors, panels and buttons under simulated pushes, both ways of driving an arm.
+//! What does a hand feel? Doors, panels and buttons under simulated pushes, with both control modes of an arm.
 
 pub mod document;
 pub mod figures;

@@ -1,4 +1,4 @@
-//! One push: hand, arm and object, step by step, beside the object that the same hand would have moved.
+//! One push: hand, arm and object, step by step, compared with the ideal object under the same force.
 
 use super::rig::{Rig, Way};
 use super::subject::Subject;
@@ -12,26 +12,26 @@ use std::time::Instant;
 /// Period of the control, s.
 pub const PERIOD_S: f64 = 1e-3;
 
-/// Who pushes.
+/// The pushing hand.
 #[derive(Debug, Clone)]
 pub enum Hand {
-    /// A force on the middle of the face, against its normal, whatever the board does.
+    /// A given force on the middle of the face, against its normal, independent of the board.
     Profile(Profile),
-    /// A hand with mass that aims behind the face: how far, m, over the time of the push.
+    /// A hand with mass that aims behind the face.
     Body {
         /// The hand.
         config: HandBodyConfig,
-        /// Depth of the aim at its deepest, m.
+        /// Largest depth of the aim, m.
         depth_m: f64,
-        /// Time in which it goes there, s; the aim then stays.
+        /// Rise time of the aim, s; it then stays constant.
         rise_s: f64,
-        /// When it goes back, s.
+        /// Time at which the aim returns, s.
         until_s: f64,
     },
 }
 
 impl Hand {
-    /// What it gives whatever the board does, N.
+    /// Force independent of the board, N.
     fn force_n(&self, t_s: f64) -> f64 {
         match self {
             Self::Profile(profile) => profile.force_n(t_s),
@@ -39,7 +39,7 @@ impl Hand {
         }
     }
 
-    /// Where a hand with mass aims, behind where the face was at `first`.
+    /// The aim of a hand with mass, behind the face's pose at `first`.
     fn aim(&self, first: &Pose, t_s: f64) -> HandDrive {
         let Self::Body {
             depth_m,
@@ -73,7 +73,7 @@ pub struct Profile {
     pub mean_n: f64,
     /// Sines on top: amplitude N, frequency Hz, phase rad.
     pub sines: Vec<[f64; 3]>,
-    /// When all of it fades, s.
+    /// Time at which all of it fades, s.
     pub until_s: f64,
 }
 
@@ -106,14 +106,14 @@ impl Profile {
     }
 }
 
-/// A push in numbers.
+/// Settings of a push.
 #[derive(Debug, Clone)]
 pub struct Push {
     /// How the arm is driven.
     pub way: Way,
-    /// Who pushes.
+    /// The pushing hand.
     pub hand: Hand,
-    /// Length, s.
+    /// Duration, s.
     pub seconds: f64,
     /// Seed of the sensors' noise.
     pub seed: u64,
@@ -121,18 +121,18 @@ pub struct Push {
     pub config: ObjectRenderingConfig,
 }
 
-/// The truth at one instant; forces hold from then on for a period.
+/// Ground truth at one instant; forces are held for one period.
 #[derive(Debug, Clone, Copy)]
 pub struct Sample {
     /// Time, s.
     pub t_s: f64,
     /// Force of the hand on the board, N.
     pub force_n: f64,
-    /// What moves the object: of the true wrench, N m or N.
+    /// Generalised force of the true wrench on the object, N m or N.
     pub generalized: f64,
-    /// Where the face is along the path, rad or m.
+    /// Position of the face along the path, rad or m.
     pub position: f64,
-    /// Where the object as asked for would be under the true force.
+    /// Position of the ideal object under the true force.
     pub ideal: f64,
     /// Distance of the face from the path, m.
     pub off_path_m: f64,
@@ -144,22 +144,22 @@ pub struct Sample {
     pub torque_n_m: f64,
 }
 
-/// What became of a push.
+/// The result of a push.
 #[derive(Debug, Clone, Default)]
 pub struct Trace {
-    /// One for each period.
+    /// One sample per period.
     pub samples: Vec<Sample>,
     /// Inertia with which the object was rendered.
     pub inertia: f64,
     /// The energy between hand and board, as the rendering accounts for it.
     pub ledger: PortLedger,
-    /// Periods in which the arm could not go along.
+    /// Periods in which the arm could not follow.
     pub unreachable: usize,
     /// Time of each control step (wrench estimate and rendering), ns.
     pub step_ns: Vec<f64>,
 }
 
-/// Pushes.
+/// Runs a push.
 ///
 /// # Errors
 /// Settings outside their ranges; a simulation that fails.

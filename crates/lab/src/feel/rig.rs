@@ -1,4 +1,4 @@
-//! A simulated arm with a board, at servo or torque level, and how it is told to go along with an object.
+//! A simulated arm with a board, at servo or torque level, and the rendering of an object on it.
 
 use anyhow::{Context, bail};
 use clap::ValueEnum;
@@ -20,17 +20,17 @@ pub enum Render {
     Impedance,
 }
 
-/// One of the ways in which an arm renders an object.
+/// A control mode for rendering an object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Way {
     /// The simulated arm.
     pub level: ArmLevel,
-    /// How it is driven.
+    /// Causality.
     pub render: Render,
 }
 
 impl Way {
-    /// All that exist: a servo knows no torques.
+    /// All modes: a servo has no torque interface.
     pub const ALL: [Self; 3] = [
         Self::of(ArmLevel::Servo, Render::Admittance),
         Self::of(ArmLevel::Torque, Render::Admittance),
@@ -41,7 +41,7 @@ impl Way {
         Self { level, render }
     }
 
-    /// Those at a level, driven in a way; any for `None`.
+    /// The modes with this level and causality; `None` matches any.
     #[must_use]
     pub fn matching(level: Option<ArmLevel>, render: Option<Render>) -> Vec<Self> {
         let mut ways = Self::ALL.to_vec();
@@ -57,11 +57,11 @@ impl Way {
     }
 }
 
-/// Of the external torques that an arm at torque level reports, s.
+/// Delay of the external torques from an arm at torque level, s.
 const FORCE_DELAY_S: f64 = 0.0055;
-/// Of that arm's own servo, whose reference leads, s.
+/// Delay of that arm's own servo, whose reference leads, s.
 const SERVO_DELAY_S: f64 = 0.005;
-/// Share of the arm's dry friction that is known and fed forward.
+/// Share of the arm's dry friction compensated by feedforward.
 const KNOWN_SHARE: f64 = 0.8;
 /// Mass of the board with its mount, kg; an assumption.
 const BOARD_KG: f64 = 1.0;
@@ -69,13 +69,13 @@ const BOARD_KG: f64 = 1.0;
 /// An arm with a board.
 #[derive(Debug, Clone)]
 pub struct Rig {
-    /// The tool is the middle of the face.
+    /// Kinematics with the middle of the face as tool.
     pub kinematics: Arc<dyn ArmKinematics>,
     /// The same arm with the mass of the board.
     pub dynamics: ChainDynamics,
     /// The board.
     pub board: Board,
-    /// Where it starts.
+    /// Start posture.
     pub start: JointPositions,
 }
 
@@ -83,7 +83,7 @@ impl Rig {
     /// An iiwa 7 with a board of 1 kg.
     ///
     /// # Errors
-    /// None that is known.
+    /// None known.
     pub fn new() -> anyhow::Result<Self> {
         let board = Board::default();
         let arm = BoardArm::named("iiwa7", &board)?;
@@ -131,7 +131,7 @@ impl Rig {
         let (command, config) = match (way.level, way.render) {
             (ArmLevel::Servo, Render::Admittance) => (ObjectCommand::Position, config),
             (ArmLevel::Torque, Render::Admittance) => {
-                // A torque-controlled arm that is told positions: its sensors are as late as ever, and its servo is faster.
+                // A torque-controlled arm with position commands: same sensor delay, faster servo.
                 let config = ObjectRenderingConfig {
                     force_delay_s: config.force_delay_s.or(Some(FORCE_DELAY_S)),
                     motion_delay_s: config.motion_delay_s.or(Some(SERVO_DELAY_S)),

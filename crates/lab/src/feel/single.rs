@@ -1,4 +1,4 @@
-//! One push at one object in several ways: pushes, a figure, a table.
+//! One push at one object in several control modes: pushes, a figure, a table.
 
 use super::figures;
 use super::push::{Hand, Profile, Push, Sample, Trace, run};
@@ -20,21 +20,21 @@ pub enum HandKind {
     Body,
 }
 
-/// A push that is made in several ways.
+/// A push that is simulated in several control modes.
 #[derive(Debug, Clone, Copy)]
 pub struct SinglePush {
-    /// Who pushes.
+    /// The pushing hand.
     pub hand: HandKind,
     /// Peak force, N.
     pub force_n: f64,
-    /// Length, s; the hand pushes for the first third.
+    /// Duration, s; the hand pushes for the first third.
     pub seconds: f64,
     /// Seed of the sensors' noise.
     pub seed: u64,
 }
 
 impl SinglePush {
-    /// The push in each way, with the way's name.
+    /// Runs the push in each mode; returns the results with the mode's name.
     ///
     /// # Errors
     /// Settings outside their ranges; a simulation that fails.
@@ -71,7 +71,7 @@ impl SinglePush {
     }
 }
 
-/// Draws the pushes, and says in words what came of them.
+/// Draws the pushes, and summarises them as text.
 ///
 /// # Errors
 /// A file that cannot be written.

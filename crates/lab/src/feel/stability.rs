@@ -1,4 +1,4 @@
-//! Light objects under stiff hands: how much energy comes out, and does the board swing on?
+//! Light objects under stiff hands: generated energy, and persistent oscillation of the board.
 
 use super::push::{Hand, Push, run};
 use super::rig::{Rig, Way};
@@ -7,27 +7,27 @@ use hwall_haptics::{ObjectConfig, ObjectRenderingConfig};
 use hwall_sim::HandBodyConfig;
 use hwall_testkit::Sampler;
 
-/// Hands at random for each way.
+/// Number of random hands per control mode.
 pub const HANDS: usize = 150;
-/// Decades of the finger's stiffness in which they are shown, N/m.
+/// Ranges of the finger's stiffness in the tables, N/m.
 pub const FINGERS_N_PER_M: [[f64; 2]; 3] = [[300.0, 3000.0], [3000.0, 20e3], [20e3, 75e3]];
-/// Left of the swing after 3 s, m, that a person notices.
+/// Remaining oscillation after 3 s that a person notices, m.
 pub const SWINGS_ON_M: f64 = 0.002;
 
-/// What a hand and a panel at random came to.
+/// The result for a random hand and panel.
 #[derive(Debug, Clone, Copy)]
 pub struct Held {
-    /// How it is rendered.
+    /// Control mode.
     pub way: Way,
-    /// Of the finger.
+    /// Stiffness of the finger, N/m.
     pub stiffness_n_per_m: f64,
-    /// The most that the board had given out at any time beyond what the hand had put in, J.
+    /// Largest energy returned by the board beyond the hand's input at any time, J.
     pub generated_j: f64,
-    /// What is left of the swing in the last second, peak to peak, m.
+    /// Oscillation in the last second, peak to peak, m.
     pub swing_m: f64,
 }
 
-/// Hands at random, each on a panel at random, as the product renders it: how much comes out, and what goes on swinging?
+/// Random hands, each on a random panel rendered with the product's settings: generated energy and oscillation.
 ///
 /// # Errors
 /// Settings outside their ranges.
@@ -50,7 +50,7 @@ pub fn at_random(rig: &Rig, count: usize, seed: u64) -> anyhow::Result<Vec<Held>
                 ..HandBodyConfig::default()
             };
             let (stiffness, inertia) = (log(150.0, 2000.0), log(0.05, 20.0));
-            // The object itself comes to rest within the time, as heavy as it may become.
+            // The object itself must come to rest in time, at its largest rendered mass.
             let asked = ObjectConfig {
                 stiffness,
                 damping: 2.0 * log(0.3, 1.0) * (stiffness * f64::max(inertia, 4.0)).sqrt(),
@@ -71,8 +71,8 @@ pub fn at_random(rig: &Rig, count: usize, seed: u64) -> anyhow::Result<Vec<Held>
     Ok(held)
 }
 
-/// A hand leans on a panel with a force for 4 s: what is left of the swing, m, and the most that the board had given out at any time
-/// beyond what the hand had put in, J. A simulation that overflows, or an arm thrown out of its reach, swings without end.
+/// A hand leans on a panel with a force for 4 s: returns the remaining oscillation, m, and the largest energy returned by the board
+/// beyond the hand's input, J. A simulation that overflows, or an arm pushed out of its reach, counts as endless oscillation.
 fn leant_on(
     rig: &Rig,
     way: Way,

@@ -1,4 +1,4 @@
-//! The runs of the study: what is felt against what was asked for.
+//! The runs of the study: felt against requested parameters.
 
 use super::identify::{Felt, identify};
 use super::push::{self, Hand, PERIOD_S, Profile, Push};
@@ -8,33 +8,33 @@ use super::subject::{Kind, Subject, made};
 use hwall_haptics::{MovingObject, ObjectConfig, ObjectRenderingConfig, PortLedger};
 use hwall_testkit::Sampler;
 
-/// One object, rendered in one way.
+/// One object in one control mode.
 #[derive(Debug, Clone)]
 pub struct Row {
-    /// How.
+    /// Control mode.
     pub way: Way,
-    /// Which path.
+    /// Kind of path.
     pub kind: Kind,
-    /// As asked for.
+    /// Requested parameters.
     pub asked: ObjectConfig,
-    /// What was found.
+    /// Identified parameters.
     pub felt: Felt,
-    /// Periods in which the arm could not go along.
+    /// Periods in which the arm could not follow.
     pub unreachable: usize,
     /// The energy between hand and board, as the rendering accounts for it.
     pub ledger: PortLedger,
-    /// The same of the held push; `None` where there is none.
+    /// The same for the held push; `None` without one.
     pub held_ledger: Option<PortLedger>,
     /// Largest distance from the path, m.
     pub off_path_m: f64,
     /// Error of the position under a held push of [`HELD_N`], m at the face.
     pub held_m: f64,
-    /// Least energy given, less what the object holds at least, J: below zero what came out of nothing.
+    /// Least energy given, minus the object's least stored energy, J: negative means generated energy.
     pub least_given_j: f64,
 }
 
 impl Row {
-    /// Stiffness, inertia and damping: what was felt, and what was asked for.
+    /// Stiffness, inertia and damping: felt and requested.
     pub const fn pairs(&self) -> [(f64, f64); 3] {
         let (felt, asked) = (&self.felt, &self.asked);
         [
@@ -44,7 +44,7 @@ impl Row {
         ]
     }
 
-    /// Their relative errors; `None` where nothing was asked for.
+    /// Their relative errors; `None` if the requested value is zero.
     pub fn errors(&self) -> [Option<f64>; 3] {
         let error = |(felt, asked)| (asked > 0.0).then(|| felt / asked - 1.0);
         self.pairs().map(error)
@@ -64,13 +64,13 @@ pub struct Results {
 pub const HELD_N: f64 = 10.0;
 /// Frequencies of the excitation, Hz.
 pub const EXCITED_HZ: [f64; 5] = [0.4, 0.9, 1.7, 2.6, 3.7];
-/// Largest acceleration of the face that the ideal object reaches under the excitation, m/s²: an arm can follow that.
+/// Largest acceleration of the ideal object's face under the excitation, m/s²; an arm can follow it.
 pub const MOST_M_PER_S2: f64 = 1.8;
-/// Largest way of the face that the sines make the ideal object go, m: the arm must reach there.
+/// Largest displacement of the ideal object's face by the sines, m; must be within the arm's reach.
 pub const MOST_M: f64 = 0.06;
-/// Different pushes at every object.
+/// Number of pushes per object.
 pub const PUSHES: u64 = 3;
-/// Length of a push, s.
+/// Duration of a push, s.
 const SECONDS: f64 = 8.0;
 
 /// The objects: stiffness, inertia, damping.
@@ -93,7 +93,7 @@ const DOORS: [[f64; 3]; 4] = [
 ];
 const BUTTONS: [[f64; 3]; 3] = [[400.0, 4.0, 25.0], [1000.0, 4.0, 40.0], [2000.0, 4.0, 60.0]];
 
-/// Runs everything from the seed of the pushes and the sensors' noise; `progress` is told the share that is done.
+/// Runs everything; `seed`: of the pushes and the sensors' noise; `progress` receives the share done.
 ///
 /// # Errors
 /// A simulation that fails.
@@ -171,7 +171,7 @@ fn felt(
     })
 }
 
-/// Sines of random phase on a mean force; as large as the arm can follow, and at most what a hand does.
+/// Sines of random phase on a mean force, limited by what the arm can follow and a hand can exert.
 fn excitation(subject: &Subject, seed: u64) -> anyhow::Result<Profile> {
     let mut sampler = Sampler::new(seed);
     let sines = EXCITED_HZ.map(|hz| [1.0, hz, sampler.uniform(0.0, std::f64::consts::TAU)]);

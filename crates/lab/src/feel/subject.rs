@@ -1,4 +1,4 @@
-//! What is pushed: objects of the study, and doors of scenes.
+//! Pushed objects: those of the study, and doors of scenes.
 
 use super::rig::Rig;
 use anyhow::{Context, bail};
@@ -17,14 +17,14 @@ pub struct Subject {
     pub name: String,
     /// The object, as asked for.
     pub object: RenderedObject,
-    /// Joints that hold the board on it.
+    /// Joint positions that hold the board on it.
     pub start: JointPositions,
-    /// The face there.
+    /// Pose of the face there.
     pub face: Pose,
 }
 
 impl Subject {
-    /// Way of the middle of the face for each rad or m of the position, m.
+    /// Displacement of the middle of the face per rad or m of the position, m.
     #[must_use]
     pub fn lever_m(&self) -> f64 {
         let path = &self.object.path;
@@ -33,7 +33,7 @@ impl Subject {
     }
 }
 
-/// What the path of a study's object is.
+/// Path of a study's object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Turns about an upright hinge, 0.6 m beside the middle of the board.
@@ -44,12 +44,12 @@ pub enum Kind {
     Button,
 }
 
-/// The study's objects stand this much further out than the board at the start of the arm, m: there is more room to go back.
+/// Distance of the study's objects beyond the board's start position, m, to leave room for motion back.
 const OUT_M: f64 = 0.1;
-/// From the hinge of a study's door to the middle of the board, m.
+/// Distance from the hinge of a study's door to the middle of the board, m.
 const LEVER_M: f64 = 0.6;
 
-/// An object in front of the starting posture; rising positions lead away from the hand.
+/// An object in front of the starting posture; positive positions lead away from the hand.
 ///
 /// # Errors
 /// Numbers that are not valid.
@@ -78,7 +78,7 @@ pub fn made(rig: &Rig, kind: Kind, name: String, config: ObjectConfig) -> anyhow
     })
 }
 
-/// A moving surface of a scene, touched where the arm can hold the board best among a few places along it.
+/// A moving surface of a scene, touched at the best of several places for the arm.
 ///
 /// # Errors
 /// An unknown name, a surface that does not move, one that the arm cannot hold the board on.
@@ -111,18 +111,18 @@ pub fn of_scene(rig: &Rig, scene: &Scene, name: Option<&str>) -> anyhow::Result<
     }
 }
 
-/// Distance of the places that are tried, and of the board's middle from the edge of a surface, m.
+/// Spacing of the places tried, and least distance of the board's middle from the edge of a surface, m.
 const STEP_M: f64 = 0.1;
-/// How far a touched object is to be carried along, rad or m.
+/// Wanted displacement of a touched object, rad or m.
 const CARRIED: f64 = 0.9;
 /// Joints further apart than this belong to different postures, rad.
 const NEXT_RAD: f64 = 0.3;
-/// Steps of that way.
+/// Steps of that displacement.
 const PIECES: u32 = 18;
-/// Least distance of a place from a hinge, m: nobody pushes a door beside it.
+/// Least distance of a place from a hinge, m: nobody pushes a door close to it.
 const LEAST_LEVER_M: f64 = 0.4;
 
-/// The place on the surface from which the arm carries the object along furthest; among equals, where it has to turn least.
+/// The place from which the arm can move the object furthest; ties: with the least joint motion.
 fn held(
     rig: &Rig,
     scene: &Scene,
@@ -139,7 +139,7 @@ fn held(
         .context("a surface without triangles")?;
     let middle_m = (largest[0] + largest[1] + largest[2]) / 3.0;
     let normal = normal_of(largest).normalize();
-    // The person stands on the other side of it than the arm.
+    // The person and the arm are on opposite sides of it.
     let normal = match normal.dot(middle_m) < 0.0 {
         true => -normal,
         false => normal,
@@ -193,7 +193,7 @@ fn held(
     }))
 }
 
-/// Joints that hold the board at the start, how many pieces of the way they carry it on, and how far the farthest joint turns.
+/// Joint positions at the start, number of steps of the displacement that they reach, and largest joint motion.
 fn carried(
     rig: &Rig,
     face: &Pose,

@@ -18,7 +18,7 @@ pub fn table(rows: &[Row]) -> MarkdownTable {
     let number = |value: Option<f64>, factor: f64, decimals: usize| {
         or_none(value.map(|v| factor * v), decimals)
     };
-    // A median of whole numbers: halves are not rounded away.
+    // A median of whole numbers may be a half: do not round.
     let whole = |median: Option<f64>| median.map_or("none".to_owned(), |m| m.to_string());
     let columns: [Column<'_, &Row>; 13] = [
         ("person", &|r| r.kind.name().to_owned()),
@@ -50,7 +50,7 @@ pub fn table(rows: &[Row]) -> MarkdownTable {
         ("step p99, us", &|r| number(r.summary.step_p99_us, 1.0, 1)),
     ];
     let mut columns = columns.to_vec();
-    // Touches out of reach are not counted among those that should have been in place.
+    // Unreachable touches are not counted as missed.
     let missed: Vec<_> = (1..Miss::ALL.len())
         .map(|i| move |r: &&Row| r.summary.misses[i].to_string())
         .collect();
@@ -60,7 +60,7 @@ pub fn table(rows: &[Row]) -> MarkdownTable {
     table_of(rows, &columns)
 }
 
-/// Who was right from how long before the contact on, one row for each kind of person.
+/// Leads of the predictors, one row per kind of person.
 pub fn leads(rows: &[Row]) -> MarkdownTable {
     let judged = [
         PredictorKind::Fused,
@@ -76,13 +76,13 @@ pub fn leads(rows: &[Row]) -> MarkdownTable {
     let titles = titles.into_iter().chain(compared.map(str::to_owned));
     let mut table = MarkdownTable::new(cells(["person", "touches"], titles));
     for row in rows.iter().filter(|row| !row.leads_s.is_empty()) {
-        // A predictor that is wrong until the end has no lead.
+        // A predictor that is wrong until the contact has a lead of zero.
         let of = |kind: PredictorKind| {
             let all = row.leads_s.iter();
             all.map(move |leads| leads[kind as usize].unwrap_or(0.0))
         };
         let spread = |all_s: Vec<f64>, tail: f64| {
-            // Zero added: nothing is -0.
+            // Adding zero avoids -0.
             let [low, middle, high] =
                 quantiles(all_s, [tail, 0.5, 1.0 - tail]).map(|s| (1e3 * s).round() + 0.0);
             format!("{middle} ({low} to {high})")
@@ -107,7 +107,7 @@ pub fn leads(rows: &[Row]) -> MarkdownTable {
     table
 }
 
-/// Leads that differ by less are alike, s.
+/// Leads that differ by less count as equal, s.
 const CLEARLY_S: f64 = 0.05;
 
 /// All tables, as they are printed and written.
@@ -172,7 +172,7 @@ mod tests {
         .to_string();
         let line = text.lines().nth(2).expect("a row");
         let cells: Vec<&str> = line.split('|').map(str::trim).collect();
-        // Earlier by more than 50 ms in two of four, later in one; a predictor that is wrong until the end has no lead.
+        // Earlier by more than 50 ms in two of four, later in one; a predictor that is wrong until the contact has a lead of zero.
         assert_eq!(
             cells[2..],
             [

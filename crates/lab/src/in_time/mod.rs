@@ -1,4 +1,4 @@
-//! Is the board there before the hand? Every kind of person, over many touches.
+//! Is the board in place before the hand? All kinds of people, many touches.
 
 pub mod document;
 pub mod study;

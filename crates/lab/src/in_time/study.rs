@@ -8,7 +8,7 @@ use hwall_stage::report::summary::Summary;
 use hwall_stage::run::people;
 use hwall_stage::run::stage::Stage;
 
-/// What is asked for.
+/// Settings of the study.
 #[derive(Debug, Clone)]
 pub struct Request {
     /// Kinds of people, in the order of the table.
@@ -17,20 +17,20 @@ pub struct Request {
     pub touches: usize,
     /// Seed of the people.
     pub seed: u64,
-    /// Who leads the board; `None`: whoever does by default.
+    /// The predictor that leads the board; `None`: the default.
     pub leader: Option<PredictorKind>,
     /// Does the board present the roughness of surfaces?
     pub textured: bool,
 }
 
-/// What became of one kind of people.
+/// Results for one kind of people.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     /// The kind.
     pub kind: PersonKind,
-    /// Their touches in numbers.
+    /// Summary of their touches.
     pub summary: Summary,
-    /// For each touch how long before it each predictor had been right; `None` where it was wrong.
+    /// Leads of the predictors for each touch; `None` if wrong.
     pub leads_s: Vec<[Option<f64>; PREDICTORS]>,
 }
 
@@ -39,16 +39,16 @@ pub struct Row {
 pub struct Results {
     /// One for each kind.
     pub rows: Vec<Row>,
-    /// Who was learnt from.
+    /// Description of the training.
     pub learnt: String,
 }
 
 /// Control period, s.
 const PERIOD_S: f64 = 1e-3;
 
-/// Runs the built-in room with an iiwa 7 for every kind; `progress` is told the kind and the share of its touches done.
+/// Runs the built-in room with an iiwa 7 for every kind; `progress` receives the kind and the share of its touches done.
 ///
-/// Predictor and maps are made once. All kinds meet the same seeds.
+/// Predictor and maps are created once. All kinds use the same seeds.
 ///
 /// # Errors
 /// As for the main job.

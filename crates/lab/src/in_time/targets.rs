@@ -1,4 +1,4 @@
-//! What was promised of each kind of person, beside what was measured.
+//! Targets for each kind of person, compared with measurements.
 
 use crate::in_time::study::Row;
 use crate::report::{titled, yes_or_no};
@@ -6,7 +6,7 @@ use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::report::summary::Summary;
 use hwall_testkit::MarkdownTable;
 
-/// What is measured, `None` where nothing was touched, and the factor and unit with which it is printed.
+/// A measured quantity (`None` without touches), with the factor and unit for printing.
 type Number = (
     &'static str,
     fn(&Summary) -> Option<f64>,
@@ -46,7 +46,7 @@ const IN_VAIN: Number = (
     (1.0, ""),
 );
 
-/// What is promised of whom.
+/// The targets by kind of person.
 const TARGETS: [(PersonKind, Number, Bound); 10] = [
     (PersonKind::Plain, OF_REACHABLE, Bound::Least(0.93)),
     (PersonKind::Plain, OF_POSSIBLE, Bound::Least(0.97)),
@@ -60,7 +60,7 @@ const TARGETS: [(PersonKind, Number, Bound); 10] = [
     (PersonKind::Glancing, IN_VAIN, Bound::Most(1.0)),
 ];
 
-/// Every target of the kinds that were run.
+/// All targets of the simulated kinds.
 pub fn table(rows: &[Row]) -> MarkdownTable {
     let mut table = titled("person | target | bound | measured | met");
     for row in rows {

@@ -1,4 +1,4 @@
-//! Contacts drawn at random.
+//! Random contacts.
 
 use hwall_haptics::passivity::{Causality, Sampling};
 use hwall_testkit::Sampler;
@@ -6,9 +6,9 @@ use hwall_testkit::Sampler;
 /// What is behind the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Behind {
-    /// A wall that stands.
+    /// A fixed wall.
     Wall,
-    /// Something with mass that can be pushed.
+    /// A movable mass.
     Mass(Mass),
 }
 
@@ -26,19 +26,19 @@ pub struct Mass {
 pub struct Hand {
     /// kg.
     pub mass_kg: f64,
-    /// Of the arm towards where the hand wants to be, N/m.
+    /// Stiffness of the arm towards the hand's goal, N/m.
     pub arm_n_per_m: f64,
     /// N s/m.
     pub arm_n_s_per_m: f64,
-    /// Of the skin, N/m.
+    /// Stiffness of the skin, N/m.
     pub skin_n_per_m: f64,
     /// N s/m.
     pub skin_n_s_per_m: f64,
     /// Speed at which it meets the device, m/s.
     pub speed_m_per_s: f64,
-    /// How far beyond the surface it wants to be, m.
+    /// Depth of its goal beyond the surface, m.
     pub depth_m: f64,
-    /// When it goes back to 0.1 m in front of it, s; `None`: it rests there.
+    /// Time at which it returns to 0.1 m in front of the surface, s; `None`: it stays.
     pub release_s: Option<f64>,
 }
 
@@ -59,13 +59,13 @@ pub struct Contact {
     pub damping_n_s_per_m: f64,
     /// What is behind the surface.
     pub behind: Behind,
-    /// Largest noise of a position, m, even within.
+    /// Largest noise of a position, m; uniform.
     pub position_noise_m: f64,
-    /// Step of a position, m.
+    /// Resolution of a position, m.
     pub position_step_m: f64,
-    /// Largest noise of a force, N, even within.
+    /// Largest noise of a force, N; uniform.
     pub force_noise_n: f64,
-    /// Step of a force, N.
+    /// Resolution of a force, N.
     pub force_step_n: f64,
     /// The hand.
     pub hand: Hand,
@@ -73,7 +73,7 @@ pub struct Contact {
     pub seed: u64,
 }
 
-/// Between the ends, every decade as likely.
+/// Log-uniform between the ends.
 fn decades(sampler: &mut Sampler, low: f64, high: f64) -> f64 {
     sampler.uniform(low.ln(), high.ln()).exp()
 }
@@ -81,7 +81,7 @@ fn decades(sampler: &mut Sampler, low: f64, high: f64) -> f64 {
 impl Contact {
     /// Contact number `index` of a seed.
     pub fn draw(seed: u64, index: u64) -> Self {
-        // Neighbouring numbers give unrelated sequences only if they are far apart.
+        // Scramble: seeds must be far apart to give unrelated sequences.
         let own =
             (seed ^ index.wrapping_mul(0x9e37_79b9_7f4a_7c15)).wrapping_mul(0xd134_2543_de82_ef95);
         let s = &mut Sampler::new(own);
@@ -111,7 +111,7 @@ impl Contact {
         let stiffness_n_per_m = decades(s, 100.0, 10_000.0);
         let mass_kg = decades(s, 0.3, 10.0);
         let critical = 2.0 * (stiffness_n_per_m * mass_kg).sqrt();
-        // A mass on a spring without a damper swings for good reasons.
+        // Avoid undamped masses, which oscillate legitimately.
         let ratio = match (behind, s.bool()) {
             (Behind::Wall, true) => 0.0,
             (Behind::Wall, false) => s.uniform(0.0, 0.3),
@@ -131,7 +131,7 @@ impl Contact {
                 Causality::Admittance => 0.0,
             },
             behind: match (causality, behind) {
-                // A door that swings long would do so for good reasons.
+                // Avoid weakly damped doors, which oscillate legitimately.
                 (Causality::Admittance, Behind::Mass(mass)) => {
                     let critical = (0.1 * stiffness_n_per_m * mass.mass_kg).sqrt();
                     Behind::Mass(Mass {

@@ -34,7 +34,7 @@ pub fn contact_table(rows: &[Row]) -> MarkdownTable {
     table_of(rows, &columns)
 }
 
-/// What is to be shown, and whether it was.
+/// The claims of the study, and whether they hold.
 pub fn verdicts(rows: &[Row]) -> MarkdownTable {
     let sum = |method: PassivityMethod, f: &dyn Fn(&Row) -> usize| -> usize {
         rows.iter().filter(|row| row.method == method).map(f).sum()

@@ -3,7 +3,7 @@
 /// `N × N`, rows.
 pub(super) type Square<const N: usize> = [[f64; N]; N];
 
-/// `exp(A h)` by scaling and a Taylor series of order 12: with a norm of at most 1/4 the rest is below 1e-17.
+/// `exp(A h)` by scaling and a Taylor series of order 12: with a norm of at most 1/4 the remainder is below 1e-17.
 pub(super) fn exponential<const N: usize>(a: &Square<N>, h: f64) -> Square<N> {
     let norm = a
         .iter()

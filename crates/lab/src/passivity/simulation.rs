@@ -1,4 +1,4 @@
-//! One contact, simulated between samples in closed form.
+//! Simulation of one contact, in closed form between samples.
 
 use super::contact::{Behind, Contact};
 use super::linear::{Square, apply, exponential};
@@ -8,17 +8,17 @@ use hwall_haptics::passivity::{
 };
 use hwall_testkit::Sampler;
 
-/// How long a contact is followed, s.
+/// Simulated duration of a contact, s.
 pub const DURATION_S: f64 = 1.2;
-/// How long one that still swings is followed, s.
+/// Simulated duration of a contact that still oscillates, s.
 pub const LONG_S: f64 = 12.0;
-/// Swings beyond this are, m.
+/// Oscillations above this are simulated longer, m.
 const LOOKED_AT_LONGER_M: f64 = 1e-3;
-/// Swings are looked at in the last part of it, s.
+/// Final part in which oscillations are evaluated, s.
 const LAST_S: f64 = 0.4;
-/// A swing that shrinks to less than this share in that time dies out.
+/// An oscillation that shrinks below this ratio in that time dies out.
 const STILL_THERE: f64 = 0.7;
-/// Contact of skin and device is looked at no less often than this, s.
+/// Longest interval between checks of the contact of skin and device, s.
 const LONGEST_STEP_S: f64 = 0.5e-3;
 /// Largest force of the actuator, N.
 const MOST_N: f64 = 140.0;
@@ -26,32 +26,32 @@ const MOST_N: f64 = 140.0;
 const MOST_M_PER_S: f64 = 1.5;
 /// Time constant of the low pass on the device's velocity, s.
 const VELOCITY_FILTER_S: f64 = 4e-3;
-/// Where a pushed object meets its stop (admittance), m.
+/// Position of the stop of a pushed object (admittance), m.
 const STOP_M: f64 = 0.05;
 
-/// What came of a contact.
+/// The result of a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outcome {
-    /// Most energy that had ever come out beyond what had gone in and what the device's friction took, J.
+    /// Largest net energy output at any time, J: output minus input and the dissipation of the device's friction.
     pub generated_j: f64,
-    /// Swing that goes on, peak to peak, m: the least of the last four in the last 0.4 s, unless it dies out; 0 if there is none.
+    /// Persistent oscillation, peak to peak, m: the least of the last four in the last 0.4 s; 0 if it dies out or there is none.
     pub swing_m: f64,
-    /// Sum of what was taken off the commands over the sum of the commands.
+    /// Sum of the reductions of commands, relative to the sum of the commands.
     pub intrusion: f64,
 }
 
-/// Hand and device between two samples: `[x, v, x_hand, v_hand, command, goal of the hand, ∫F, 0]` for impedance, the device's
-/// own velocity being the command for admittance.
+/// Hand and device between two samples: `[x, v, x_hand, v_hand, command, goal of the hand, ∫F, 0]` for impedance; for admittance
+/// the device's velocity is the command.
 type State = [f64; 7];
 
-/// The two motions, with the skin in touch and apart, over a substep and over a part of it.
+/// The two motions, with and without contact of the skin, over a substep and over a part of it.
 struct Steps {
     coarse: Motions,
     fine: Motions,
     count: usize,
 }
 
-/// Parts of a substep in which the skin lets go.
+/// Subdivision of a substep in which contact is lost.
 const PARTS: usize = 16;
 
 impl Steps {
@@ -81,7 +81,7 @@ impl Motions {
         }
     }
 
-    /// The state after it, and the energy that came out, J.
+    /// The state after a substep, and the energy output, J.
     fn after(&self, contact: &Contact, before: &State) -> (State, f64) {
         let mut state = *before;
         state[6] = 0.0;
@@ -96,7 +96,7 @@ impl Motions {
                 let friction = contact.friction_n_s_per_m * moved_m * moved_m / self.time_s;
                 state[4] * moved_m - friction
             }
-            // The skin does not pull, although its spring and damper would until the end of the substep.
+            // The skin does not pull, although its spring and damper would at the end of the substep.
             Causality::Admittance => -state[4] * state[6].max(0.0),
         };
         (state, generated_j)
@@ -135,7 +135,7 @@ fn motion(contact: &Contact, touching: bool) -> Square<7> {
     a
 }
 
-/// The settings of the port for a contact: what a user would know of the device.
+/// The settings of the port for a contact, from what a user would know of the device.
 pub fn port_config(contact: &Contact, method: PassivityMethod) -> PortConfig {
     let position_error_m = contact.position_error_m();
     let base = match contact.causality {
@@ -163,19 +163,19 @@ pub fn port_config(contact: &Contact, method: PassivityMethod) -> PortConfig {
     }
 }
 
-/// Follows a contact. Whatever keeps the port passive sees only measured values.
+/// Simulates a contact. The passivity controller sees only measured values.
 ///
-/// The energy is accounted outside of it, along the simulated motion. Impedance: force of the actuator times displacement of the
-/// device, exact in every substep since the force is constant; its friction is counted by the lower bound
-/// `b displacement² / time`, so that too little of it is taken off. Admittance: velocity times the integral of the skin's force,
+/// Energy is accounted independently, along the simulated motion. Impedance: actuator force times displacement of the
+/// device, exact in every substep because the force is constant; its friction enters by the lower bound
+/// `b displacement² / time`, so that too little is subtracted. Admittance: velocity times the integral of the skin's force,
 /// which is part of the closed form.
 ///
 /// # Errors
-/// None for a contact that was drawn: the port takes only sound settings and finite numbers.
+/// None for a drawn contact; the port rejects invalid settings and non-finite numbers.
 pub fn run(contact: &Contact, method: PassivityMethod) -> Result<Outcome, HapticsError> {
     let outcome = follow(contact, method, DURATION_S)?;
     if outcome.swing_m > LOOKED_AT_LONGER_M {
-        // What swings may still live on what the hand put in; a limit cycle lasts.
+        // An oscillation may still use the hand's energy; a limit cycle persists.
         return follow(contact, method, LONG_S);
     }
     Ok(outcome)
@@ -206,7 +206,7 @@ fn follow(
             Some(release_s) if t_s >= release_s => -0.1,
             _ => contact.hand.depth_m,
         };
-        // A value as a sensor gives it.
+        // A sensor value with noise and resolution.
         let mut measured = |value: f64, most: f64, step: f64| {
             ((value + noise.uniform(-most, most)) / step).round() * step
         };
@@ -222,7 +222,7 @@ fn follow(
         })?;
         environment.obey(contact, output.command);
         ledger.commands(wanted, output.command);
-        // Commands act after the delay: the one of `whole + 1` samples ago until the share of the period, then the next.
+        // Commands act after the delay: first the one from `whole + 1` samples ago, then the next.
         commands.rotate_right(1);
         commands[0] = output.command;
         for (part, steps) in steps.iter().enumerate() {
@@ -247,7 +247,7 @@ fn follow(
     Ok(ledger.outcome())
 }
 
-/// Force of the skin on the device, N, as if it could pull.
+/// Force of the skin on the device, N, including negative (pulling) values.
 fn skin_n(contact: &Contact, state: &State) -> f64 {
     if state[2] <= state[0] {
         return 0.0;
@@ -260,7 +260,7 @@ fn skin_n(contact: &Contact, state: &State) -> f64 {
         + contact.hand.skin_n_s_per_m * (state[3] - velocity)
 }
 
-/// A delay in whole periods, and the two parts of a period between which a command changes, s.
+/// A delay in whole periods, and the two parts of a period before and after a command change, s.
 pub(super) fn delay_in_periods(sampling: &Sampling) -> (usize, [f64; 2]) {
     let periods = sampling.delay_s / sampling.period_s;
     let whole = (periods + 1e-9).floor();
@@ -269,7 +269,7 @@ pub(super) fn delay_in_periods(sampling: &Sampling) -> (usize, [f64; 2]) {
     (whole as usize, parts_s)
 }
 
-/// The virtual side.
+/// The virtual environment.
 #[derive(Debug, Default)]
 struct Environment {
     last_m: Option<f64>,
@@ -307,7 +307,7 @@ impl Environment {
                     Behind::Mass(mass) => (mass.mass_kg, mass.friction_n_s_per_m),
                     Behind::Wall => (f64::INFINITY, 0.0),
                 };
-                // Noise alone moves nothing.
+                // Ignore forces within the noise.
                 let felt_n = match hand_force_n > 2.0 * contact.force_error_n() {
                     true => hand_force_n,
                     false => 0.0,
@@ -322,7 +322,7 @@ impl Environment {
         }
     }
 
-    /// What its springs and masses hold, J.
+    /// Energy stored in its springs and masses, J.
     fn stored_j(&self, contact: &Contact, wanted: f64) -> f64 {
         let k = contact.stiffness_n_per_m;
         let moving_j = match contact.behind {
@@ -339,7 +339,7 @@ impl Environment {
         spring_j + moving_j
     }
 
-    /// The object of an admittance moves as it was let.
+    /// For admittance, the object follows the permitted command.
     fn obey(&mut self, contact: &Contact, command: f64) {
         if contact.causality == Causality::Admittance {
             self.velocity_m_per_s = command;
@@ -348,7 +348,7 @@ impl Environment {
     }
 }
 
-/// What is noted down.
+/// Records of a simulation.
 #[derive(Debug, Default)]
 struct Ledger {
     last_part_s: f64,
@@ -356,7 +356,7 @@ struct Ledger {
     most_j: f64,
     wanted: f64,
     taken: f64,
-    /// The last turning point, the direction since, and the newest swings.
+    /// The last turning point, the direction since, and the latest oscillations.
     turn_m: Option<f64>,
     last_m: f64,
     rising: bool,
@@ -388,7 +388,7 @@ impl Ledger {
         if rises != self.rising && x_m != self.last_m {
             self.swings_m.rotate_right(1);
             self.swings_m[0] = (self.last_m - turn_m).abs();
-            // The first turn is that of the window, not of the motion.
+            // The first turn comes from the window, not from the motion.
             if let Some(place) = self.turns.checked_sub(1)
                 && let Some(first) = self.first_swings_m.get_mut(place)
             {

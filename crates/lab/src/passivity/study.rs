@@ -7,7 +7,7 @@ use hwall_haptics::passivity::{Causality, PassivityMethod};
 use hwall_testkit::quantile;
 use rayon::prelude::*;
 
-/// What is asked for.
+/// Settings of the study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Request {
     /// Number of contacts.
@@ -16,14 +16,14 @@ pub struct Request {
     pub seed: u64,
 }
 
-/// What is compared: no method at all, and the one that is used.
+/// Compared methods: none, and the one in use.
 const METHODS: [PassivityMethod; 2] = [PassivityMethod::Off, PassivityMethod::Tank];
 
 /// Energy beyond this counts as generated, J: a hundred times the rounding of the sums.
 pub const NUMERICAL_J: f64 = 1e-9;
 /// Energy beyond this counts as felt, J.
 pub const FELT_J: f64 = 1e-3;
-/// A swing that goes on beyond this is a limit cycle, peak to peak, m.
+/// A persistent oscillation above this is a limit cycle, peak to peak, m.
 pub const LIMIT_CYCLE_M: f64 = 2e-3;
 
 /// One method on all contacts of a causality.
@@ -31,7 +31,7 @@ pub const LIMIT_CYCLE_M: f64 = 2e-3;
 pub struct Row {
     /// Which variable is commanded.
     pub causality: Causality,
-    /// What keeps the port passive.
+    /// Passivity method.
     pub method: PassivityMethod,
     /// Contacts.
     pub contacts: usize,
@@ -39,25 +39,25 @@ pub struct Row {
     pub generating: usize,
     /// With more than [`FELT_J`] generated.
     pub felt: usize,
-    /// Most that was generated, J.
+    /// Largest generated energy, J.
     pub most_j: f64,
     /// With a limit cycle beyond [`LIMIT_CYCLE_M`].
     pub cycling: usize,
-    /// Largest swing that went on, m.
+    /// Largest persistent oscillation, m.
     pub largest_swing_m: f64,
-    /// Failed one way or the other: generating beyond what is numerical, or cycling.
+    /// Number of failures: energy above [`NUMERICAL_J`], or a limit cycle.
     pub failed: usize,
-    /// Share of the commands that was taken off of contacts that are passive and still without any method: mean, median, nine of ten.
+    /// Reduction of commands for contacts that are passive and quiet without a method: mean, median, 90th percentile.
     pub intrusion: [f64; 3],
 }
 
 /// Contacts between two reports of progress.
 const BLOCK: u64 = 2048;
 
-/// What is kept of a contact.
+/// The stored result of a contact.
 type Kept = (Causality, [Outcome; METHODS.len()]);
 
-/// Runs every contact with every method: a row for each causality and method. `progress` is given the number of contacts that are done.
+/// Runs every contact with every method: a row for each causality and method. `progress` receives the number of contacts done.
 ///
 /// # Errors
 /// As [`simulation::run`].

@@ -15,9 +15,9 @@ use std::fs;
 use std::io::{self, Read, Write};
 use std::path::PathBuf;
 
-/// A column of this name says which rows count; tables of the example `study` have it.
+/// A column of this name marks valid rows; tables of the example `study` have it.
 const VALID: &str = "valid";
-/// For `--valid`: no column says which rows count.
+/// Value of `--valid` for no validity column.
 const NONE: &str = "none";
 
 /// What to analyse and how.
@@ -127,7 +127,7 @@ impl Args {
         }
     }
 
-    /// The column `valid`, where the table is long, has one, and nothing else is made of it.
+    /// The column `valid`, if the table is long, has one, and it has no other role.
     fn own_valid(&self, header: &[String]) -> Option<String> {
         let named = self.factors.iter().chain(&self.round).chain(&self.between);
         let mut named = named.chain([&self.subject]).chain(&self.value);
@@ -137,7 +137,7 @@ impl Args {
         (self.wide.is_none() && has_one && !is_taken).then(|| VALID.to_owned())
     }
 
-    /// The error of a table; where its column `valid` was taken without being asked for, with the way to refuse it.
+    /// The error of a table; if its column `valid` was used by default, also how to disable that.
     fn explained(&self, error: PsychophysicsError) -> anyhow::Error {
         let is_own =
             self.valid.is_none() && matches!(error, PsychophysicsError::NeitherValidNorNot { .. });
@@ -170,7 +170,7 @@ impl Args {
     }
 }
 
-/// Reads, analyses, prints, writes what was asked for.
+/// Reads, analyses, prints, and writes the requested files.
 ///
 /// # Errors
 /// A table that is not a complete study, a file that cannot be written.
@@ -192,7 +192,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut table = Vec::new();
     source.read_to_end(&mut table).with_context(name)?;
     let header = Table::new(table.as_slice()).map(|table| table.header().to_vec());
-    // What is wrong with the table is said below.
+    // Errors of the table are reported below.
     let columns = args.columns(&header.unwrap_or_default());
     let study = match &args.wide {
         Some(joint) => {

@@ -62,7 +62,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             "{orders} orders of {conditions} conditions: successions are balanced only for a multiple of {cycle}"
         ));
     }
-    // Before the file is created, so that a refused schedule leaves none behind.
+    // Before the file is created: a refused schedule leaves no file behind.
     let mut script = Vec::new();
     schedule.write_csv(&mut script)?;
     let mut out = numbers::output(args.out.as_deref())?;

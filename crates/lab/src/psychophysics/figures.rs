@@ -11,12 +11,12 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::ops::Range;
 use std::path::Path;
 
-/// Room for the key to the right of a chart, pixels.
+/// Width of the key to the right of a chart, pixels.
 const KEY_WIDTH: u32 = 170;
 
-/// Mean over subjects at each level of the first factor, one line a level of the second, with
-/// intervals for differences within subjects. One panel a group; with a single factor within
-/// subjects one line a group. Further factors are averaged over.
+/// Mean over subjects at each level of the first factor, one line per level of the second, with
+/// intervals for differences within subjects. One panel per group; with a single factor within
+/// subjects one line per group. Further factors are averaged over.
 ///
 /// # Errors
 /// A file that cannot be written.
@@ -27,7 +27,7 @@ pub fn means(path: &Path, study: &Study, confidence: f64) -> anyhow::Result<()> 
     let groups = study.group_sizes().len();
     let first = &study.within()[0];
     let between = study.between().map(|g| &g.factor);
-    // What the lines are; cells run over groups, the first factor, the second.
+    // The factor of the lines; cells run over groups, the first factor, the second.
     let of_lines = study.within().get(1).or(between);
     let lines = of_lines.map_or(1, |f| f.levels.len());
     let panels = if shown.len() == 1 { 1 } else { groups };
@@ -66,7 +66,7 @@ pub fn means(path: &Path, study: &Study, confidence: f64) -> anyhow::Result<()> 
     })
 }
 
-/// Means with their intervals, joined by a line; moved aside by a share of a level.
+/// Means with their intervals, joined by a line; shifted by a fraction of a level.
 fn mean_line(
     chart: &mut LevelChart<'_, '_>,
     cells: &[&CellMean],
@@ -90,7 +90,7 @@ fn mean_line(
     Ok(())
 }
 
-/// The subjects' means at each level, one panel a factor: box of the quartiles, line of the median,
+/// The subjects' means at each level, one panel per factor: box of the quartiles, line of the median,
 /// whiskers to the last value within 1.5 boxes, circles beyond.
 ///
 /// # Errors
@@ -229,7 +229,7 @@ fn key(area: &Area<'_>, title: &str, names: &[String]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// From the smallest to the largest, and a share more on either side.
+/// The range of the values, widened by a share on either side.
 fn widened(values: impl Iterator<Item = f64>, share: f64) -> Range<f64> {
     let (low, high) = ends(values);
     let more = share * (high - low).max(1e-9 * high.abs()).max(f64::MIN_POSITIVE);

@@ -131,7 +131,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     write!(io::stdout(), "{table}").context("standard output")
 }
 
-/// Means of all cells where the factors do not interact.
+/// Means of all cells without interactions.
 fn added(within: &[Factor], effects: &[String]) -> anyhow::Result<Vec<f64>> {
     let mut additions: Vec<Vec<f64>> = within.iter().map(|f| vec![0.0; f.levels.len()]).collect();
     for effect in effects {

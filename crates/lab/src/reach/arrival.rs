@@ -1,4 +1,4 @@
-//! How soon the arm is where people touch: the numbers, for the command line.
+//! Arrival times of the arm at people's touches, for the command line.
 
 use crate::report::{Column, quantiles, table_of};
 use crate::spans::ends as span;
@@ -41,7 +41,7 @@ pub fn degrees(q: &JointPositions) -> String {
     joints.join(",")
 }
 
-/// One row for each posture: how soon it is at the targets.
+/// Arrival times at the targets, one row per posture.
 pub fn posture_table(postures: &[(&str, PostureArrivals)]) -> MarkdownTable {
     let within = |a: &PostureArrivals, time_s: f64| percent(a.share_within(time_s));
     let late = |a: &PostureArrivals| format!("{:.0} ms", 1e3 * a.posture.expected_lateness_s);
@@ -62,7 +62,7 @@ pub fn posture_table(postures: &[(&str, PostureArrivals)]) -> MarkdownTable {
     table_of(postures, &columns)
 }
 
-/// One row for each wall of an atlas that can be touched.
+/// One row per touchable wall of an atlas.
 pub fn wall_table(walls: &[(String, &AtlasWall)]) -> MarkdownTable {
     let nodes = |wall: &AtlasWall| -> Vec<_> {
         let nodes = wall.places().filter_map(|place| wall.node(place).copied());
@@ -92,8 +92,8 @@ pub fn wall_table(walls: &[(String, &AtlasWall)]) -> MarkdownTable {
     table_of(walls, &columns)
 }
 
-/// The walls of an atlas that are the outer side of a surface of the scene, with the surface's name; where a surface has
-/// several, with the heading of the normal behind it, and the distance from the base where that is the same, too.
+/// The walls of an atlas that are outer sides of surfaces of the scene, with the surface's name. If a surface has
+/// several, the heading of the normal is appended, and the distance from the base if that is the same, too.
 pub fn named_walls<'a>(scene: &Scene, atlas: &'a Atlas) -> Vec<(String, &'a AtlasWall)> {
     /// Planes and borders that differ by less are the same, m.
     const SAME_M: f64 = 1e-6;
@@ -127,7 +127,7 @@ pub fn named_walls<'a>(scene: &Scene, atlas: &'a Atlas) -> Vec<(String, &'a Atla
     })
 }
 
-/// Names that stand once each, as far as what is `more` to say of them tells them apart; else they are numbered.
+/// Makes names unique by appending `more`; remaining duplicates are numbered.
 fn told_apart<T>(named: Vec<(String, T)>, more: impl Fn(&T) -> [String; 2]) -> Vec<(String, T)> {
     let mut names: Vec<String> = named.iter().map(|(name, _)| name.clone()).collect();
     let number = |at: usize| format!(" ({})", at + 1);
@@ -144,7 +144,7 @@ fn told_apart<T>(named: Vec<(String, T)>, more: impl Fn(&T) -> [String; 2]) -> V
     names.into_iter().zip(of).collect()
 }
 
-/// How long look-ups take: at the nodes' places moved by a fraction of the spacing, so that four nodes count.
+/// Times look-ups at points off the nodes by a fraction of the spacing, so that four nodes contribute.
 pub fn time_look_ups(atlas: &Atlas, slack_m: Option<f64>) -> Timing {
     /// Calls in a batch, and batches.
     const CALLS: [usize; 2] = [1000, 50];

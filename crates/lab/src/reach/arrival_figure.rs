@@ -14,21 +14,21 @@ use std::path::Path;
 pub struct ArrivalFigure<'a> {
     /// Walls by name.
     pub walls: &'a [(String, &'a AtlasWall)],
-    /// A line is drawn between places that are reached within this time and those that are not, s.
+    /// A contour separates places reached within this time from the others, s.
     pub budget_s: f64,
-    /// Under the title: where the arm waits.
+    /// Subtitle: the arm's waiting posture.
     pub waiting: &'a str,
 }
 
-/// Later than this share of the places has one colour.
+/// Times above this quantile share the last colour.
 const MOST_SHOWN: f64 = 0.98;
-/// Pixels of a metre of wall.
+/// Pixels per metre of wall.
 const SCALE: f64 = 330.0;
 /// Pixels around a panel: left, right, top, bottom.
 const FRAME: [u32; 4] = [84, 14, 34, 50];
-/// Of what is left of a panel, the part left of the axis' own name.
+/// Of the left margin, the part for the axis name.
 const LEFT: u32 = 14;
-/// Pixels of a letter of a name, about.
+/// Approximate width of a character of a name, pixels.
 const LETTER: u32 = 9;
 /// Widest row of panels, pixels.
 const WIDEST: u32 = 1150;
@@ -64,7 +64,7 @@ impl<'a> Panel<'a> {
 
     fn size(&self) -> (u32, u32) {
         let pixels = |ends: [f64; 2]| (SCALE * (ends[1] - ends[0])).ceil() as u32;
-        // Room for the name.
+        // Width for the name.
         let name = LETTER * self.name.chars().count() as u32;
         let [left, right, top, bottom] = FRAME;
         let width = pixels(self.s_m).max(110).max(name);
@@ -106,7 +106,7 @@ pub fn draw(path: &Path, shown: &ArrivalFigure) -> anyhow::Result<()> {
     });
     let mut times_s: Vec<f64> = times.collect();
     times_s.sort_by(f64::total_cmp);
-    // Whole tenths, so that the key has round ends; a few late places share the last colour.
+    // Round to tenths for round ends of the key; a few late places share the last colour.
     let least = (10.0 * quantile(&times_s, 0.0)).floor() / 10.0;
     let most = (10.0 * quantile(&times_s, MOST_SHOWN)).ceil() / 10.0;
     let range = [least, most.max(least + 0.1)];
@@ -131,7 +131,7 @@ pub fn draw(path: &Path, shown: &ArrivalFigure) -> anyhow::Result<()> {
     })
 }
 
-/// Places of the panels' corners: in rows, as they come.
+/// Positions of the panels, arranged in rows.
 fn arranged(panels: &[Panel]) -> Vec<(u32, u32)> {
     let mut places = Vec::with_capacity(panels.len());
     let (mut x, mut y, mut row_height) = (0, HEAD, 0);
@@ -147,7 +147,7 @@ fn arranged(panels: &[Panel]) -> Vec<(u32, u32)> {
     places
 }
 
-/// Soon is light.
+/// Short times are light.
 fn colour(time_s: f64, range: [f64; 2]) -> RGBColor {
     shade(1.0 - (time_s - range[0]) / (range[1] - range[0]).max(1e-9))
 }
@@ -159,7 +159,7 @@ fn draw_panel(
     range: [f64; 2],
 ) -> anyhow::Result<()> {
     let wall = panel.wall;
-    // The cells are square: a panel that is wider than its wall because of its name keeps the scale.
+    // The cells are square: a panel widened for its name keeps the scale.
     let (width, _) = panel.size();
     let cells_wide = f64::from(width - FRAME[0] - FRAME[1]) / SCALE;
     let s_end = panel.s_m[0] + cells_wide;

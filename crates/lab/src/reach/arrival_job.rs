@@ -1,4 +1,4 @@
-//! How soon an arm is where people touch, and where it should wait: from the flags to the files.
+//! Arrival times of an arm at people's touches, and its best waiting posture: from flags to files.
 
 use super::arrival::{
     configuration, degrees, extent as extent_of, in_base, named_walls, posture_table,
@@ -67,7 +67,7 @@ pub struct ArrivalOptions {
     pub out: PathBuf,
 }
 
-/// Where people touch, from the flags.
+/// The range of touches, from the flags.
 fn touches(options: &ArrivalOptions) -> anyhow::Result<TouchRange> {
     let near = options.near.as_deref().map(arms::parse_list::<4>);
     let near = near.transpose().context("--near")?;
@@ -86,7 +86,7 @@ fn touches(options: &ArrivalOptions) -> anyhow::Result<TouchRange> {
 /// Finds the posture, builds the atlas, writes the files and prints the tables.
 ///
 /// # Errors
-/// Flags that make no sense, a scene without walls within reach, files that cannot be read or written.
+/// Invalid flags, a scene without walls within reach, files that cannot be read or written.
 pub fn run(options: &ArrivalOptions, out: &mut impl Write) -> anyhow::Result<()> {
     FilePlan::default()
         .read_scene("--scene", options.scene.scene.as_deref())

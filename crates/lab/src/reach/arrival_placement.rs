@@ -21,8 +21,8 @@ use hwall_testkit::MarkdownTable;
 use std::path::Path;
 use std::time::Instant;
 
-/// Finds the best places for an arm whose tool is the face of the default board, writes placements_by_arrival.csv and, for the best of
-/// them, arrival.svg; returns what to print. Places in the room are equally likely to be touched.
+/// Finds the best places for an arm whose tool is the face of the default board, writes placements_by_arrival.csv and, for the best
+/// place, arrival.svg; returns the text to print. All points of the room are equally likely to be touched.
 ///
 /// # Errors
 /// Settings out of range, nothing within reach, files that cannot be written.

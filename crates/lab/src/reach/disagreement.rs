@@ -1,4 +1,4 @@
-//! Reachability maps against the verdict of single poses.
+//! Comparison of reachability maps with verdicts on single poses.
 
 use crate::reach::published;
 use anyhow::Context;
@@ -6,20 +6,20 @@ use hwall_kinematics::SrsArm;
 use hwall_reachability::{ExactConfig, ReachabilityMap};
 use hwall_testkit::Sampler;
 
-/// How a map and the verdict of single poses differ.
+/// Disagreement between a map and the verdicts on single poses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Disagreement {
-    /// Poses outside of bands about which the two differ.
+    /// Poses outside undecided bands on which the two differ.
     pub wrong: usize,
-    /// Poses in bands, where the map claims nothing.
+    /// Poses in bands in which the map is undecided.
     pub unproven: usize,
 }
 
-/// Random poses of the published grid's lines, half of them within 0.1 m to 1e-10 m of an end, judged by the
-/// map and by the verdict of the pose.
+/// Random poses on the published grid's lines, half of them within 0.1 m to 1e-10 m of an end, checked by the
+/// map and by the verdict on the pose.
 ///
 /// # Errors
-/// Whatever building the map refuses.
+/// Errors of building the map.
 pub fn disagreement(seed: u64, poses: usize) -> anyhow::Result<Disagreement> {
     let arm = SrsArm::iiwa7();
     let map = ReachabilityMap::build(&arm, &ExactConfig::default(), published::grids()?)?;

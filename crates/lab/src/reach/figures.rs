@@ -15,7 +15,7 @@ const SMALL: (&str, u32) = ("sans-serif", 12);
 const MOST_PANELS: usize = 48;
 const COLUMNS: usize = 8;
 
-/// Smallest difference drawn, mm: the files hold no smaller ones.
+/// Smallest difference drawn, mm: the resolution of the files.
 const SMALLEST_MM: f64 = 1e-6;
 
 /// An interval of a line of a wall.
@@ -71,7 +71,7 @@ pub fn orientation(path: &Path, grid: &WallGrid, intervals: &[LineInterval]) -> 
             let mut chart = axes.on(area, -1.05 * reach..1.05 * reach, low..high)?;
             let bars = intervals.iter().filter(|i| i.plane == plane).map(|i| {
                 let z = grid.heights.at(i.height);
-                // An interval that is next to a point still shows.
+                // Keep a nearly empty interval visible.
                 let (lo, hi) = (i.s_m[0], i.s_m[1].max(i.s_m[0] + 0.004 * reach));
                 let corners = [(lo, z - 0.42 * step), (hi, z + 0.42 * step)];
                 Rectangle::new(corners, blue.filled())
@@ -82,7 +82,7 @@ pub fn orientation(path: &Path, grid: &WallGrid, intervals: &[LineInterval]) -> 
     })
 }
 
-/// Share of the published bounds that are off by more than the value on the axis, one line a file.
+/// Share of the published bounds with an error above the value on the axis, one line per file.
 ///
 /// # Errors
 /// A file that cannot be written.

@@ -1,4 +1,4 @@
-//! Reachability maps from the command line: what is asked for, solving it, and what came out.
+//! Reachability maps from the command line: request, solution and summary.
 
 use crate::reach::figures::{self, LineInterval};
 use crate::reach::published::{self, Comparison, Row};
@@ -34,7 +34,7 @@ pub struct Grid<'a> {
 }
 
 impl Grid<'_> {
-    /// The grids it describes, one a heading.
+    /// The described grids, one per heading.
     ///
     /// # Errors
     /// Text that is not a number, a step that is not positive, too many lines.
@@ -76,7 +76,7 @@ fn numbers(name: &str, text: &str, separator: char) -> anyhow::Result<Vec<f64>> 
     parsed.collect()
 }
 
-/// What is asked for.
+/// The request.
 pub struct Request<'a> {
     /// `iiwa7`, `iiwa14` or a URDF file.
     pub arm: &'a NamedArm,
@@ -98,13 +98,13 @@ pub struct Request<'a> {
     pub grid: &'a [WallGrid],
 }
 
-/// What came out.
+/// The solution.
 pub struct Solved {
-    /// One row an interval.
+    /// One row per interval.
     pub rows: Vec<Row>,
-    /// The same with their ends along the wall, one list a wall.
+    /// The same with ends along the wall, one list per wall.
     pub along: Vec<Vec<LineInterval>>,
-    /// What else there is to say, one line each.
+    /// Remarks, one line each.
     pub remarks: Vec<String>,
     lines: usize,
     took: Duration,
@@ -234,7 +234,7 @@ pub(super) fn progress() -> ProgressBar {
     ProgressBar::new(0).with_style(style)
 }
 
-/// Shows on the bar how much is done.
+/// Shows the progress on the bar.
 pub(super) fn shown(bar: &ProgressBar, progress: Progress) -> ControlFlow<()> {
     bar.set_length(progress.total as u64);
     bar.set_position(progress.done as u64);
@@ -262,7 +262,7 @@ impl Solved {
     }
 }
 
-/// What was solved, how fast, and how it compares.
+/// A summary: size, time, and comparison.
 pub fn summary(solved: &Solved, comparisons: Option<&[Comparison]>) -> String {
     let (intervals, ms) = (solved.rows.len(), 1e3 * solved.took.as_secs_f64());
     let mut text = format!(
@@ -284,7 +284,7 @@ pub fn summary(solved: &Solved, comparisons: Option<&[Comparison]>) -> String {
     text
 }
 
-/// Draws the planes of each orientation and, where there is one, the comparison.
+/// Draws the planes of each orientation and, if given, the comparison.
 ///
 /// # Errors
 /// A folder or file that cannot be written.

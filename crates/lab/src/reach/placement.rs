@@ -14,15 +14,15 @@ use hwall_testkit::MarkdownTable;
 use plotters::prelude::*;
 use std::path::Path;
 
-/// Which parts of which walls are to be reached.
+/// The parts of walls to reach.
 pub struct TargetChoice<'a> {
-    /// Names of surfaces; all that can be touched where there are none.
+    /// Names of surfaces; all touchable ones if empty.
     pub surfaces: &'a [String],
     /// Heights, m.
     pub heights: Interval,
     /// Distance between targets, m.
     pub spacing_m: f64,
-    /// x, y and radius of a circle of the floor plan, m: only targets within it.
+    /// Only targets within this circle of the floor plan: x, y and radius, m.
     pub near: Option<[f64; 3]>,
 }
 
@@ -69,7 +69,7 @@ pub fn targets(scene: &Scene, wanted: &TargetChoice) -> anyhow::Result<Vec<Targe
     Ok(targets)
 }
 
-/// A line about the surfaces of the scene that have no targets though nobody said so; `None` where there are none of them.
+/// A line about surfaces without targets that were not excluded by the user; `None` if there are none.
 pub fn left_out(scene: &Scene, wanted: &TargetChoice) -> Option<String> {
     if !wanted.surfaces.is_empty() || wanted.near.is_some() {
         return None;
@@ -107,7 +107,7 @@ pub fn left_out(scene: &Scene, wanted: &TargetChoice) -> Option<String> {
     })
 }
 
-/// A line about targets that lie farther apart than one base serves; `None` where most may be in reach of one.
+/// A line about targets too far apart for one base; `None` if most may be within reach of one.
 pub fn too_far_apart(arm: &SrsArm, targets: &[Target]) -> Option<String> {
     let [low, high] = corners(targets)?;
     let size = high - low;
@@ -127,7 +127,7 @@ pub(super) fn corners(targets: &[Target]) -> Option<[DVec3; 2]> {
     Some([points().reduce(DVec3::min)?, points().reduce(DVec3::max)?])
 }
 
-/// Halfway along the wall: the centre of area of a patch need not be that.
+/// The point halfway along the wall, which may differ from the centroid.
 fn middle(patch: &Facet) -> DVec3 {
     let along = DVec3::Z.cross(patch.normal).normalize_or_zero();
     let outline = patch.outline_m.iter();
@@ -145,7 +145,7 @@ fn on(patch: &Facet, point_m: DVec3) -> bool {
     })
 }
 
-/// In centimetres, and not -0.
+/// Rounded to centimetres, without -0.
 pub(super) fn metres(value_m: f64) -> String {
     format!("{:.2}", (100.0 * value_m).round() / 100.0 + 0.0)
 }
@@ -173,7 +173,7 @@ pub fn table(scores: &PlacementScores) -> MarkdownTable {
     table_of((1..).zip(scores.best()), &columns)
 }
 
-/// `x,y,z,heading_rad,reachable,total,worst_margin_m,mean_margin_m`, best first; empty where there is none.
+/// `x,y,z,heading_rad,reachable,total,worst_margin_m,mean_margin_m`, best first; empty cells for missing values.
 ///
 /// # Errors
 /// A file that cannot be written.
@@ -234,7 +234,7 @@ pub fn heat_map(
         };
         let mut chart = axes.on(&left, x0..x1, y0..y1)?;
         let shares = scores.shares();
-        // No place reaches all walls of a room, so the lightest shade stands for the best place.
+        // No place reaches all walls of a room, so the lightest shade marks the best place.
         let most = shares.iter().copied().fold(0.0, f64::max);
         let relative = |share: f64| if most > 0.0 { share / most } else { 0.0 };
         let (columns, hx, hy) = (config.x.count(), half(&config.x), half(&config.y));
@@ -268,7 +268,7 @@ pub fn heat_map(
         for (i, place) in scores.best().iter().enumerate().take(3).rev() {
             let base_m = place.room_from_base.position_m();
             let at = (base_m.x, base_m.y);
-            // Where the arm looks: joint 1 turns about this direction.
+            // The arm's heading: the middle of the range of joint 1.
             let (sin, cos) = place.heading_rad.sin_cos();
             let ahead = (at.0 + HEADING_M * cos, at.1 + HEADING_M * sin);
             for (colour, width) in [(WHITE, 5), (BLACK, 2)] {

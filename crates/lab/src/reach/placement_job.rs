@@ -1,4 +1,4 @@
-//! Base placement by coverage or by arrival: from its flags to its files.
+//! Base placement by coverage or by arrival: from flags to files.
 
 use super::arrival_placement;
 use super::placement::{self, TargetChoice};
@@ -74,7 +74,7 @@ pub struct PlacementOptions {
     pub out: PathBuf,
 }
 
-/// How far the base stands behind the walls: at least the radius of the foot, or the arm would stand in the wall.
+/// Distance of the base behind the walls: at least the radius of the foot, or the arm would be in the wall.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Behind(pub Option<f64>);
 
@@ -130,15 +130,15 @@ pub(super) fn heights(text: &str) -> anyhow::Result<Interval> {
     Ok(Interval::new(low, high))
 }
 
-/// What coverage leaves, and what arrival leaves beside it.
+/// Output files of coverage, and additional ones of arrival.
 const BY_COVERAGE: [&str; 2] = ["placement.svg", "placements.csv"];
 const BY_ARRIVAL: [&str; 2] = ["placements_by_arrival.csv", "arrival.svg"];
 
-/// Finds the best places, writes the files and prints the tables. Files by arrival of an earlier run do not stay beside those of one
-/// by coverage.
+/// Finds the best places, writes the files and prints the tables. A run by coverage removes arrival files of an earlier
+/// run.
 ///
 /// # Errors
-/// Flags that make no sense, a scene without targets within reach, files that cannot be read or written.
+/// Invalid flags, a scene without targets within reach, files that cannot be read or written.
 pub fn run(options: &PlacementOptions, out: &mut impl Write) -> anyhow::Result<()> {
     let by_arrival = options.objective == Objective::Arrival;
     let names = match by_arrival {
@@ -204,7 +204,7 @@ pub fn run(options: &PlacementOptions, out: &mut impl Write) -> anyhow::Result<(
         let report = arrival_placement::run(&arm, &scene, &targets, config, waiting, &options.out)?;
         writeln!(out, "{report}")?;
     } else if options.out.join(BY_ARRIVAL[0]).exists() {
-        // An arrival.svg without these placements is `arrival_map`'s.
+        // An arrival.svg without placements_by_arrival.csv belongs to `arrival_map`.
         if let Some(removed) = remove_outdated(&options.out, &BY_ARRIVAL)? {
             writeln!(out, "{removed}")?;
         }

@@ -1,6 +1,6 @@
-//! The reachability maps published with the 2018 paper: their grid, their files, how far off they are.
+//! The reachability maps published with the 2018 paper: their grid, their files, and their errors.
 //!
-//! The planes that the files really hold were found by fitting them: `n . p = (0.926 - 0.05 k) c`
+//! The actual planes of the files were found by fitting: `n . p = (0.926 - 0.05 k) c`
 //! with `n = (cos g, -sin g, 0)`. File 2 repeats file 3, file 5 is scaled by cos 75 degrees instead
 //! of cos 15, and files 3 and 6 step 50 mm along x where 1, 4 and 7 step along the normal.
 
@@ -17,7 +17,7 @@ const SCALE_DEG: [f64; 7] = [0.0, 15.0, 15.0, 0.0, 75.0, 30.0, 0.0];
 const PLANES: usize = 38;
 const HEIGHTS: usize = 31;
 
-/// One interval of a line: what a row of the output holds.
+/// One interval of a line: one row of the output.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
     /// The line; its wall is the orientation.
@@ -37,10 +37,10 @@ impl Row {
     }
 }
 
-/// The seven grids that the published files really hold.
+/// The seven actual grids of the published files.
 ///
 /// # Errors
-/// Whatever [`Steps`] refuses.
+/// Errors of [`Steps`].
 pub fn grids() -> anyhow::Result<Vec<WallGrid>> {
     DIRECTION_DEG
         .iter()
@@ -57,10 +57,10 @@ pub fn grids() -> anyhow::Result<Vec<WallGrid>> {
         .collect()
 }
 
-/// The published bounds of all lines, mm; `None` where a file calls the line unreachable.
+/// The published bounds of all lines, mm; `None` if a file marks the line unreachable.
 pub type Bounds = Vec<Option<[f64; 2]>>;
 
-/// Reads `ori_1.txt` to `ori_7.txt`: for each plane 31 lower, then 31 upper bounds, 0 0 for none.
+/// Reads `ori_1.txt` to `ori_7.txt`: for each plane 31 lower, then 31 upper bounds, 0 0 for unreachable.
 ///
 /// # Errors
 /// A missing file, another count of numbers, or something that is not a number.
@@ -97,18 +97,18 @@ pub fn read(folder: &Path) -> anyhow::Result<Vec<Bounds>> {
         .collect()
 }
 
-/// How one published file compares.
+/// Comparison with one published file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Comparison {
-    /// Distances of all bounds that both have, mm, sorted.
+    /// Differences of all bounds present in both, mm, sorted.
     pub off_mm: Vec<f64>,
-    /// Lines that only the published file calls reachable.
+    /// Lines reachable only according to the published file.
     pub only_published: usize,
-    /// Lines that only our map calls reachable.
+    /// Lines reachable only according to our map.
     pub only_ours: usize,
     /// Lines with more than one interval, which a pair of bounds cannot hold.
     pub with_holes: usize,
-    /// Lines that both call reachable.
+    /// Lines reachable according to both.
     pub lines: usize,
     /// Length of the holes and of the reachable intervals in them, m.
     pub hole_m: f64,
@@ -149,7 +149,7 @@ pub fn compare(rows: &[Row], published: &[Bounds]) -> Vec<Comparison> {
     published.iter().zip(&ours).map(one).collect()
 }
 
-/// One row a file, and one for all.
+/// One row per file, and one for all.
 pub fn table(comparisons: &[Comparison]) -> MarkdownTable {
     let mut table = titled(
         "file | bounds | median off | > 1 mm | > 10 mm | largest | lines only published | lines only here | lines with holes",
@@ -187,10 +187,10 @@ pub fn table(comparisons: &[Comparison]) -> MarkdownTable {
     table
 }
 
-/// `orientation,plane,height,y_lo_mm,y_hi_mm`, one row an interval; orientations count from 1.
+/// `orientation,plane,height,y_lo_mm,y_hi_mm`, one row per interval; orientations count from 1.
 ///
 /// # Errors
-/// Whatever the writer returns.
+/// Errors of the writer.
 pub fn write_rows(rows: &[Row], mut out: impl std::io::Write) -> std::io::Result<()> {
     writeln!(out, "orientation,plane,height,y_lo_mm,y_hi_mm")?;
     for row in rows {

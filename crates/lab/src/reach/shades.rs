@@ -20,7 +20,7 @@ pub(super) fn shade(share: f64) -> RGBColor {
     RGBColor(mix(r, s), mix(g, h), mix(b, c))
 }
 
-/// Signs between two pixels of x, and words from a third one on.
+/// A key: symbols between two x pixels, text from a third one on.
 pub(super) struct Key<'a, 'p> {
     pub(super) area: &'a Area<'p>,
     pub(super) signs: [i32; 2],

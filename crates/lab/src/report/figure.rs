@@ -1,4 +1,4 @@
-//! Figures: a white sheet, axes on it, and what is drawn between them, with one kind of error.
+//! Figures: a white sheet, axes, and drawing within them, with a single error type.
 
 use hwall_stage::figures::{TEXT, TITLE, plot_error};
 use hwall_stage::report::figure_file::FigureFile;
@@ -17,13 +17,13 @@ pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 /// Axes on a sheet.
 pub type Chart<'a, 'p, X, Y> = ChartContext<'a, SVGBackend<'p>, Cartesian2d<X, Y>>;
 
-/// Width of the frame of a sheet without a legend beside it, and its height, pixels.
+/// Default size of a sheet without a legend beside it, pixels.
 pub const USUAL: (u32, u32) = (860, 520);
 
-/// Draws a figure of a size in pixels; the file has its name once all of it is drawn.
+/// Draws a figure of a size in pixels; the file gets its name when complete.
 ///
 /// # Errors
-/// A file that cannot be written, or what `content` says.
+/// A file that cannot be written, or errors of `content`.
 pub fn figure(
     path: &Path,
     size: (u32, u32),
@@ -42,7 +42,7 @@ pub trait Draw<'p> {
     /// The sheet.
     fn area(&self) -> &Area<'p>;
 
-    /// What is left below a title.
+    /// Writes a title and returns the area below it.
     ///
     /// # Errors
     /// Any error of the drawing.
@@ -50,7 +50,7 @@ pub trait Draw<'p> {
         self.area().titled(title, TITLE).map_err(plot_error)
     }
 
-    /// One element.
+    /// Draws one element.
     ///
     /// # Errors
     /// Any error of the drawing.
@@ -63,7 +63,7 @@ pub trait Draw<'p> {
         self.area().draw(element).map_err(plot_error)
     }
 
-    /// Words.
+    /// Writes text.
     ///
     /// # Errors
     /// Any error of the drawing.
@@ -86,7 +86,7 @@ impl<'p> Draw<'p> for Area<'p> {
 
 /// Drawing between axes, in their units.
 pub trait Plot<'a, 'p, CT: CoordTranslate> {
-    /// Elements, which may then be named for the legend.
+    /// Draws elements, which may then be named for the legend.
     ///
     /// # Errors
     /// Any error of the drawing.
@@ -101,7 +101,7 @@ pub trait Plot<'a, 'p, CT: CoordTranslate> {
         R: Borrow<E>,
         S: IntoIterator<Item = R>;
 
-    /// A line, which may then be named.
+    /// Draws a line, which may then be named.
     ///
     /// # Errors
     /// Any error of the drawing.
@@ -146,52 +146,52 @@ pub fn named_line<'a, 'p>(
         .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], style));
 }
 
-/// Lines across the axes at the ticks.
+/// Grid lines at the ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mesh {
     /// At all ticks.
     All,
-    /// At those with numbers.
+    /// At numbered ticks.
     Numbered,
-    /// The same, hardly to be seen.
+    /// At numbered ticks, faint.
     Faint,
-    /// The same, along x alone.
+    /// At numbered ticks, along x only.
     Across,
-    /// The same; none between them are even counted.
+    /// At numbered ticks, without minor ticks.
     Single,
     /// Nowhere.
     None,
 }
 
-/// How a number at a tick is written.
+/// Format of the number at a tick.
 pub type Format<'a> = Option<&'a dyn Fn(&f64) -> String>;
 
-/// What is written around axes.
+/// Labels and margins of axes.
 pub struct Axes<'a> {
     /// Above.
     pub title: &'a str,
     /// Along x and along y, with units.
     pub names: [&'a str; 2],
-    /// Numbers along x and along y; `None`: as the axis writes them.
+    /// Numbers along x and along y; `None`: the axis' format.
     pub formats: [Format<'a>; 2],
-    /// About so many numbers along x and along y; `None`: as many as usual.
+    /// Approximate count of numbers along x and along y; `None`: default.
     pub numbers: [Option<usize>; 2],
-    /// Left of the axes, for numbers and name, and below, pixels.
+    /// Space left of and below the axes, for numbers and names, pixels.
     pub labels: [u32; 2],
-    /// Around all, pixels.
+    /// Outer margin, pixels.
     pub margin: u32,
-    /// On the right beyond the margin, for a legend, pixels.
+    /// Additional space on the right, for a legend, pixels.
     pub beside: u32,
-    /// Above beyond the margin, pixels.
+    /// Additional space above, pixels.
     pub above: u32,
-    /// Lines across.
+    /// Grid lines.
     pub mesh: Mesh,
     /// Size of the title and of all other text.
     pub text: [(&'static str, u32); 2],
 }
 
 impl Default for Axes<'_> {
-    /// Those of a figure of [`USUAL`] size.
+    /// Settings for a figure of [`USUAL`] size.
     fn default() -> Self {
         Self {
             title: "",
@@ -209,7 +209,7 @@ impl Default for Axes<'_> {
 }
 
 impl Axes<'_> {
-    /// Draws them; a range is as plotters has it.
+    /// Draws the axes; ranges are plotters' ranges.
     ///
     /// # Errors
     /// Any error of the drawing.
@@ -269,14 +269,14 @@ impl Axes<'_> {
     }
 }
 
-/// Ticks of a logarithmic axis that do not crowd: 1, 2, 5 of each decade, or decades alone where there are `many` or more.
+/// Ticks of a logarithmic axis that do not crowd: 1, 2, 5 of each decade, or only decades if there are `many` or more.
 pub fn log_ticks(range: &Range<f64>, many: f64) -> Vec<f64> {
     let (low, high) = (range.start.log10(), range.end.log10());
     let digits: &[u8] = if high - low < many { &[1, 2, 5] } else { &[1] };
     let decades = low.floor() as i32..=high.ceil() as i32;
     decades
         .flat_map(|e| digits.iter().map(move |d| format!("{d}e{e}")))
-        // Through text, because 10^-2 as a power is not quite 0.01.
+        // Via text, because 10^-2 as a power is not exactly 0.01.
         .filter_map(|text| text.parse().ok())
         .filter(|tick| range.contains(tick))
         .collect()

@@ -1,5 +1,5 @@
-//! What all studies report with: tables whose columns are pairs of a title and a cell, claims with their bounds, pages of
-//! Markdown with gaps, figures.
+//! Shared reporting of studies: tables of columns (title and cell), claims with bounds, Markdown pages
+//! with gaps, figures.
 
 pub mod figure;
 mod named;

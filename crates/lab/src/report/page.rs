@@ -5,10 +5,10 @@ use anyhow::{bail, ensure};
 use hwall_testkit::Machine;
 use std::fmt::Display;
 
-/// A text for every gap of its name.
+/// Name and text of a gap.
 pub type Gap<'a> = (&'a str, &'a dyn Display);
 
-/// A whole document: the gaps `written_by` and `machine` are those of this run.
+/// A whole document: the gaps `written_by` and `machine` describe this run.
 ///
 /// # Errors
 /// As for [`fill`].

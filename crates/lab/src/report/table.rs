@@ -2,7 +2,7 @@
 
 use hwall_testkit::{MarkdownTable, quantile};
 
-/// A table without rows: `titles` as they stand in its header, with ` | ` between them.
+/// A table without rows: `titles` of the columns, separated by ` | `.
 pub fn titled(titles: &str) -> MarkdownTable {
     MarkdownTable::new(titles.split(" | "))
 }
@@ -10,7 +10,7 @@ pub fn titled(titles: &str) -> MarkdownTable {
 /// A column: its title, and the cell of a row in it.
 pub type Column<'a, T> = (&'a str, &'a dyn Fn(&T) -> String);
 
-/// A table of one row for each of `rows`.
+/// A table with one row for each of `rows`.
 pub fn table_of<T>(rows: impl IntoIterator<Item = T>, columns: &[Column<'_, T>]) -> MarkdownTable {
     let mut table = MarkdownTable::new(columns.iter().map(|(title, _)| *title));
     for row in rows {
@@ -19,7 +19,7 @@ pub fn table_of<T>(rows: impl IntoIterator<Item = T>, columns: &[Column<'_, T>])
     table
 }
 
-/// A table of a name, under the title `first`, and a cell for each of `across`; one row for each of `rows`.
+/// A table with one row for each of `rows`: a name, under the title `first`, and a cell for each of `across`.
 pub fn grid<T, A: Copy>(
     first: &str,
     across: &[A],
@@ -37,7 +37,7 @@ pub fn grid<T, A: Copy>(
     table
 }
 
-/// Some cells, and others behind them.
+/// Concatenates cells.
 pub fn cells<const N: usize>(
     first: [&str; N],
     more: impl IntoIterator<Item = String>,
@@ -46,18 +46,18 @@ pub fn cells<const N: usize>(
     first.chain(more).collect()
 }
 
-/// A number with so many decimals; `none` where there is none.
+/// A number with `decimals` decimals; `none` without one.
 pub fn or_none(value: Option<f64>, decimals: usize) -> String {
     value.map_or_else(|| "none".to_owned(), |v| format!("{v:.decimals$}"))
 }
 
-/// What is to be shown, what was measured, and whether that is within the bound.
+/// A claim, the measurement, and whether it is within the bound.
 pub struct Claim {
-    /// Named with its bound.
+    /// The claim with its bound.
     pub what: String,
-    /// With its unit.
+    /// The measurement with its unit.
     pub measured: String,
-    /// Is the bound kept?
+    /// Is the measurement within the bound?
     pub holds: bool,
 }
 
@@ -90,7 +90,7 @@ pub const fn yes_or_no(yes: bool) -> &'static str {
     }
 }
 
-/// Per cent with so many decimals; `none` of nothing.
+/// Per cent with `decimals` decimals; `none` if `all` is zero.
 pub fn percent_of(part: usize, all: usize, decimals: usize, none: &str) -> String {
     match all {
         0 => none.to_owned(),
@@ -98,7 +98,7 @@ pub fn percent_of(part: usize, all: usize, decimals: usize, none: &str) -> Strin
     }
 }
 
-/// Quantiles of values in any order; NaN where there are none.
+/// Quantiles of values in any order; NaN without values.
 pub fn quantiles<const N: usize>(values: impl IntoIterator<Item = f64>, at: [f64; N]) -> [f64; N] {
     let mut sorted: Vec<f64> = values.into_iter().collect();
     sorted.sort_by(f64::total_cmp);

@@ -10,7 +10,7 @@ use hwall_hand::WatchConfig;
 use hwall_scene::Scene;
 use hwall_stage::training::{self, Stream};
 
-/// The dissertation's predictor, which leads are gained over.
+/// The dissertation's predictor, the reference for gained leads.
 pub const RAY_CAST: &str = "ray cast";
 /// The main contender.
 pub const FUSED: &str = "learned, fused";
@@ -19,7 +19,7 @@ pub const FUSED: &str = "learned, fused";
 pub struct Contender {
     /// For tables and legends.
     pub name: String,
-    /// What it is.
+    /// The predictor.
     pub predictor: Box<dyn Predictor + Send>,
 }
 
@@ -40,7 +40,7 @@ impl Contender {
         Ok(Self::of(RAY_CAST, DeterministicPredictor::new(config)?))
     }
 
-    /// The ray cast that follows the gaze until the hand is near.
+    /// The ray cast led by the gaze until the hand is near.
     ///
     /// # Errors
     /// Limits that the predictor refuses.
@@ -52,7 +52,7 @@ impl Contender {
         ))
     }
 
-    /// An estimator alone: its estimate moved to the closest surface.
+    /// An estimator alone, with its estimate projected to the closest surface.
     ///
     /// # Errors
     /// Settings that the watch refuses.
@@ -78,18 +78,18 @@ impl Contender {
     }
 }
 
-/// What is learnt once from the training people and shared by the contenders.
+/// Models learnt once from the training people and shared by the contenders.
 pub struct SharedTraining {
     learned: LearnedModel,
-    /// The default settings with the gaze of these people.
+    /// The default settings with the learnt gaze model.
     pub config: FusedConfig,
 }
 
 impl SharedTraining {
-    /// Learns the main estimator, how people look, and how far fused predictions are off.
+    /// Learns the main estimator, the gaze model, and the errors of fused predictions.
     ///
     /// # Errors
-    /// Too few reaches, or too few looks.
+    /// Too few reaches, or too few fixations.
     pub fn new(scene: &Scene, streams: &[Stream]) -> anyhow::Result<Self> {
         let reaches = training::reaches(streams)?;
         let config = LearnedConfig {
@@ -102,7 +102,7 @@ impl SharedTraining {
             training::evidence_model(streams, |_| learned.estimator()).context("the gaze")?;
         let mut config = FusedConfig {
             evidence,
-            // These people are simulated, and so is the tracker.
+            // People and tracker are simulated, so registration is exact.
             registration_sd_m: 0.0,
             ..FusedConfig::default()
         };
@@ -121,13 +121,13 @@ impl SharedTraining {
     }
 }
 
-/// An estimate moved to the closest surface: shows what an estimator is worth without fusion.
+/// An estimate projected to the closest surface: an estimator's performance without fusion.
 struct Projected {
     stream: StreamEstimator<BoxedEstimator>,
     prediction: Option<ContactPrediction>,
 }
 
-/// Estimates further than this from every surface give no prediction, m.
+/// Largest distance of an estimate from a surface for a prediction, m.
 const FARTHEST_M: f64 = 1.0;
 
 impl Predictor for Projected {

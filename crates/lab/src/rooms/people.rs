@@ -13,16 +13,16 @@ use std::time::Instant;
 /// Period of the tracker, s.
 const PERIOD_S: f64 = 1.0 / 90.0;
 
-/// Under what circumstances people touch a room.
+/// Condition under which people touch a room.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Condition {
     /// For tables.
     pub name: String,
-    /// What people and trackers are like.
+    /// Settings of people and trackers.
     pub person: PersonConfig,
     /// Share of the reaches that start for another target.
     pub changes_of_mind: f64,
-    /// Only targets hidden from the eyes, by a surface that can be touched or by one that cannot: figure VI-1
+    /// Only targets hidden from the eyes by a touchable or untouchable surface: figure VI-1
     /// of the dissertation.
     pub occluded: bool,
     /// Only targets near where two walls meet.
@@ -30,7 +30,7 @@ pub struct Condition {
 }
 
 impl Condition {
-    /// Nothing made worse.
+    /// The nominal condition.
     pub fn usual() -> Self {
         Self {
             name: "usual".to_owned(),
@@ -41,7 +41,7 @@ impl Condition {
         }
     }
 
-    /// The usual condition, then others that make one thing worse each.
+    /// The nominal condition, then others that each degrade one aspect.
     pub fn all() -> Vec<Self> {
         type Change = fn(&mut Condition);
         let worse: [(&str, Change); 11] = [
@@ -80,9 +80,9 @@ impl Condition {
 /// How many people and touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StudySize {
-    /// People to learn from.
+    /// Training people.
     pub training_people: usize,
-    /// Other people, on whom predictions are judged.
+    /// Test people.
     pub participants: usize,
     /// Touches of each.
     pub touches: usize,
@@ -103,16 +103,16 @@ impl Default for StudySize {
 
 /// The people of a study.
 pub struct StudyPeople {
-    /// To learn from.
+    /// Training people.
     pub training: Vec<Stream>,
-    /// On whom predictions are judged.
+    /// Test people.
     pub participants: Vec<Stream>,
 }
 
 /// The people of a condition in a room.
 ///
 /// # Errors
-/// A condition without a place to touch; whatever the simulation of people refuses.
+/// A condition without possible targets; errors of the simulation of people.
 pub fn people(room: &Room, condition: &Condition, size: &StudySize) -> anyhow::Result<StudyPeople> {
     let population = Population::new(condition.person, size.seed)?;
     let mut sampler = Sampler::new(size.seed);
@@ -160,8 +160,8 @@ fn stream(room: &Room, hand: &TouchSequence) -> anyhow::Result<Stream> {
     Ok(Stream::new(frames, touches))
 }
 
-/// Runs a predictor over people, frame by frame: its predictions for every touch, from the start of the hand to the contact. It is told
-/// of no touch.
+/// Runs a predictor over people, frame by frame: its predictions for every touch, from the start of the hand to the contact, without
+/// feedback about touches.
 ///
 /// # Errors
 /// Settings that a filter refuses.

@@ -1,4 +1,4 @@
-//! Rooms of 1, 3, 6 and 12 surfaces, and where in them people reach.
+//! Rooms of 1, 3, 6 and 12 surfaces, and targets in them.
 
 use anyhow::Context;
 use glam::{DVec2, DVec3};
@@ -8,11 +8,11 @@ use hwall_sim::{PersonConfig, TouchPlan, TouchSequence};
 use hwall_testkit::Sampler;
 use std::fmt::Write;
 
-/// Targets keep this far from the edges of their surface where it is large enough, m.
+/// Distance of targets from the edges of their surface, if it is large enough, m.
 const INSET_M: f64 = 0.03;
 /// Where wall and side meet, seen from above, m.
 const CORNER_M: DVec2 = DVec2::new(0.4, -0.5);
-/// Targets near the corner are this near to it, m: a board reaches over it.
+/// Largest distance of targets near the corner, m: a board extends over the corner.
 const NEAR_CORNER_M: f64 = 0.15;
 
 /// A surface of a room.
@@ -53,7 +53,7 @@ fn surfaces(count: usize) -> (Vec<Rectangle>, String) {
         ],
     };
     if count >= 3 {
-        // A corner, and a shelf before the wall.
+        // A corner, and a shelf in front of the wall.
         all.push(Rectangle {
             name: "side",
             corner: DVec3::new(0.9, -0.5, 0.3),
@@ -75,7 +75,7 @@ fn surfaces(count: usize) -> (Vec<Rectangle>, String) {
     }));
     let mut sidecar = String::new();
     if count >= 3 {
-        // Hangs between the eyes and what lies behind; the hand passes below.
+        // A pane that hides targets from the eyes; the hand passes below.
         all.push(wide("pane", [-0.3, -0.05], 0.85, [0.84, 0.98]));
         sidecar += "[surface.pane]\nkind = \"untouchable\"\n";
     }
@@ -86,11 +86,11 @@ fn surfaces(count: usize) -> (Vec<Rectangle>, String) {
     (all, sidecar)
 }
 
-/// A room, and where in it people reach.
+/// A room and its touchable surfaces.
 pub struct Room {
     /// The scene, robot base frame.
     pub scene: Scene,
-    /// What can be touched.
+    /// Touchable surfaces.
     touchable: Vec<Rectangle>,
 }
 
@@ -98,7 +98,7 @@ impl Room {
     /// The room with `count` touchable surfaces; [`ROOMS`] lists those that the study uses.
     ///
     /// # Errors
-    /// Whatever the scene refuses.
+    /// Errors of the scene.
     pub fn new(count: usize) -> anyhow::Result<Self> {
         let (rectangles, sidecar) = surfaces(count);
         let mut obj = String::new();
@@ -119,8 +119,8 @@ impl Room {
         Ok(Self { scene, touchable })
     }
 
-    /// A point of a touchable surface, surface and point drawn evenly, that the hand can reach on a straight
-    /// way and that the eyes see, or do not see where it must be `occluded`; `at_corner`: only points near the
+    /// A point of a touchable surface, surface and point drawn uniformly, that the hand can reach on a straight path and the
+    /// eyes can see, or cannot see if `occluded`. `at_corner`: only points near the
     /// corner of two walls. `None` if 2000 draws find none.
     pub(super) fn target(
         &self,
@@ -155,7 +155,7 @@ impl Room {
         Ok(closest.context("a target off all surfaces")?.surface)
     }
 
-    /// Does the fingertip come to its target without passing through anything?
+    /// Does the fingertip reach its target without passing through anything?
     pub(super) fn way_is_free(&self, hand: &TouchSequence, span: Span) -> bool {
         let Span { start_s, contact_s } = span;
         let end_s = contact_s - 0.02;

@@ -1,4 +1,4 @@
-//! How good predictions with a scene are: the right surface, how far off, how early.
+//! Scores of predictions with a scene: right surface, error, lead.
 
 use glam::DVec3;
 use hwall_contact::ContactPrediction;
@@ -7,7 +7,7 @@ use hwall_stage::training::SurfaceTouch;
 
 /// Half a board's edge, m.
 const HALF_BOARD_M: f64 = 0.1;
-/// A board further than this before or behind the touched surface misses the hand, m.
+/// A board further than this in front of or behind the touched surface misses the hand, m.
 const OFF_PLANE_M: f64 = 0.03;
 /// A predicted point is right within this distance, m.
 const RIGHT_M: f64 = 0.05;
@@ -19,7 +19,7 @@ pub struct TimedPrediction {
     pub t_s: f64,
     /// The most probable prediction, if there is any.
     pub first: Option<ContactPrediction>,
-    /// How long they took, µs.
+    /// Computing time, µs.
     pub took_us: f64,
 }
 
@@ -41,7 +41,7 @@ impl TouchPredictions {
         }
     }
 
-    /// The last sample by a moment; `None` in a touch that starts later.
+    /// The last sample up to a moment; `None` if the touch starts later.
     fn at(&self, moment: Moment) -> Option<&TimedPrediction> {
         let times_s = self.samples.iter().map(|s| s.t_s);
         Some(&self.samples[moment.index(times_s, self.span())?])
@@ -55,7 +55,7 @@ impl TouchPredictions {
         prediction.surface == self.touch.surface
     }
 
-    /// Does a board of 0.2 m that stands upright on the predicted point miss the hand?
+    /// Does an upright board of 0.2 m at the predicted point miss the hand?
     fn missed(&self, prediction: &ContactPrediction) -> bool {
         let off_m = self.off_m(prediction);
         let off_plane_m = off_m.dot(self.touch.normal);
@@ -65,7 +65,7 @@ impl TouchPredictions {
         off_plane_m.abs() > OFF_PLANE_M || up_m.abs().max(across_m) > HALF_BOARD_M
     }
 
-    /// Do the regions of 50, 70 and 90 % hold the target, in the plane of the surface? `None` on a wrong surface, and without a
+    /// Do the regions of 50, 70 and 90 % contain the target, in the plane of the surface? `None` on a wrong surface or without a
     /// covariance.
     fn within(&self, prediction: &ContactPrediction) -> Option<[bool; 3]> {
         let right = Some(prediction).filter(|p| self.right(p));
@@ -73,7 +73,7 @@ impl TouchPredictions {
         Some(prediction.regions.squared().map(|most| squared <= most))
     }
 
-    /// How far off a prediction at a time is.
+    /// Error of a prediction at a time.
     fn error(&self, t_s: f64, prediction: &ContactPrediction) -> EstimateError {
         let left_s = self.touch.contact_s - t_s;
         EstimateError {
@@ -102,13 +102,13 @@ impl TouchPredictions {
 /// Averages over the touches at one moment.
 #[derive(Debug, Clone, Copy)]
 pub struct Summary {
-    /// How far off predicted points and times are; a board is missed as well where it is before or behind the surface.
+    /// Errors of predicted points and times; a board in front of or behind the surface also counts as missed.
     pub points: score::Summary,
-    /// Share with the right surface; no prediction is none.
+    /// Share with the right surface; a missing prediction counts as wrong.
     pub right: f64,
-    /// Share of the boards that are missed, also for want of a prediction.
+    /// Share of missed boards, including missing predictions.
     pub missed: f64,
-    /// Shares of the regions of [`REGION_SHARES`](hwall_contact::REGION_SHARES) in the plane of the right surface that hold the target.
+    /// Shares of the regions of [`REGION_SHARES`](hwall_contact::REGION_SHARES) in the plane of the right surface that contain the target.
     pub within: Option<[f64; 3]>,
 }
 
@@ -135,14 +135,14 @@ pub fn summary<'a>(
     }
 }
 
-/// Shares that each region holds.
+/// Coverage of each region.
 fn within(held: &[[bool; 3]]) -> Option<[f64; 3]> {
     let n = held.len() as f64;
     let share = |k: usize| held.iter().filter(|h| h[k]).count() as f64 / n;
     (n > 0.0).then(|| std::array::from_fn(share))
 }
 
-/// How much longer these leads are than those of a reference over the same touches, s.
+/// Gain of these leads over those of a reference for the same touches, s.
 pub fn gained_s(touches: &[TouchPredictions], reference: &[TouchPredictions]) -> Vec<f64> {
     let both = touches.iter().zip(reference);
     both.map(|(t, r)| t.lead_s() - r.lead_s()).collect()

@@ -1,4 +1,4 @@
-//! Predictions with a scene, in rooms of more and more surfaces and under worse and worse conditions.
+//! Predictions with a scene, in rooms with increasing numbers of surfaces and under degraded conditions.
 
 use crate::report::{Column, fill, quantiles, table_of, yes_or_no};
 use crate::rooms::contenders::{Contender, SharedTraining};
@@ -9,23 +9,23 @@ use anyhow::Context;
 use hwall_contact::score::Moment;
 use rayon::prelude::*;
 
-/// People and touches of the report; enough participants to tell shares near 100 % apart.
+/// People and touches of the report; enough participants to distinguish shares near 100 %.
 const SIZE: StudySize = StudySize {
     training_people: 12,
     participants: 20,
     touches: 12,
     seed: 0,
 };
-/// The fusion was designed on people of smaller seeds, none of whom is a participant here.
+/// The fusion was designed on people with smaller seeds, which are not used here.
 const FIRST_SEED: u64 = 1000;
-/// The room that conditions are compared in, and that targets are set for.
+/// The room for comparing conditions and for the targets.
 const MAIN_ROOM: usize = 6;
-/// What this project aims at in the main room: the right surface in this share of the touches ...
+/// Targets of this project in the main room: the right surface in this share of the touches ...
 const TARGET_RIGHT: f64 = 0.99;
 /// ... after this share of the time.
 const TARGET_SHARE: f64 = 0.7;
 
-/// A room under a condition, and what was predicted of each touch.
+/// A room under a condition, and the predictions for each touch.
 struct Setting {
     surfaces: usize,
     condition: Condition,
@@ -58,17 +58,17 @@ impl Setting {
         summary(touches, Moment::Share(TARGET_SHARE)).right
     }
 
-    /// How much earlier the fusion is right for good than the ray cast, ms, median.
+    /// Median gain in lead of the fusion over the ray cast, ms.
     fn gained_ms(&self) -> f64 {
         let [gained_s] = quantiles(gained_s(&self.fused, &self.ray_cast), [0.5]);
         1e3 * gained_s
     }
 }
 
-/// The study as Markdown: the main contender beside the ray cast of the dissertation.
+/// The study as Markdown: the main contender compared with the ray cast of the dissertation.
 ///
 /// # Errors
-/// People who cannot be made, an estimator that cannot be trained.
+/// People who cannot be generated, an estimator that cannot be trained.
 pub fn report(seed: u64) -> anyhow::Result<String> {
     let size = StudySize {
         seed: FIRST_SEED + seed,

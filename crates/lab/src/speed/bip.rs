@@ -18,7 +18,7 @@ const OBSERVED: usize = 18;
 const PALM: [usize; 3] = [0, 1, 2];
 /// Share of a motion after which its end is predicted.
 const SEEN: f64 = 0.6;
-/// Functions where something else is varied.
+/// Number of basis functions where other settings are varied.
 const QUOTED: usize = 8;
 
 fn training(basis: Basis) -> TrainingConfig {
@@ -47,7 +47,7 @@ fn run<F: MotionFilter + Clone>(
 /// One prediction and one update of every kind of filter, on synthetic reaches.
 ///
 /// # Errors
-/// Whatever training and filtering refuse.
+/// Errors of training and filtering.
 pub fn filters(seed: u64) -> anyhow::Result<Section> {
     let TrainTest { train, test } = reaches::sets(seed, DEMONSTRATIONS, TESTS);
     let (train, tests) = (train.to_demonstrations()?, test);

@@ -12,7 +12,7 @@ use hwall_testkit::{Timing, format_ns, quantile};
 
 /// Control period, s.
 const PERIOD_S: f64 = 1e-3;
-/// Upright pieces of the crowded room: as many as a session follows.
+/// Upright patches of the crowded room: the most that a session supports.
 const CROWDED: usize = 2048;
 /// Touches of a person.
 const DOZEN: usize = 12;
@@ -36,7 +36,7 @@ const COUNTS: [(&str, Count); 4] = [
     ("boxes and rectangles tested in it", |c| c.tests),
 ];
 
-/// Times and counts of this many steps in either room, or some more: people are not cut short.
+/// Times and counts of at least this many steps in either room: people's runs are completed.
 ///
 /// # Errors
 /// As for the main job.
@@ -73,7 +73,7 @@ pub fn control_step(seed: u64, steps: usize) -> anyhow::Result<Section> {
     Section::of(include_str!("text/control_step.md"), &gaps, summary)
 }
 
-/// Of every step, with the lesser of the times of two runs that are the same otherwise.
+/// Costs of every step, with the smaller time of two identical runs.
 fn costs(room: BuiltInRoom, seed: u64, steps: usize) -> anyhow::Result<Vec<StepCost>> {
     let room = BuiltInRoom {
         arm: room.arm.counted(),
@@ -82,7 +82,7 @@ fn costs(room: BuiltInRoom, seed: u64, steps: usize) -> anyhow::Result<Vec<StepC
     let like = TrainingPeople::default();
     let leader = Some(PredictorKind::RayLed);
     let (predictors, _) = Predictors::train(&room.scene, &room.arm, &like, leader)?;
-    // People, and what is known of walls, are those of the usual room.
+    // People and wall maps are those of the built-in room.
     let usual = BuiltInRoom::new()?;
     let plain = usual.people(PersonKind::Plain, 1, seed)?;
     let walls = usual.walls(&plain, true)?;

@@ -1,4 +1,4 @@
-//! The whole of docs/SPEED-AGAINST-ERROR.md, and what docs/CRATES.md and the README quote of it.
+//! The whole of docs/SPEED-AGAINST-ERROR.md, and its quotes in docs/CRATES.md and the README.
 
 use crate::documents::{Documents, renew_block, renew_words};
 use crate::report::{Gap, page};
@@ -12,25 +12,25 @@ use std::path::{Path, PathBuf};
 
 /// The name of the document.
 pub const NAME: &str = "SPEED-AGAINST-ERROR.md";
-/// The document with the summary of it, and the block that holds it.
+/// The document with the summary, and the name of its block.
 const SUMMARY: (&str, &str) = ("CRATES.md", "speed");
-/// The row of the summary that the README quotes, and where.
+/// The row of the summary quoted in the README, and the name of its marker.
 const QUOTED: (&str, &str) = ("control step, 9 upright pieces", "control-step");
 
-/// What to measure with.
+/// Settings of the measurements.
 #[derive(Debug, Clone)]
 pub struct Request<'a> {
-    /// Everything is drawn from it.
+    /// Seed of everything.
     pub seed: u64,
     /// Targets per row.
     pub targets: usize,
-    /// OBJ file for the ray casts; the built-in room full of bumpy balls without one.
+    /// OBJ file for the ray casts; `None`: the built-in room full of bumpy balls.
     pub scene: Option<&'a Path>,
 }
 
-/// Measures everything and writes the document; the tables are shown on `out`.
-/// The summary in `readme` is renewed and, if the documents are the tracked ones, the one in docs/CRATES.md with what the
-/// tracked README quotes of it.
+/// Measures everything and writes the document; shows the tables on `out`.
+/// Renews the summary in `readme` and, if the documents are the tracked ones, the summary in docs/CRATES.md and its quote in the
+/// tracked README.
 /// Returns the path of the document.
 ///
 /// # Errors

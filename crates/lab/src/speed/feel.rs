@@ -1,4 +1,4 @@
-//! What feeling costs: objects, passivity, supervision, the torque-level arm.
+//! Cost of rendering: objects, passivity, supervision, the torque-level arm.
 
 use crate::report::Gap;
 use crate::speed::section::{Calls, Section};
@@ -22,7 +22,7 @@ const PERIOD_S: f64 = 1e-3;
 /// Objects, ports and the torque-level arm, step by step.
 ///
 /// # Errors
-/// Whatever the crates refuse.
+/// Errors of the crates.
 pub fn feel(seed: u64, n: usize) -> anyhow::Result<Section> {
     let mut calls = Calls::new("what | median | p99 | error");
     let mut row = |part: &str, what: &str, t: &Timing, error: &str| {

@@ -38,7 +38,7 @@ fn pose_error(a: &Pose, b: &Pose) -> f64 {
 /// Forward kinematics and Jacobian, S-R-S against a general chain.
 ///
 /// # Errors
-/// Whatever the arm models refuse.
+/// Errors of the arm models.
 pub fn forward(seed: u64, n: usize) -> anyhow::Result<Section> {
     let (arm, chain) = (SrsArm::iiwa7(), Chain::iiwa7());
     let mut scratch = chain.scratch();
@@ -64,7 +64,7 @@ pub fn forward(seed: u64, n: usize) -> anyhow::Result<Section> {
 /// Closed form against the numeric inverse at several tolerances.
 ///
 /// # Errors
-/// Whatever the arm models refuse. A target that the numeric inverse does not reach is counted instead.
+/// Errors of the arm models. Targets that the numeric inverse does not reach are only counted.
 pub fn inverse(seed: u64, n: usize) -> anyhow::Result<Section> {
     const UNIT: &str = "m, rad";
     let arm = SrsArm::iiwa7();
@@ -151,7 +151,7 @@ pub fn inverse(seed: u64, n: usize) -> anyhow::Result<Section> {
     Section::of(include_str!("text/inverse.md"), &gaps, summary)
 }
 
-/// A pose, and the arm that is asked to hold it.
+/// A pose, and the arm to hold it.
 struct Case {
     arm: SrsArm,
     pose: Pose,
@@ -160,7 +160,7 @@ struct Case {
 /// The exact verdict of poses, easy and hard.
 ///
 /// # Errors
-/// Whatever the arm models refuse.
+/// Errors of the arm models.
 pub fn verdict(seed: u64, n: usize) -> anyhow::Result<Section> {
     let arm = SrsArm::iiwa7();
     let mut sampler = Sampler::new(seed);
@@ -210,8 +210,8 @@ pub fn verdict(seed: u64, n: usize) -> anyhow::Result<Section> {
     Section::of(include_str!("text/verdict.md"), &gaps, calls.summary)
 }
 
-/// Random reachable poses, each with an arm whose limits are shrunk until 0.005 rad before the
-/// pose is lost: the feasible arm angles are narrow.
+/// Random reachable poses, each with an arm whose limits are shrunk to 0.005 rad before the
+/// pose becomes unreachable: the range of feasible arm angles is narrow.
 fn narrow(arm: &SrsArm, sampler: &mut Sampler, n: usize) -> anyhow::Result<Vec<Case>> {
     let case = |q: &JointPositions| {
         let pose = arm.forward(q);
@@ -227,7 +227,7 @@ fn narrow(arm: &SrsArm, sampler: &mut Sampler, n: usize) -> anyhow::Result<Vec<C
 /// Dynamics of the iiwa 7 as a general chain.
 ///
 /// # Errors
-/// Whatever the arm models refuse.
+/// Errors of the arm models.
 pub fn dynamics(seed: u64, n: usize) -> anyhow::Result<Section> {
     let chain = Chain::iiwa7();
     let dynamics = ChainDynamics::new(&chain)?;
@@ -237,7 +237,7 @@ pub fn dynamics(seed: u64, n: usize) -> anyhow::Result<Section> {
     let rates: Vec<[f64; 7]> = (0..n)
         .map(|_| sampler.array_within([(-2.0, 2.0); 7]))
         .collect();
-    // The rates of the next are accelerations of this one.
+    // The next rates serve as accelerations of this one.
     let at = |i: usize| (&qs[i % n].0, &rates[i % n], &rates[(i + 1) % n]);
     let mut errors = Vec::new();
     for i in 0..n {

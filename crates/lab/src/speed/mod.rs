@@ -1,4 +1,4 @@
-//! The measurements of `speed_against_error`: a chapter a crate, a function a table.
+//! The measurements of `speed_against_error`: one module per crate, one function per table.
 
 pub mod bip;
 pub mod contact;

@@ -15,16 +15,16 @@ use hwall_reachability::{
 use hwall_testkit::{ErrorStats, Sampler, SpeedErrorTable, format_error, time_each};
 use std::time::Instant;
 
-/// Builds of a map are repeated this often; the median counts.
+/// Repetitions of building a map; the median counts.
 const BUILDS: usize = 7;
 
-/// The methods are compared on one line in this many of the published grid.
+/// The methods are compared on every n-th line of the published grid.
 const EVERY: usize = 23;
 
-/// Look-ups go round this many places: with more of them, the memory they take would be measured too.
+/// Number of points for look-ups: more would also measure memory access.
 const SOME: usize = 64;
 
-/// Ends of a line that are further off than this are counted, m.
+/// Larger errors of the ends of a line are counted, m.
 const OFF_M: f64 = 1e-3;
 
 fn config(accuracy_m: f64) -> ExactConfig {
@@ -43,7 +43,7 @@ fn pool(threads: usize) -> anyhow::Result<rayon::ThreadPool> {
     pool.build().context("threads")
 }
 
-/// Median time of several builds on so many threads, s.
+/// Median time of several builds on `threads` threads, s.
 fn build_s(threads: usize, config: &ExactConfig, walls: &[WallGrid]) -> anyhow::Result<f64> {
     let (pool, arm) = (pool(threads)?, SrsArm::iiwa7());
     let timing = time_each(BUILDS, |_| {
@@ -55,7 +55,7 @@ fn build_s(threads: usize, config: &ExactConfig, walls: &[WallGrid]) -> anyhow::
 /// Whole maps: build time, memory, share without proof.
 ///
 /// # Errors
-/// Whatever the solvers refuse.
+/// Errors of the solvers.
 pub fn maps(seed: u64, poses: usize) -> anyhow::Result<Section> {
     let published = published::grids()?;
     let mut dense = published.clone();
@@ -111,7 +111,7 @@ pub fn maps(seed: u64, poses: usize) -> anyhow::Result<Section> {
     Section::of(include_str!("text/maps.md"), &gaps, summary)
 }
 
-/// What a method finds on a line.
+/// A method's result on a line.
 #[derive(Debug, Clone, Copy)]
 struct LineEnds {
     /// The outermost ends, m along the line.
@@ -125,7 +125,7 @@ type Ends = Option<LineEnds>;
 /// The same lines by every method.
 ///
 /// # Errors
-/// Whatever the solvers refuse.
+/// Errors of the solvers.
 pub fn methods(seed: u64) -> anyhow::Result<Section> {
     let (arm, chain) = (SrsArm::iiwa7(), Chain::iiwa7());
     let mut lines: Vec<WallLine> = Vec::new();
@@ -167,7 +167,7 @@ pub fn methods(seed: u64) -> anyhow::Result<Section> {
                     lost += 1;
                     holes += usize::from(truth.intervals > 1);
                 }
-                // A line that touches the reachable set in points has bands and no intervals.
+                // A line that touches the reachable set only in points has undecided bands and no intervals.
                 (None, Some(_)) => invented += usize::from(!touches),
                 (None, None) => {}
             }
@@ -210,7 +210,7 @@ pub fn methods(seed: u64) -> anyhow::Result<Section> {
 /// Look-ups, margins, nearest points, one wall of a scene, polygons.
 ///
 /// # Errors
-/// Whatever the solvers refuse.
+/// Errors of the solvers.
 pub fn queries(seed: u64, n: usize) -> anyhow::Result<Section> {
     let arm = SrsArm::iiwa7();
     let map = ReachabilityMap::build(&arm, &config(1e-6), WallGrid::dissertation())?;
@@ -351,7 +351,7 @@ fn polygons(solver: &ExactSolver) -> anyhow::Result<Calls> {
     Ok(calls)
 }
 
-/// Distance to the nearest unreachable place along 300 random directions, m.
+/// Distance to the nearest unreachable point along 300 random directions, m.
 fn true_margin_m(arm: &SrsArm, pose: &Pose, proven: f64, sampler: &mut Sampler) -> f64 {
     let mut least = 4.0 * proven;
     for _ in 0..300 {

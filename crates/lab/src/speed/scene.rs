@@ -16,22 +16,22 @@ const BALLS: usize = 60;
 
 const ROOM_OBJ: &str = include_str!("../../../../examples/assets/room.obj");
 
-/// Builds are repeated this often; the median counts.
+/// Repetitions of a build; the median counts.
 const BUILDS: usize = 3;
 
-/// Calls of which the median counts.
+/// Number of calls; the median counts.
 const TOGETHER: usize = 30;
 
-/// Triangle tests that brute force may take, which limits the rays and points compared.
+/// Largest number of triangle tests for brute force; limits the rays and points compared.
 const BRUTE: usize = 100_000_000;
 
-/// Distances that differ by more than this are two different hits, m.
+/// Distances that differ by more are different hits, m.
 const ELSEWHERE_M: f64 = 1e-9;
 
 /// Origin, m, and direction.
 type Ray = (DVec3, DVec3);
 
-/// Every build quality on scenes of rising size, or on one given scene.
+/// Every build quality on scenes of increasing size, or on one given scene.
 ///
 /// # Errors
 /// A scene that cannot be read.
@@ -128,7 +128,7 @@ fn together_m_per_s(scene: &Scene, rays: &[Ray]) -> anyhow::Result<String> {
     Ok(format!("{m_per_s:.2} M/s"))
 }
 
-/// The answers of brute force, computed once a scene.
+/// Brute-force results, computed once per scene.
 struct Oracle {
     rays: Vec<(Ray, Option<f64>)>,
     points: Vec<(DVec3, f64)>,
@@ -148,7 +148,7 @@ impl Oracle {
             .collect();
         let n = (BRUTE / 2 / triangles.len()).clamp(100, 10_000);
         let rays = incoherent(scene, &mut sampler, n);
-        // Distances to triangles take longer than rays do.
+        // Distances to triangles take longer than rays.
         let points = rays.iter().take(n.div_ceil(4)).map(|&(point, _)| {
             let distances = triangles.iter().map(|t| distance_m(point, t));
             (point, distances.fold(f64::INFINITY, f64::min))
@@ -194,7 +194,7 @@ fn first_hit_m((origin, direction): Ray, triangles: &[[DVec3; 3]]) -> Option<f64
     triangles.iter().filter_map(distance).min_by(f64::total_cmp)
 }
 
-/// Distance of a point from a triangle, m: to its plane where the foot lies inside, else to the nearest side.
+/// Distance of a point from a triangle, m: to its plane if the foot lies inside, else to the nearest side.
 fn distance_m(p: DVec3, t: &[DVec3; 3]) -> f64 {
     let normal = (t[1] - t[0]).cross(t[2] - t[0]);
     let side = |i: usize| (t[i], t[(i + 1) % 3] - t[i]);
@@ -222,7 +222,7 @@ fn incoherent(scene: &Scene, sampler: &mut Sampler, n: usize) -> Vec<Ray> {
     (0..n).map(ray).collect()
 }
 
-/// A square picture with an opening of 90 degrees, row by row, from within the scene.
+/// A square image with a field of view of 90 degrees, row by row, from within the scene.
 fn coherent(scene: &Scene, n: usize) -> Vec<Ray> {
     let Bounds { min_m, max_m } = scene.bounds();
     let eye = min_m + (max_m - min_m) * DVec3::new(0.5, 0.5, 0.6);
@@ -260,7 +260,7 @@ fn room_of_balls(seed: u64, rings: usize) -> anyhow::Result<Scene> {
     Ok(Scene::from_meshes(meshes)?.0)
 }
 
-/// About the origin, of radius 0.97 to 1; without its poles.
+/// A ball about the origin, of radius 0.97 to 1; without its poles.
 fn bumpy_ball(sampler: &mut Sampler, rings: usize) -> Vec<[DVec3; 3]> {
     let bumps: Vec<f64> = (0..(rings + 1) * rings)
         .map(|_| sampler.uniform(0.97, 1.0))

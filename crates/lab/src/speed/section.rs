@@ -1,18 +1,18 @@
-//! One table of docs/SPEED-AGAINST-ERROR.md: its text, and what the summary quotes of it.
+//! One table of docs/SPEED-AGAINST-ERROR.md: its text, and its rows in the summary.
 
 use crate::report::{Gap, fill, titled};
 use hwall_testkit::{MarkdownTable, Timing, format_ns, time_batches};
 
 /// One table.
 pub struct Section {
-    /// What the summary quotes of it.
+    /// Its rows in the summary.
     pub summary: Vec<SummaryRow>,
     /// Markdown, from a third-level heading on.
     pub text: String,
 }
 
 impl Section {
-    /// The template with its gaps filled; it ends with one line feed.
+    /// Fills the template's gaps; the result ends with one line feed.
     pub(in crate::speed) fn of(
         template: &str,
         gaps: &[Gap<'_>],
@@ -26,11 +26,11 @@ impl Section {
     }
 }
 
-/// A row of the summary: the crate without `hwall-`, what was measured, median and p99 of the time (empty where there is
-/// none), and the largest error or how good the result is.
+/// A row of the summary: the crate without `hwall-`, what was measured, median and p99 of the time (empty if
+/// not measured), and the largest error or the quality of the result.
 pub type SummaryRow = [String; 5];
 
-/// The rows of all sections as docs/CRATES.md shows them.
+/// The summary of all sections, as shown in docs/CRATES.md.
 pub fn summary_table(sections: &[Section]) -> MarkdownTable {
     let mut table = titled("crate | what | median | p99 | largest error");
     for row in sections.iter().flat_map(|s| &s.summary) {
@@ -54,7 +54,7 @@ pub(in crate::speed) fn median_and_p99(timing: &Timing) -> [String; 2] {
     [timing.median_ns, timing.p99_ns].map(format_ns)
 }
 
-/// A table of calls, what they are in front, then median and p99.
+/// A table of calls: description, then median and p99.
 pub(in crate::speed) struct Calls {
     pub(in crate::speed) table: MarkdownTable,
     pub(in crate::speed) summary: Vec<SummaryRow>,
@@ -68,7 +68,7 @@ impl Calls {
         }
     }
 
-    /// `what`: the cells before the times, with ` | ` between them; `more`: those behind.
+    /// `what`: the cells before the times, separated by ` | `; `more`: the cells after them.
     pub(in crate::speed) fn row<const N: usize>(
         &mut self,
         what: &str,

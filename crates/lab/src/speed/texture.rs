@@ -5,13 +5,13 @@ use crate::speed::section::{Section, quoted};
 use hwall_testkit::{format_ns, time_each};
 use hwall_texton::{ChordSide, Patch, PatchSpec, Tessellation, Texture};
 
-/// Chord errors asked for, mm.
+/// Requested chord errors, mm.
 const ACCURACIES_MM: [f64; 6] = [0.001, 0.003, 0.01, 0.03, 0.1, 1.0];
 
 /// The released patch of 2,880 bumps at every accuracy.
 ///
 /// # Errors
-/// Whatever meshing refuses.
+/// Errors of meshing.
 pub fn tessellation() -> anyhow::Result<Section> {
     let patch = Patch::released();
     let mut table = titled(
@@ -28,7 +28,7 @@ pub fn tessellation() -> anyhow::Result<Section> {
                 side,
                 ..Tessellation::default()
             };
-            // Bumps that grow by this would touch.
+            // Bumps enlarged by this would touch.
             if side == ChordSide::Both && patch.mesh(&ask).is_err() {
                 continue;
             }

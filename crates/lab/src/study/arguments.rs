@@ -19,7 +19,7 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-/// Where --report writes when no file is named, and where --docs leaves its tables.
+/// Default folder of --report, and folder for the tables of --docs.
 const OUT: &str = "out/contact_study";
 
 /// Compares estimators of where and when a hand touches, on reaches that they were not trained with.
@@ -119,7 +119,7 @@ impl Arguments {
         Ok(Self::try_parse_from(words)?)
     }
 
-    /// Does what is asked for, and returns the text to show.
+    /// Runs the request, and returns the text to show.
     ///
     /// # Errors
     /// Flags that do not go together, a recording that cannot be read, a file that cannot be written; no empty
@@ -180,7 +180,7 @@ impl Arguments {
         panel_study::report(&trials, &self.config(), self.centred)
     }
 
-    /// The learned estimator that is asked for.
+    /// The requested learned estimator.
     fn config(&self) -> LearnedConfig {
         let usual = LearnedConfig::default();
         LearnedConfig {
@@ -196,7 +196,7 @@ impl Arguments {
         }
     }
 
-    /// Writes the document to a file, or to its usual place in `out/`.
+    /// Writes the document to a file, or to its default place in `out/`.
     fn write_report(
         &self,
         file: Option<&Path>,
@@ -218,7 +218,7 @@ impl Arguments {
         Some(Recorded { path, units })
     }
 
-    /// Writes the tracked documents; figures and numbers of every prediction are not tracked.
+    /// Writes the tracked documents; figures and per-prediction data are not tracked.
     fn write_tracked(
         &self,
         overrides: Overrides,
@@ -301,7 +301,7 @@ impl Arguments {
     }
 }
 
-/// Makes a folder and works; if that fails, folders that were made and stayed empty are removed again.
+/// Creates a folder and runs the work; if that fails, removes created folders that stayed empty.
 fn in_folder<T>(
     folder: Option<&Path>,
     work: impl FnOnce() -> anyhow::Result<T>,
@@ -313,7 +313,7 @@ fn in_folder<T>(
         .with_context(|| folder.display().to_string())
         .and_then(|()| work());
     if done.is_err() {
-        // A folder that holds something is not removed, nor any above it.
+        // A non-empty folder is not removed, nor any above it.
         let _ = made.into_iter().try_for_each(std::fs::remove_dir);
     }
     done

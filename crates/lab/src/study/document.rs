@@ -12,14 +12,14 @@ use std::path::Path;
 
 /// The name of the page.
 pub const NAME: &str = "CONTACT-STUDY.md";
-/// The name of the tables behind it.
+/// The name of the document with its tables.
 pub const TABLES: &str = "CONTACT-TABLES.md";
 /// Reaches of the simulated study of pointing in the document: a third of the full study.
 const POINTING_REACHES: usize = 13 * 40;
-/// Fewer reaches show no curve.
+/// Least number of reaches for a learning curve.
 const LEAST_FOR_A_CURVE: usize = 200;
 
-/// Writes the page, and all tables beside it, with the recordings if there are any. Figures, scores and predictions go
+/// Writes the page, and all tables beside it, with the recordings if given. Figures, scores and predictions go
 /// to `out`.
 ///
 /// # Errors
@@ -31,7 +31,7 @@ pub fn write(
     recorded: Option<Recorded<'_>>,
     out: Option<&Path>,
 ) -> anyhow::Result<()> {
-    // Said before minutes of work, not after them.
+    // Check before minutes of work, not after.
     let folder = file.parent().filter(|p| !p.as_os_str().is_empty());
     ensure!(
         folder.is_none_or(Path::is_dir) && !file.is_dir(),
@@ -66,7 +66,7 @@ pub fn write(
         overrides.seed,
         &[
             ("overview", &tables::overview(&sets)),
-            // One set says what there is to say.
+            // One set is enough.
             ("adapting", &adapting.next().unwrap_or_default()),
             ("rooms", &rooms.trim_end()),
         ],

@@ -1,4 +1,4 @@
-//! The command line of `contact_study`, and the document that holds all of its protocols.
+//! The command line of `contact_study`, and the document of all its protocols.
 
 pub mod arguments;
 pub mod document;

@@ -1,4 +1,4 @@
-//! What a finger meets on a texture: the table and the figure.
+//! Bumps met by a finger on a texture: table and figure.
 
 use crate::report::figure::{Axes, Plot, USUAL, figure as drawn, named_line};
 use crate::report::titled;
@@ -18,7 +18,7 @@ const ANGLES_DEG: [f64; 5] = [
 /// Speeds of the studies, mm/s.
 const SPEEDS_MM_PER_S: [f64; 5] = [0.0, 20.0, 40.0, 60.0, 80.0];
 
-/// What a finger meets, one row an orientation.
+/// Bumps met by a finger, one row per orientation.
 pub(super) fn table(texture: &Texture) -> anyhow::Result<String> {
     let speeds = SPEEDS_MM_PER_S.map(|v| format!("{v} mm/s, Hz")).join(" | ");
     let mut table = titled(&format!(

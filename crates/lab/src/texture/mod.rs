@@ -1,4 +1,4 @@
-//! Textured boards: the patch to print, and a finger on a board that slides.
+//! Textured boards: the patch to print, and a finger on a sliding board.
 
 mod encounters;
 pub mod patch;

@@ -1,4 +1,4 @@
-//! From the flags of a command line to a patch, its files and its tables.
+//! From command-line flags to a patch, its files and its tables.
 
 use crate::texture::wanted::{PrinterKind, WantedArgs};
 use crate::texture::{encounters, patch_figures};
@@ -33,13 +33,13 @@ pub enum Grid {
     Staggered,
 }
 
-/// What was asked for.
+/// The request.
 pub struct Request {
-    /// Roughnesses for which the texture is designed, in place of a preset.
+    /// Roughnesses for which to design the texture, instead of a preset.
     pub wanted: WantedArgs,
     /// Name of a preset, or long radius, short radius, height, long pitch, short pitch in mm.
     pub preset: String,
-    /// Size of the patch: one number for both axes, or x and y; the preset's own where empty.
+    /// Size of the patch: one number for both axes, or x and y; the preset's size if empty.
     pub size_mm: Vec<f64>,
     /// Largest distance of the mesh from the true surface.
     pub accuracy_mm: f64,
@@ -47,7 +47,7 @@ pub struct Request {
     pub both_sides: bool,
     /// Shape of the bumps.
     pub shape: Shape,
-    /// How the bumps stand.
+    /// Arrangement of the bumps.
     pub grid: Grid,
     /// Thickness of the plate.
     pub plate_mm: f64,
@@ -57,7 +57,7 @@ pub struct Request {
     pub tile_mm: Vec<f64>,
     /// Does the grid start anew on each tile?
     pub restart: bool,
-    /// Is there a file for each tile?
+    /// Write a file for each tile?
     pub by_tile: bool,
     /// STL file to write.
     pub stl: Option<PathBuf>,
@@ -73,13 +73,13 @@ pub struct Request {
     pub figures: Option<PathBuf>,
 }
 
-/// From above and from the side; spacing and width over orientation.
+/// Names of the figures: views from above and from the side; spacing and width over orientation.
 const FIGURES: [&str; 2] = ["texture_patch.svg", "texture_spacing.svg"];
 
-/// Makes the patch, prints what it is and writes what was asked for.
+/// Creates the patch, prints its description and writes the requested files.
 ///
 /// # Errors
-/// Numbers that make no patch, files that cannot be written.
+/// Invalid dimensions, files that cannot be written.
 pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
     FilePlan::default()
         .write("--stl", request.stl.as_deref())
@@ -241,7 +241,7 @@ fn patch(request: &Request, texture: Texture) -> anyhow::Result<Patch> {
 fn describe(patch: &Patch, out: &mut impl Write) -> anyhow::Result<()> {
     let texture = patch.texture();
     let [a, b] = texture.texton().radii().to_array();
-    // Pitches of a design have more digits than anybody needs.
+    // Round the many digits of a design's pitches.
     let [long, short] = texture.layout().pitch_mm().map(|p| (1e4 * p).round() / 1e4);
     let [x, y] = patch.spec().size_mm;
     writeln!(
@@ -416,7 +416,7 @@ mod tests {
         }
     }
 
-    /// It said "0 faults" and then that the printer cannot print it.
+    /// Regression: it reported "0 faults" and then that the printer cannot print it.
     #[test]
     fn there_is_one_verdict_about_printing() {
         let by = |preset: &str, printer: Option<PrinterKind>| {
@@ -432,7 +432,7 @@ mod tests {
             "{coarse}"
         );
         assert_eq!(coarse.matches("  fault: ").count(), 2);
-        // Without a printer it could be printed, although each of them says no.
+        // Regression: without a chosen printer it was reported as printable, although every printer refuses it.
         let any = by("released", None);
         assert!(any.contains("no printer chosen: cannot"), "{any}");
         let mut can: Vec<PrinterKind> = Vec::new();

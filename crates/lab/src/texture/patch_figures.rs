@@ -11,13 +11,13 @@ use std::path::Path;
 const PART_MM: [f64; 2] = [20.0, 12.0];
 /// Points of an outline.
 const AROUND: usize = 72;
-/// Pixels a millimetre, and around the axes.
+/// Pixels per millimetre, and margins of the axes.
 const SCALE: f64 = 44.0;
 const LEFT: u32 = 64;
 const BELOW: u32 = 46;
 const MARGIN: u32 = 12;
 
-/// The lower left corner of the patch from above, and a cut through its first row of bumps below.
+/// The lower left corner of the patch from above; below it a section through its first row of bumps.
 ///
 /// # Errors
 /// A file that cannot be written.

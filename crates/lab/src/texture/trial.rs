@@ -1,4 +1,4 @@
-//! Trials of a textured board on the simulated arm: how soon after a touch it has its speed.
+//! Trials of a textured board on the simulated arm: time from a touch to the wanted speed.
 
 use crate::report::titled;
 use anyhow::Context;
@@ -17,15 +17,15 @@ use hwall_texton::{FingerState, Level, MotionLimits, ScanAngle, TextonError, Tex
 
 /// Control period, s.
 const DT_S: f64 = 1e-3;
-/// When the finger presses, s, and how hard, N; the force rises over 10 ms.
+/// Time, s, and force, N, of the press; the force rises over 10 ms.
 const PRESS_S: f64 = 0.2;
 const PRESS_N: f64 = 8.0;
 const RISE_S: f64 = 0.01;
 
-/// The board has its speed when it is off by no more than this share.
+/// Largest relative error at which the board counts as at its speed.
 pub const SOON: f64 = 0.05;
 
-/// One trial: where the board is touched, how the finger moves, and what it should feel.
+/// One trial: place of the touch, motion of the finger, and wanted level.
 #[derive(Debug, Clone, Copy)]
 pub struct Trial {
     /// Place of the touch, m, robot base frame.
@@ -34,7 +34,7 @@ pub struct Trial {
     pub normal: DVec3,
     /// Direction of the scan in the plane, rad.
     pub scan_rad: f64,
-    /// Angle between the scan and the one that was expected, rad.
+    /// Angle between the actual and the expected scan, rad.
     pub unexpected_rad: f64,
     /// The finger's own speed, m/s; 0: it rests, and the scan is the expected one.
     pub finger_m_per_s: f64,
@@ -70,37 +70,37 @@ impl Trial {
     }
 }
 
-/// What the board did in a trial.
+/// Result of a trial.
 #[derive(Debug, Clone, Default)]
 pub struct Outcome {
     /// Speed of the level, m/s.
     pub wanted_m_per_s: f64,
-    /// Acceleration against the scan that the joints allow at the place of the touch, m/s²; 0 where a joint comes to its limit on
-    /// the way, before which a slide ends.
+    /// Acceleration against the scan that the joints allow at the place of the touch, m/s²; 0 if a joint reaches its limit on
+    /// the way, because the slide ends before it.
     pub able_m_per_s2: f64,
-    /// From the press to the moment it was felt, s.
+    /// Time from the press until it was felt, s.
     pub felt_s: f64,
-    /// Velocity of the board less the wanted one, every millisecond from the moment the touch was felt,
-    /// relative to the wanted speed.
+    /// Velocity of the board minus the wanted one, relative to the wanted speed, every millisecond from the moment the touch was
+    /// felt.
     pub error: Vec<f64>,
-    /// Largest way of the board along the normal, m.
+    /// Largest displacement of the board along the normal, m.
     pub drift_m: f64,
-    /// How far the board had turned from the texture's wanted orientation at the touch, rad.
+    /// Deviation of the board from the texture's wanted orientation at the touch, rad.
     pub turned_rad: f64,
-    /// How long the slide went on, s.
+    /// Duration of the slide, s.
     pub slid_s: f64,
 }
 
 impl Outcome {
-    /// Do the joints allow the wanted speed within 25 ms? With the arm's delay of 22 ms and what smooths the motion that leaves some room
-    /// within 60 ms. Below 1 m/s² the place is beside a singular pose, and a millimetre further on less may be
-    /// allowed.
+    /// Do the joints allow the wanted speed within 25 ms? With the arm's delay of 22 ms and the smoothing of the motion this leaves a
+    /// margin within 60 ms. Below 1 m/s² the place is near a singularity, and a millimetre further the limit may be even
+    /// lower.
     pub fn is_able(&self) -> bool {
         self.able_m_per_s2 >= f64::max(1.0, self.wanted_m_per_s / 0.025)
     }
 
-    /// Largest relative error of the speed from 60 ms after the touch was felt; `None` if the trial is shorter
-    /// than that, or if an error is NaN because no speed was wanted.
+    /// Largest relative error of the speed from 60 ms after the touch was felt; `None` if the trial is shorter,
+    /// or if an error is NaN because no speed was wanted.
     pub fn late(&self) -> Option<f64> {
         let late = self.error.get(60..).filter(|late| !late.is_empty())?;
         let numbers = late.iter().all(|error| error.is_finite());
@@ -113,14 +113,14 @@ impl Outcome {
     }
 }
 
-/// Do all joints stay within their limits on a way of the board, m, if they go on turning as they begin to?
+/// Do all joints stay within their limits on a displacement of the board, m, at their initial rates?
 fn keeps_off_limits(
     arm: &dyn ArmKinematics,
     q: &JointPositions,
     way: DVec3,
 ) -> anyhow::Result<bool> {
     const PREVIEW_M: f64 = 1e-3;
-    // Braking takes some of it, too.
+    // Include the braking distance.
     let steps = (way.length() + 0.01) / PREVIEW_M;
     let here = arm.forward(q);
     let there = here.at(here.position_m() + way.normalize_or_zero() * PREVIEW_M);
@@ -130,7 +130,7 @@ fn keeps_off_limits(
         ..NearestConfig::default()
     };
     let next = arm.nearest(&there, q, &config, &mut arm.scratch())?;
-    // On a limit the others turn in a joint's place: its own rate says nothing.
+    // At a limit other joints compensate, so the joint's own rate is meaningless.
     const MARGIN_RAD: f64 = 0.01;
     Ok((0..arm.joint_count()).all(|i| {
         let limit = arm.limits()[i];
@@ -140,7 +140,7 @@ fn keeps_off_limits(
 }
 
 /// Presses a board that waits in place, and records it for `duration_s` from the moment the touch is felt;
-/// `None` where the arm cannot hold the board there with the wanted roll, or not over a stroke of 30 mm.
+/// `None` if the arm cannot hold the board there with the wanted roll, or not over a stroke of 30 mm.
 ///
 /// # Errors
 /// A setting outside its range.
@@ -164,7 +164,7 @@ pub fn run(
         ..BoardTarget::new(trial.point_m + lift(place), trial.normal, now_s)
     };
     let roll_rad = motion.roll_for(&trial.level);
-    // The elbow bent and up, as in a real set-up.
+    // Elbow bent and up, as in a real set-up.
     let start = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, 60.0, 0.0]);
     let mut follower = Follower::new(arm.clone(), FollowerConfig::default(), &start)?;
     if follower.aim(&target(DVec2::ZERO, roll_rad, 0.0))?.is_some() {
@@ -247,7 +247,7 @@ struct PressedBoard {
     /// The finger's own velocity in the plane.
     finger_m_per_s: DVec2,
     felt_s: Option<f64>,
-    /// What the motion refused; the board then stands still.
+    /// An error of the motion; the board then stands still.
     fault: Option<TextonError>,
 }
 
@@ -285,7 +285,7 @@ impl Controller for PressedBoard {
     }
 }
 
-/// Time around the arm, and the finger that presses.
+/// Clock for the arm, and the pressing finger.
 struct PressingFinger {
     normal: DVec3,
     end_s: f64,
@@ -303,8 +303,8 @@ impl Surroundings<ServoArm> for PressingFinger {
     }
 }
 
-/// Random trials that the arm can hold: how long after the press the touch was felt, and relative errors of the
-/// speed from then on, medians at 20, 30, 40, 50 and 100 ms and the largest from 60 ms on.
+/// Random trials within the arm's reach: time from the press until it was felt, and relative errors of the
+/// speed from then on: medians at 20, 30, 40, 50 and 100 ms, and the largest from 60 ms on.
 ///
 /// # Errors
 /// As [`run`].

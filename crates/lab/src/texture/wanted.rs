@@ -1,4 +1,4 @@
-//! A texture for wanted roughnesses: the table of candidates, and the one that is taken.
+//! A texture for wanted roughnesses: the table of candidates, and the chosen one.
 
 use crate::report::{Column, table_of};
 use anyhow::{Context, ensure};
@@ -24,7 +24,7 @@ pub enum PrinterKind {
 }
 
 impl PrinterKind {
-    /// The process of which it is one.
+    /// Its printing process.
     pub const fn process(self) -> PrintProcess {
         match self {
             Self::Fdm => PrintProcess::Fdm,
@@ -42,7 +42,7 @@ impl PrinterKind {
         }
     }
 
-    /// What of a texture it cannot make, in a line each.
+    /// Features of a texture that it cannot print, one line each.
     pub fn lacks(self, texture: &Texture) -> Vec<String> {
         let limits = self.process().limits();
         let [_, short_mm] = texture.texton().radii().to_array();
@@ -117,12 +117,12 @@ pub struct WantedArgs {
 }
 
 impl WantedArgs {
-    /// Is a design asked for?
+    /// Is a design requested?
     pub fn is_given(&self) -> bool {
         !self.levels.is_empty() || self.for_scene.is_some()
     }
 
-    /// Designs, prints the candidates and returns the one that was asked for; `None` without wanted levels.
+    /// Designs, prints the candidates and returns the chosen one; `None` without wanted levels.
     ///
     /// # Errors
     /// Levels that no texture presents, a table that cannot be read, a candidate that does not exist.
@@ -178,7 +178,7 @@ impl WantedArgs {
     }
 }
 
-/// The roughnesses of a scene's touchable surfaces, each once, rising.
+/// The distinct roughnesses of a scene's touchable surfaces, ascending.
 fn roughness_of(path: &Path) -> anyhow::Result<Vec<f64>> {
     let name = || path.display().to_string();
     let (scene, _) = Scene::from_obj_file(path, None).with_context(name)?;
@@ -255,7 +255,7 @@ fn beyond(candidate: &DesignCandidate) -> usize {
     levels.sum::<usize>().min(candidate.levels.len())
 }
 
-/// A number above zero with so many digits that count.
+/// A positive number with `digits` significant digits.
 fn significant(value: f64, digits: i32) -> String {
     let before = value.abs().log10().floor();
     let behind = f64::from(digits) - 1.0 - before;

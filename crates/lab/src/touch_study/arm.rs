@@ -1,4 +1,4 @@
-//! The arm of a study behind FRI, and the hands that lead it.
+//! The arm of a study behind FRI, and the tracked hands.
 
 use anyhow::{Context, ensure};
 use hwall::contact::{DeterministicConfig, DeterministicPredictor, Predictor};
@@ -27,7 +27,7 @@ use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// How often the wait for a controller looks whether its time is over.
+/// Period at which waiting for a controller checks its time limit.
 const LOOK: Duration = Duration::from_millis(200);
 
 /// Flags of an arm behind FRI; they mean what they mean to `bridge`.
@@ -72,7 +72,7 @@ pub struct ArmArgs {
 }
 
 impl ArmArgs {
-    /// What is asked for; `None`: the simulated arm.
+    /// The requested arm; `None`: the simulated arm.
     ///
     /// # Errors
     /// An origin that is not finite.
@@ -103,7 +103,7 @@ impl ArmArgs {
     }
 }
 
-/// An arm behind FRI, and where its hands come from.
+/// An arm behind FRI, and the source of its hands.
 #[derive(Debug, Clone)]
 pub struct ArmOptions {
     /// The connection to its controller.
@@ -112,9 +112,9 @@ pub struct ArmOptions {
     pub bridge: BridgeConfig,
     /// OBJ file; `None`: one wall, door or panel.
     pub scene: Option<PathBuf>,
-    /// What really stands around the arm; `None`: a floor.
+    /// The file of the real room around the arm; `None`: a floor.
     pub room: Option<PathBuf>,
-    /// What the controller takes.
+    /// Command level of the controller.
     pub level: ArmLevel,
     /// Does a hand that stands quite still count as lost?
     pub watch_frozen: bool,
@@ -122,31 +122,31 @@ pub struct ArmOptions {
     pub enabling_switch: bool,
 }
 
-/// Ready for a controller: scene, session and both addresses are there.
+/// An arm ready for its controller, with scene, session and both addresses.
 pub struct WaitingArm {
     /// The page that brings hands.
     pub server: BridgeServer,
     client: FriClient,
     session: Session<DeterministicPredictor>,
     enabling_switch: bool,
-    /// What had to be repaired in the scene.
+    /// Repairs of the scene.
     pub remarks: Vec<String>,
 }
 
 /// An arm under command, and the server of its hands.
 pub struct LedArm {
-    /// What presents the trials. It ends before the server does.
+    /// Presents the trials. Ends before the server does.
     pub stage: ArmStage,
     /// The page that brings hands.
     pub server: BridgeServer,
 }
 
 impl WaitingArm {
-    /// Reads the scene, finds out about its walls and listens for hands and for the controller.
+    /// Reads the scene, computes its walls, and listens for hands and for the controller.
     ///
     /// # Errors
-    /// A scene that is malformed or has not what the protocol asks for; without a scene a protocol with several kinds of surfaces;
-    /// addresses that cannot be listened on.
+    /// A malformed scene, or one without surfaces that the protocol needs; without a scene, a protocol with several kinds of surfaces;
+    /// addresses that cannot be bound.
     pub fn prepare(options: &ArmOptions, protocol: &Protocol) -> anyhow::Result<Self> {
         receivable("--fri", options.fri.listen)?;
         let room = options.room.as_deref().map(RealRoom::read);
@@ -199,18 +199,18 @@ impl WaitingArm {
         })
     }
 
-    /// Where the controller is listened for.
+    /// The local address for the controller.
     ///
     /// # Errors
-    /// What the system says.
+    /// Errors of the system.
     pub fn fri_address(&self) -> anyhow::Result<SocketAddr> {
         Ok(self.client.local_address()?)
     }
 
-    /// Waits until the controller takes commands, and starts the loop of the arm.
+    /// Waits until the controller accepts commands, and starts the loop of the arm.
     ///
     /// # Errors
-    /// No commanding within that time; a controller of which the client cannot make sense.
+    /// No commanding within that time; a controller that the client does not understand.
     pub fn connect(mut self, within: Duration) -> anyhow::Result<LedArm> {
         let scene = ViewScene::of("iiwa 7 over FRI", &self.session)?;
         self.server.prepare("waiting for the FRI controller");
@@ -244,10 +244,10 @@ impl WaitingArm {
     }
 }
 
-/// The room of a live session, for a study.
+/// The surroundings of a live session, for a study.
 struct HandsRoom {
     driven: Driven,
-    /// Said on the console, as `bridge` does.
+    /// Reports holds on the console, as `bridge` does.
     holds: Holds,
     enabling_switch: bool,
 }

@@ -1,4 +1,4 @@
-//! A study of touch from its protocol to its report, for the example `study`.
+//! A study of touch, from protocol to report, for the example `study`.
 
 pub mod arm;
 mod outputs;

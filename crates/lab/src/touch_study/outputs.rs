@@ -12,7 +12,7 @@ use hwall_study::{
 use plotters::prelude::*;
 use std::path::Path;
 
-/// Writes `trials.csv`, `attempts.csv`, `report.md` and the figures, each whole or not at all; returns the report's text.
+/// Writes `trials.csv`, `attempts.csv`, `report.md` and the figures, each atomically; returns the report's text.
 ///
 /// # Errors
 /// A file that cannot be written.
@@ -40,7 +40,7 @@ pub(super) fn write(folder: &Path, study: &StudyRecord, remarks: &str) -> anyhow
     Ok(text)
 }
 
-/// Writes `trials.csv` and `attempts.csv` as the study stands.
+/// Writes `trials.csv` and `attempts.csv` of the study so far.
 ///
 /// # Errors
 /// A file that cannot be written.
@@ -57,10 +57,10 @@ fn put(folder: &Path, name: &str, bytes: Vec<u8>) -> anyhow::Result<()> {
     hwall_files::write(&path, bytes).with_context(|| path.display().to_string())
 }
 
-/// Heading of what is said about the table.
+/// Heading of the section about the table.
 const AGAIN: &str = "## The same analysis from the table";
 
-/// A report without what only its folder holds: figures, and the command that reads its table.
+/// A report without the parts that refer to files in its folder: figures, and the command that reads its table.
 pub(super) fn without_files(report: &str) -> String {
     let mut about_table = false;
     let kept = report.lines().filter(|line| {
@@ -72,7 +72,7 @@ pub(super) fn without_files(report: &str) -> String {
     kept.fold(String::new(), |text, line| text + line + "\n")
 }
 
-/// The command that makes the same analysis from the table.
+/// The command for the same analysis from the table.
 fn again(folder: &Path, study: &StudyRecord, incomplete: bool) -> String {
     let varied = study.protocol.factors.iter().filter(|f| f.levels.len() > 1);
     let factors: Vec<&str> = varied.map(|f| f.name.as_str()).collect();
@@ -92,13 +92,13 @@ fn again(folder: &Path, study: &StudyRecord, incomplete: bool) -> String {
     )
 }
 
-/// Angle and speed of every trial that counts: rendered less wanted, over wanted. Practice and catch trials do not.
+/// Angle and speed of every valid main trial: rendered minus wanted, over wanted.
 ///
 /// # Errors
 /// A file that cannot be written.
 fn rendered(path: &Path, records: &[TrialRecord]) -> anyhow::Result<()> {
     let counts = |r: &&TrialRecord| r.is_valid() && r.trial.kind == TrialKind::Main;
-    // Wanted, and by how much it is off.
+    // Wanted value, and its error.
     let points = |of: fn(&TrialRecord) -> Option<[f64; 2]>| -> Vec<(f64, f64)> {
         let pairs = records.iter().filter(counts).filter_map(of);
         pairs.map(|[wanted, is]| (wanted, is - wanted)).collect()

@@ -15,27 +15,27 @@ use std::path::Path;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-/// How long a page waits for an answer before the session ends by itself: longer than any break.
+/// Time after which a page without an answer ends the session: longer than any break.
 const PATIENCE: Duration = Duration::from_secs(3600);
 
-/// How long a controller may take until it takes commands.
+/// Time limit for a controller to accept commands.
 const CONTROLLER_WITHIN: Duration = Duration::from_secs(600);
 
-/// Who presents, and where it is asked.
+/// The arm, and the place of the questions.
 pub struct Setup<'a> {
-    /// Where the page of questions listens; without it they are asked on the terminal.
+    /// Address of the page of questions; `None`: the terminal.
     pub page: Option<SocketAddr>,
-    /// An arm behind FRI; `None`: the simulated one.
+    /// An arm behind FRI; `None`: the simulated arm.
     pub arm: Option<ArmOptions>,
-    /// Filled with what stops that arm, once it moves.
+    /// Set to the stop handle of that arm once it moves.
     pub stop: &'a OnceLock<ArmStop>,
 }
 
-/// Runs or goes on with the study of a folder; returns whether it is done. `subjects`: of a new one, 25 by default.
+/// Runs or resumes the study of a folder; returns whether it is done. `subjects`: of a new study, 25 by default.
 ///
 /// # Errors
-/// A protocol that cannot be run; flags or a kind of arm that differ from those of the study; a folder or an address that cannot be
-/// used; an arm that does not come, or goes away: what was answered until then is in the log and in the tables.
+/// A protocol that cannot be run; flags or a kind of arm that differ from the study's; a folder or an address that cannot be
+/// used; an arm that does not connect, or disconnects: earlier answers are in the log and the tables.
 pub fn run(
     folder: &Path,
     subjects: Option<usize>,
@@ -43,7 +43,7 @@ pub fn run(
     setup: Setup<'_>,
     out: &mut impl Write,
 ) -> anyhow::Result<bool> {
-    // What may fail comes first: it leaves no folder behind.
+    // Do what may fail first, so that no folder is left behind.
     let protocol_of = planned(folder, subjects, protocol)?;
     let page = setup
         .page
@@ -77,12 +77,12 @@ pub fn run(
         writeln!(out, "the arm moves only while somebody holds {url}#switch")?;
     }
     let mut arm = waiting.connect(CONTROLLER_WITHIN)?;
-    // A second one is never there.
+    // Never set before.
     let _ = setup.stop.set(arm.stage.stop_handle());
     ask_with(folder, study, &mut arm.stage, page, out)
 }
 
-/// Says whether a study begins or goes on, so that a name that was mistyped is seen before anybody has answered.
+/// Reports whether a study is new or resumed, so that a mistyped name is noticed before the first answer.
 fn announce(
     folder: &Path,
     study: &Study,
@@ -102,7 +102,7 @@ fn announce(
     )?)
 }
 
-/// The protocol of the study that is there, or is to begin.
+/// The protocol of the existing or new study.
 fn planned(
     folder: &Path,
     subjects: Option<usize>,
@@ -110,12 +110,12 @@ fn planned(
 ) -> anyhow::Result<Protocol> {
     match Study::read(folder) {
         Ok(record) => Ok(record.protocol),
-        // What is wrong with a log is said when it is opened.
+        // Errors of the log are reported when it is opened.
         Err(_) => protocol.protocol(subjects.unwrap_or(Protocol::default().subjects)),
     }
 }
 
-/// On a page or on the terminal.
+/// Asks on a page or on the terminal.
 fn ask_with(
     folder: &Path,
     study: Study,
@@ -141,7 +141,7 @@ fn ask_with(
     }
 }
 
-/// The study of a folder on this kind of arm; a new one if it holds none, or one that was cut before anything was recorded.
+/// The study of a folder on this kind of arm; a new one if there is none, or if the log was truncated before its first event.
 ///
 /// # Errors
 /// As [`run`].
@@ -161,7 +161,7 @@ pub fn open(
     Ok(Study::create_on(arm, folder, protocol, people, disk)?)
 }
 
-/// Asks on a page until the study is done, or nobody answers for so long; returns whether it is done.
+/// Asks on a page until the study is done or an answer takes too long; returns whether it is done.
 ///
 /// # Errors
 /// As [`run`].
@@ -179,13 +179,13 @@ pub fn by_page(
         patience,
     };
     let (text, done) = conduct_and_write(folder, study, presenter, &mut page)?;
-    // The page shows its last text before the server goes.
+    // Let the page show its last text before the server stops.
     std::thread::sleep(Duration::from_millis(200));
     writeln!(out, "{text}")?;
     Ok(done)
 }
 
-/// Also a session that ends early leaves tables and a report.
+/// Runs the session; writes tables and a report even if it ends early.
 fn conduct_and_write(
     folder: &Path,
     mut study: Study,
@@ -207,7 +207,7 @@ fn conduct_and_write(
     Ok((text, true))
 }
 
-/// The tables, for whoever looks at a study under way, and should the session be killed.
+/// Updates the tables, for observers of a running study and in case the session is killed.
 fn keep_tables(folder: &Path, study: &Study) -> Result<(), StudyError> {
     let written = outputs::tables(folder, &study.record());
     let name = folder.display().to_string();
@@ -347,7 +347,7 @@ mod tests {
             assert_eq!(done, text.starts_with("done"));
             (text, String::from_utf8(output).unwrap())
         };
-        // The first subject answers once, mistypes, and the line is cut.
+        // The first subject answers once, mistypes, and the input ends.
         let (text, said) = session(study, "\n5\nrough\n-1\n");
         assert!(text.starts_with("answered now: 1; left: 3"), "{text}");
         assert!(said.contains("Trial 1: touch the board.") && said.matches("again").count() == 2);
@@ -356,7 +356,7 @@ mod tests {
             said.contains("the answer -1 is not a number above zero"),
             "{said}"
         );
-        // What there is stands in the tables already.
+        // The tables already contain the answers so far.
         let trials = std::fs::read_to_string(folder.join("trials.csv")).unwrap();
         assert_eq!(trials.lines().count(), 2);
         assert!(folder.join("report.md").exists());

@@ -69,7 +69,7 @@ pub struct ProtocolArgs {
 }
 
 impl ProtocolArgs {
-    /// The protocol of a new study for so many subjects.
+    /// The protocol of a new study for `subjects` subjects.
     ///
     /// # Errors
     /// Levels that do not match the factors; a protocol that cannot be run.
@@ -86,10 +86,10 @@ impl ProtocolArgs {
         Ok(protocol)
     }
 
-    /// Refuses flags that say something else than the protocol of a study that goes on, and names them.
+    /// Refuses flags that contradict the protocol of a resumed study, and names them.
     ///
     /// # Errors
-    /// As said; levels that do not match the factors.
+    /// Such flags; levels that do not match the factors.
     pub fn check_against(&self, stored: &Protocol, subjects: Option<usize>) -> anyhow::Result<()> {
         let asked = self.applied_to(stored, subjects)?;
         let factors = |p: &Protocol| -> String {
@@ -122,7 +122,7 @@ impl ProtocolArgs {
         Ok(())
     }
 
-    /// A protocol with what was given in place of its own.
+    /// A protocol with the given flags applied.
     fn applied_to(&self, base: &Protocol, subjects: Option<usize>) -> anyhow::Result<Protocol> {
         let names: Vec<&str> = match self.factors.is_empty() {
             true => base.factors.iter().map(|f| f.name.as_str()).collect(),
@@ -186,8 +186,8 @@ impl ProtocolArgs {
     }
 }
 
-/// The study of a folder, if it is of these participants, of this kind of arm and of the settings that were given; `None` if it was cut
-/// before anything was recorded.
+/// The study of a folder, if it has these participants, this kind of arm and the given settings; `None` if its log was truncated
+/// before its first event.
 ///
 /// # Errors
 /// Anything else; a log that cannot be read.
@@ -204,7 +204,7 @@ pub(super) fn resumed(
             Err(StudyError::NothingRecorded { .. }) => return Ok(None),
             read => read?,
         };
-        // Before it is resumed, which its log would tell.
+        // Check before resuming, because resuming is logged.
         let stored = record.participants;
         if stored != asked {
             return Err(StudyError::OtherParticipants { stored, asked }.into());

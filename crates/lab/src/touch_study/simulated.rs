@@ -13,28 +13,28 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Studies drawn for the promised power.
+/// Number of simulated studies for the predicted power.
 const STUDIES: usize = 1000;
 
-/// What to simulate.
+/// Settings of the simulation.
 pub struct Request<'a> {
     /// Subjects.
     pub subjects: usize,
     /// The study.
     pub protocol: &'a ProtocolArgs,
-    /// Folder to keep it in; none: nothing is kept.
+    /// Folder for the study; `None`: nothing is kept.
     pub out: Option<&'a Path>,
-    /// Go on with the study of that folder?
+    /// Resume the study of that folder?
     pub resume: bool,
-    /// Stop after so many trials, as if killed.
+    /// Stop after this many trials, as if killed.
     pub kill_after: Option<usize>,
     /// Present each condition once only.
     pub once: bool,
-    /// Ends the study after the trial under way when it becomes true.
+    /// Ends the study after the current trial when it becomes true.
     pub stop: &'a AtomicBool,
 }
 
-/// Runs it, writes what it gives and prints the report; returns whether it was done or stopped as was asked for.
+/// Runs the study, writes its files and prints the report; returns whether it finished or stopped as requested.
 ///
 /// # Errors
 /// A protocol that cannot be run; a folder that holds another study or cannot be written.
@@ -43,7 +43,7 @@ pub fn run(request: &Request<'_>, out: &mut impl Write) -> anyhow::Result<bool> 
         return run_in(folder, request, out);
     }
     let passing = std::env::temp_dir().join(format!("hwall_study_{}", std::process::id()));
-    // Of a program with the same number that was killed.
+    // Left by a killed program with the same process id.
     let _ = std::fs::remove_dir_all(&passing);
     let result = run_in(&passing, request, out);
     let _ = std::fs::remove_dir_all(&passing);
@@ -194,7 +194,7 @@ mod tests {
         let _ = std::fs::remove_dir_all(&root);
     }
 
-    /// Practice and catch trials were among them.
+    /// Regression: practice and catch trials were drawn too.
     #[test]
     fn what_is_drawn_as_rendered_are_the_trials_that_count() {
         let args = ProtocolArgs {

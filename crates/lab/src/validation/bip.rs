@@ -1,4 +1,4 @@
-//! The section of hwall-bip: agreement with published results, and errors, coverage and recovery beside
+//! The section of hwall-bip: agreement with published results, and errors, coverage and recovery compared with
 //! the published convention, on the reference workload.
 
 use crate::bip::run::{self, Runs, TestRun};
@@ -20,7 +20,7 @@ const PALM: [usize; 3] = [0, 1, 2];
 const PHASE_VARIANCE: f64 = 1e-4;
 /// Variance of the acceleration of the phase, in the reference runs.
 const PROCESS_VARIANCE: f64 = 1e-8;
-/// Shares of a motion at which errors are printed, per cent.
+/// Observed shares of a motion at which errors are printed, per cent.
 const SEEN: [usize; 5] = [30, 50, 75, 80, 100];
 
 fn setup(basis: &str, mode: Mode, noise: Noise, published: bool) -> anyhow::Result<Setup> {
@@ -35,7 +35,7 @@ fn setup(basis: &str, mode: Mode, noise: Noise, published: bool) -> anyhow::Resu
     })
 }
 
-/// Ways to train and filter.
+/// Compared methods of training and filtering.
 fn methods() -> anyhow::Result<Vec<(&'static str, Setup)>> {
     let published = |mode| setup("poly:8", mode, Noise::Fit, true);
     let tuned = |mode| setup("ngauss:9", mode, Noise::HeldOut, false);
@@ -60,7 +60,7 @@ struct Outcome {
 /// The section, from a second-level heading on.
 ///
 /// # Errors
-/// Files that are missing or not as they should be.
+/// Missing or malformed files.
 pub fn section(reference: &Path) -> anyhow::Result<String> {
     let workload = reference.join("workload");
     let TrainTest { train, test } = trajectories::read_both(&workload, &workload)?;
@@ -95,7 +95,7 @@ fn mean_distance_mm(runs: &[&TestRun], set: &DofSet, percent: usize) -> f64 {
     1e3 * distances.iter().sum::<f64>() / distances.len() as f64
 }
 
-/// Share of the true ends in the 50 % and 90 % intervals, over ten fractions.
+/// Share of the true ends in the 50 % and 90 % intervals, over ten observed shares.
 fn coverage(runs: &[&TestRun], set: &DofSet) -> [f64; 2] {
     let mut sums = [0.0; 2];
     for percent in (10..=100).step_by(10) {
@@ -198,11 +198,11 @@ struct Differences {
     phase: f64,
     palm: f64,
     joints: f64,
-    /// `None` where the reference run has no deviations.
+    /// `None` if the reference run has no standard deviations.
     joints_sd: Option<f64>,
 }
 
-/// Over the motions with a pause, or over the others.
+/// Differences over the motions with a pause, or over the others.
 fn differences(expected: &Value, runs: &Runs, pauses: bool) -> anyhow::Result<Differences> {
     let mut d = Differences::default();
     let tests = expected["tests"].as_array().context("no tests")?;

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 /// The name of the document.
 pub const NAME: &str = "VALIDATION.md";
 
-/// What is compared with.
+/// Locations of the references, and settings.
 #[derive(Debug, Clone)]
 pub struct Request<'a> {
     /// Folder with `ori_1.txt` to `ori_7.txt`, the maps published with the 2018 paper.
@@ -29,7 +29,7 @@ pub struct Request<'a> {
 }
 
 impl Request<'_> {
-    /// Says before minutes of work that references are not there, all of them at once.
+    /// Checks, before minutes of work, for missing references and reports all of them at once.
     ///
     /// # Errors
     /// A folder that is missing.
@@ -56,9 +56,9 @@ impl Request<'_> {
 /// A document that was written.
 #[derive(Debug, Clone)]
 pub struct Written {
-    /// Where it is.
+    /// Its path.
     pub path: PathBuf,
-    /// What is in it.
+    /// Its text.
     pub text: String,
 }
 

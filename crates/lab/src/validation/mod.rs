@@ -1,4 +1,4 @@
-//! Comparisons with what others have published: the sections of `docs/VALIDATION.md`.
+//! Comparisons with published results: the sections of `docs/VALIDATION.md`.
 
 pub mod bip;
 pub mod document;

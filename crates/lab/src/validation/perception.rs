@@ -1,5 +1,5 @@
-//! The section of hwall-psychophysics: agreement with R, pingouin and statsmodels, and where the degrees of
-//! freedom of the dissertation's table come from.
+//! The section of hwall-psychophysics: agreement with R, pingouin and statsmodels, and the origin of the degrees of
+//! freedom in the dissertation's table.
 
 use crate::report::{Gap, cells, fill, titled};
 use crate::validation::reference::json;
@@ -54,7 +54,7 @@ struct Deviations {
 }
 
 impl Deviations {
-    /// Compares where the reference has a number; a missing number of ours counts as infinitely far off.
+    /// Compares if the reference has a number; a missing result counts as an infinite deviation.
     fn take(&mut self, truth: &Value, key: &str, ours: Option<f64>) {
         let Some(expected) = truth[key].as_f64() else {
             return;
@@ -119,7 +119,7 @@ fn compare(study: &Study, truth: &Value, seen: &mut Deviations) -> anyhow::Resul
     Ok(())
 }
 
-/// Which error the published F, eta² and p were computed with.
+/// The error term behind the published F, eta² and p.
 fn degrees_of_freedom(truth: &Value) -> anyhow::Result<MarkdownTable> {
     let published = &truth["external"]["dissertation"];
     let number = |key: &str| {

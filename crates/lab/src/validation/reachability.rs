@@ -8,18 +8,18 @@ use hwall_kinematics::SrsArm;
 use hwall_reachability::{ExactConfig, ReachabilityMap};
 use hwall_testkit::quantile;
 
-/// The text, and what its figure is drawn from.
+/// The text, and the data of its figure.
 pub struct Reachability {
     /// Markdown, from a second-level heading on.
     pub text: String,
-    /// How each published file compares with it.
+    /// Comparison with each published file.
     pub comparisons: Vec<Comparison>,
 }
 
-/// The comparison with the published maps, and with the verdict of single poses.
+/// The comparison with the published maps, and with the verdicts on single poses.
 ///
 /// # Errors
-/// Whatever building the map refuses.
+/// Errors of building the map.
 pub fn reachability(published: &[Bounds], seed: u64, poses: usize) -> anyhow::Result<Reachability> {
     let map = ReachabilityMap::build(
         &SrsArm::iiwa7(),
@@ -70,7 +70,7 @@ pub fn reachability(published: &[Bounds], seed: u64, poses: usize) -> anyhow::Re
     })
 }
 
-/// One row an interval.
+/// One row per interval.
 fn rows(map: &ReachabilityMap) -> anyhow::Result<Vec<published::Row>> {
     let mut rows = Vec::new();
     for index in map.lines() {

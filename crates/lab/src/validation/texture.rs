@@ -1,5 +1,5 @@
-//! The section of textures: geometry against independent numbers, which model predicts the study's order, and
-//! how soon a moved texture has its speed.
+//! The section of textures: geometry against independent numbers, the models that predict the study's order, and
+//! the time until a moving texture has its speed.
 
 use crate::report::{Gap, cells, fill, or_none, titled};
 use crate::texture::trial;
@@ -83,7 +83,7 @@ fn row(score: &OrderScore) -> Vec<String> {
     ]
 }
 
-/// How many numbers were compared, and the largest deviation.
+/// The number of compared values, and the largest deviation.
 struct Geometry {
     count: usize,
     off_mm: f64,

@@ -1,13 +1,13 @@
-//! A stiff hand on a rendered object: what comes out of the board, and whether it comes to rest.
+//! A stiff hand on a rendered object: energy returned by the board, and decay of the oscillation.
 
 use hwall_haptics::ObjectPortConfig;
 use hwall_lab::feel::rig::Rig;
 use hwall_lab::feel::stability::{SWINGS_ON_M, at_random};
 use hwall_testkit::seeds;
 
-/// Stiffer than any bare hand, N/m: then some energy may come out before the loop is felt to swing.
+/// Stiffer than any bare hand, N/m: some energy may be generated before an oscillation is felt.
 const STIFF_N_PER_M: f64 = 3000.0;
-/// The most that a stiff one gets, J.
+/// Largest energy returned to a stiff hand, J.
 const OF_STIFF_J: f64 = 0.2;
 
 #[test]

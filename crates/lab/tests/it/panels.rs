@@ -1,4 +1,4 @@
-//! Predictions on recorded reaches in rooms, from made-up files.
+//! Predictions on recorded reaches in rooms, from synthetic files.
 
 use glam::DVec3;
 use hwall_contact::LearnedConfig;
@@ -10,7 +10,7 @@ use hwall_testkit::Sampler;
 use std::fs;
 use std::path::Path;
 
-/// Fewer are not trusted: two people, so all of one person's are learnt from.
+/// Enough reaches for training: with two people, all of one person's are training data.
 const REACHES: usize = 31;
 const PLACES: [DVec3; 3] = [
     DVec3::new(0.7, 0.3, 1.0),
@@ -87,7 +87,7 @@ fn every_row_of_every_room_is_finite() {
     for row in rows.iter().filter(|row| row.starts_with("| ")) {
         let cells: Vec<&str> = row.split('|').map(str::trim).collect();
         for (column, cell) in cells[2..6].iter().enumerate() {
-            // Without a scene no object is named, and a hand that has hardly moved has no estimate.
+            // Without a scene no object is predicted, and a hand that has hardly moved has no estimate.
             let least = match (row.contains("learned"), column) {
                 (true, 2) => 0,
                 (true, _) => 5,

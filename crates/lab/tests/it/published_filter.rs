@@ -27,7 +27,7 @@ fn csv(path: &Path) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// One demonstration, one sample a unit of time.
+/// One demonstration, one sample per unit of time.
 fn demonstration(path: &Path) -> Demonstration {
     Demonstration::from_samples(1.0, DOFS, csv(path).concat()).unwrap()
 }
@@ -54,7 +54,7 @@ fn groups(basis: Basis) -> Vec<Group> {
     ]
 }
 
-/// Of a list of numbers; none of what is not there.
+/// Numbers of a list; empty if missing.
 fn floats(value: &Value) -> Vec<f64> {
     let values = value.as_array().into_iter().flatten();
     values.map(|x| x.as_f64().unwrap()).collect()
@@ -80,7 +80,7 @@ fn end(filter: &mut FullFilter, dof: usize) -> [f64; 2] {
 struct Differences([f64; 5]);
 
 impl Differences {
-    /// One step of a run; what the record does not hold is not compared.
+    /// Compares one step of a run; skips values missing in the record.
     fn take(&mut self, k: usize, expected: &Value, filter: &mut FullFilter) {
         let at = |key: &str| expected[key][k].as_f64();
         let mut off = |place: usize, got: f64, want: Option<f64>, scale: f64| {
@@ -114,11 +114,11 @@ impl Differences {
     }
 }
 
-/// The published convention on all weights. Steps up to `roundoff_ok_steps` only,
-/// which in these cases are all.
+/// The published convention on all weights. Only steps up to `roundoff_ok_steps`,
+/// which is all of them in these cases.
 ///
-/// After a pause that filter throws the phase to and fro by a third a step, which magnifies the
-/// rounding of an innovation covariance with entries of 1e-6 and 1e4: less is asked there.
+/// After a pause that filter changes the phase by a third per step in both directions, which amplifies the
+/// rounding of an innovation covariance with entries of 1e-6 and 1e4: tolerances are larger there.
 #[test]
 fn agrees_with_the_published_filter() {
     let Some(reference) = shared("reference/bip") else {
@@ -151,7 +151,7 @@ fn agrees_with_the_published_filter() {
     }
 }
 
-/// The excerpt beside the tests of `hwall-bip`, where its README describes it.
+/// The excerpt in the tests of `hwall-bip`, described in the README there.
 fn excerpt() -> (Prior, Value) {
     let data = json(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../bip/tests/data/poly_b4.json"));
     let number = |key: &str| data[key].as_f64().unwrap();
@@ -209,7 +209,7 @@ fn motions(seed: u64, count: usize, dofs: usize, noise: f64) -> Vec<Demonstratio
         .collect()
 }
 
-/// All observed, so that the published convention is the textbook one too.
+/// All columns observed, so that the published convention equals the textbook filter.
 #[test]
 fn low_rank_filter_equals_full_state() {
     for (seed, basis) in [

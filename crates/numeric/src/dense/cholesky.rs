@@ -29,12 +29,12 @@ pub struct Cholesky {
 }
 
 impl Cholesky {
-    /// Factors a square matrix; its upper triangle is not read.
+    /// Factors a square matrix; does not read its upper triangle.
     ///
-    /// Error: that of a matrix within `n ε ‖A‖` of the one given [Higham 2002, theorem 10.3].
+    /// Error: backward error within `n ε ‖A‖` [Higham 2002, theorem 10.3].
     ///
     /// # Errors
-    /// A pivot that is not positive beside its diagonal entry (below 1e-14 of it), or NaN.
+    /// A pivot below 1e-14 of its diagonal entry, or NaN.
     ///
     /// # Panics
     /// If the matrix is not square.
@@ -55,12 +55,12 @@ impl Cholesky {
     /// `A⁻¹ B`.
     ///
     /// # Panics
-    /// If `b` has not as many rows as the matrix.
+    /// If the number of rows of `b` differs from the size of the matrix.
     #[must_use]
     pub fn solve(&self, b: &Matrix) -> Matrix {
         let n = self.lower.rows();
         assert_eq!(n, b.rows(), "rows of a right-hand side");
-        // Right-hand sides as rows: each is then solved in contiguous memory.
+        // Right-hand sides as rows, so that each is contiguous in memory.
         let mut x = b.transpose();
         for k in 0..x.rows() {
             solve_lower(self.lower.entries(), x.row_mut(k));
@@ -83,7 +83,7 @@ impl Cholesky {
 /// Error: as [`Cholesky::new`].
 ///
 /// # Errors
-/// As [`Cholesky::new`]; what the triangle then holds means nothing.
+/// As [`Cholesky::new`]; the triangle is then invalid.
 ///
 /// # Panics
 /// If there are fewer than `n * n` entries.
@@ -92,7 +92,7 @@ pub fn cholesky_in_place(n: usize, a: &mut [f64]) -> Result<(), NotPositiveDefin
         for j in 0..=i {
             let sum = a[i * n + j] - dot(&a[i * n..][..j], &a[j * n..][..j]);
             if i == j {
-                // A pivot at the level of rounding is no pivot; written so that NaN fails too.
+                // Reject a pivot at the level of rounding; NaN fails too.
                 let positive = sum > 1e-14 * a[i * n + i].abs();
                 if !(positive && sum.is_finite()) {
                     return Err(NotPositiveDefinite {

@@ -7,26 +7,26 @@ use super::Matrix;
 pub struct Eigen<const N: usize> {
     /// Largest first.
     pub values: [f64; N],
-    /// One unit vector a row, in the order of the values.
+    /// One unit vector per row, in the order of the values.
     pub vectors: [[f64; N]; N],
 }
 
-/// As [`Eigen`], of a matrix whose size is known at run time only.
+/// As [`Eigen`], for a matrix whose size is known only at run time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SymmetricEigen {
     /// Largest first.
     pub values: Vec<f64>,
-    /// One unit vector a row, in the order of the values.
+    /// One unit vector per row, in the order of the values.
     pub vectors: Matrix,
 }
 
-/// Sweeps after which the largest off-diagonal entry has long been at the level of rounding.
+/// Maximum number of sweeps; convergence to rounding needs far fewer.
 const SWEEPS: usize = 30;
 
 /// Eigenvalues and eigenvectors of the symmetric part of a matrix, by Jacobi rotations.
 ///
 /// Chosen over faster methods because it finds small eigenvalues of a scaled Gram matrix with high
-/// relative accuracy and cannot fail: NaN comes out where NaN went in.
+/// relative accuracy and cannot fail: NaN in gives NaN out.
 ///
 /// Entries may be as large as 1e307 / `N`, so that no eigenvalue overflows; those below 1e-292 lose digits.
 #[must_use]
@@ -45,7 +45,7 @@ pub fn symmetric_eigen<const N: usize>(a: &[[f64; N]; N]) -> Eigen<N> {
 }
 
 impl SymmetricEigen {
-    /// Of the symmetric part of a matrix, by the method of [`symmetric_eigen`].
+    /// Decomposes the symmetric part of a matrix by the method of [`symmetric_eigen`].
     ///
     /// # Panics
     /// If the matrix is not square.
@@ -67,7 +67,7 @@ impl SymmetricEigen {
     }
 }
 
-/// Turns a symmetric `n × n` matrix, row by row, until it is diagonal; the rows of `v` turn along.
+/// Rotates a symmetric `n × n` matrix, row by row, until it is diagonal; rotates the rows of `v` along.
 #[inline]
 fn diagonalize(a: &mut [f64], v: &mut [f64], n: usize) {
     for _ in 0..SWEEPS {
@@ -77,16 +77,16 @@ fn diagonalize(a: &mut [f64], v: &mut [f64], n: usize) {
                 turned |= rotate(a, v, n, p, q);
             }
         }
-        // NaN is never small.
+        // Stop on NaN: it never converges.
         if !turned || a.iter().any(|x| !x.is_finite()) {
             break;
         }
     }
 }
 
-/// One Jacobi rotation that clears entry `(p, q)` of `a`; the rows of `v` turn along. `false` if the entry was
-/// at the level of the rounding of its two diagonal entries, which then keep their digits: what is small beside the
-/// largest entry may be all that a small eigenvalue consists of.
+/// One Jacobi rotation that clears entry `(p, q)` of `a`; rotates the rows of `v` along. `false`, without a
+/// rotation, if the entry is at the rounding level of its two diagonal entries, not of the largest entry: so small
+/// eigenvalues keep their digits.
 #[inline]
 fn rotate(a: &mut [f64], v: &mut [f64], n: usize, p: usize, q: usize) -> bool {
     let (pp, qq, pq) = (p * n + p, q * n + q, p * n + q);
@@ -106,14 +106,14 @@ fn rotate(a: &mut [f64], v: &mut [f64], n: usize, p: usize, q: usize) -> bool {
         (a[x], a[y]) = turned(a[x], a[y]);
         (v[x], v[y]) = turned(v[x], v[y]);
     }
-    // What is left there is rounding.
+    // The remaining entry is rounding.
     if a[pq].is_finite() {
         (a[pq], a[q * n + p]) = (0.0, 0.0);
     }
     true
 }
 
-/// Cosine and sine that clear the off-diagonal entry of a symmetric 2 × 2 matrix; `None` where it is clear.
+/// Cosine and sine that clear the off-diagonal entry of a symmetric 2 × 2 matrix; `None` if it is already zero.
 pub(super) fn rotation(app: f64, aqq: f64, apq: f64) -> Option<(f64, f64)> {
     if apq == 0.0 {
         return None;

@@ -17,7 +17,7 @@ impl Matrix {
         Self::from_rows(rows, columns, vec![0.0; rows * columns])
     }
 
-    /// Ones on the diagonal.
+    /// The identity matrix.
     #[must_use]
     pub fn identity(size: usize) -> Self {
         Self::from_fn(size, size, |i, j| f64::from(u8::from(i == j)))
@@ -26,7 +26,7 @@ impl Matrix {
     /// From its entries, row by row.
     ///
     /// # Panics
-    /// If there are not `rows * columns` of them.
+    /// If there are not `rows * columns` entries.
     #[must_use]
     pub fn from_rows(rows: usize, columns: usize, entries: Vec<f64>) -> Self {
         assert_eq!(entries.len(), rows * columns, "{rows} x {columns} entries");
@@ -37,7 +37,7 @@ impl Matrix {
         }
     }
 
-    /// Entry by entry, from row and column.
+    /// From a function of row and column.
     #[must_use]
     pub fn from_fn(
         rows: usize,
@@ -104,13 +104,13 @@ impl Matrix {
         )
     }
 
-    /// All rows before one, and that one.
+    /// All rows before row `i`, and row `i`.
     pub(super) fn split_at_row_mut(&mut self, i: usize) -> (&[f64], &mut [f64]) {
         let (before, from) = self.entries.split_at_mut(i * self.columns);
         (before, &mut from[..self.columns])
     }
 
-    /// Rows become columns.
+    /// The transpose.
     #[must_use]
     pub fn transpose(&self) -> Self {
         Self::from_fn(self.columns, self.rows, |i, j| self[(j, i)])
@@ -119,7 +119,7 @@ impl Matrix {
     /// `self * other`.
     ///
     /// # Panics
-    /// If `other` has not as many rows as this has columns.
+    /// If the number of rows of `other` differs from the number of columns of `self`.
     #[must_use]
     pub fn times(&self, other: &Self) -> Self {
         assert_eq!(self.columns, other.rows, "columns and rows of a product");
@@ -133,10 +133,10 @@ impl Matrix {
         product
     }
 
-    /// `selfᵀ * other`, without the transpose.
+    /// `selfᵀ * other`, without forming the transpose.
     ///
     /// # Panics
-    /// If the two have not the same number of rows.
+    /// If the numbers of rows differ.
     #[must_use]
     pub fn transpose_times(&self, other: &Self) -> Self {
         assert_eq!(self.rows, other.rows, "rows of a product");

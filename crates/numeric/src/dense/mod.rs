@@ -12,7 +12,7 @@ pub use eigen::{Eigen, SymmetricEigen, symmetric_eigen};
 pub use matrix::Matrix;
 pub use svd::{NotConverged, Svd};
 
-/// Sum of products of two slices of equal length, in four chains, so that additions need not wait for each other.
+/// Dot product of two slices of equal length, with four independent accumulators.
 #[must_use]
 #[inline]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {

@@ -5,7 +5,7 @@ use super::matrix::add_multiple;
 use super::{Matrix, dot};
 use std::fmt;
 
-/// Singular values that were not found: the matrix holds NaN or infinity, or a singular value overflows.
+/// Singular values were not found: the matrix has NaN or infinity, or a singular value overflows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NotConverged {
     /// Rows of the matrix.
@@ -34,29 +34,30 @@ pub struct Svd {
     pub right: Matrix,
 }
 
-/// Sweeps: ten suffice for any matrix seen; convergence is quadratic.
+/// Maximum number of sweeps: ten suffice for any matrix seen; convergence is quadratic.
 const SWEEPS: usize = 60;
 
-/// The largest entry while rotating (2^480): its square is far from overflow, and small ones are far from underflow.
+/// Scale of the largest entry while rotating (2^480): its square is far from overflow, and small entries are far
+/// from underflow.
 const LARGEST: f64 = f64::from_bits((1023 + 480) << 52);
 
-/// Rows shorter than this are zero: few digits are left of such numbers.
+/// Rows shorter than this count as zero: such numbers have few digits left.
 const ZERO: f64 = 1e-290;
 
-/// A row shorter than this beside another one does not change it.
+/// A row shorter than this relative to another does not change it.
 const NEGLIGIBLE: f64 = 1e-100;
 
-/// Squares below this have lost digits, or soon will.
+/// Squares below this lose digits.
 const SMALL_SQUARE: f64 = 1e-280;
 
 impl Svd {
-    /// By one-sided Jacobi rotations of the triangular factor of a reduction with pivots.
+    /// By one-sided Jacobi rotations of the triangular factor of a pivoted reduction.
     ///
-    /// Error: each singular value within some `n ε` of itself for a matrix whose columns are badly scaled but
-    /// otherwise well conditioned, `n ε ‖A‖` in general. Source: [Demmel 1992], algorithm 4.1, on the
-    /// transposed factor of a Householder reduction with column pivoting as in [Drmač 2008].
+    /// Error: relative error of each singular value about `n ε` for a matrix that is well conditioned except
+    /// for column scaling, `n ε ‖A‖` in general. Source: [Demmel 1992], algorithm 4.1, on the transposed
+    /// factor of a Householder reduction with column pivoting as in [Drmač 2008].
     ///
-    /// A singular value below 1e-430 of the largest entry is found as 0.
+    /// Singular values below 1e-430 of the largest entry are returned as 0.
     ///
     /// # Errors
     /// NaN or infinity, or entries so large that a singular value is infinite.
@@ -69,7 +70,7 @@ impl Svd {
             return Err(failed);
         }
         let largest = a.entries().iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        // In an order in which nothing overflows and no digit is lost.
+        // Multiply in an order without overflow or loss of digits.
         let scaled = |x: f64| match largest {
             0.0 => x,
             1.0.. => x / (largest / LARGEST),
@@ -107,12 +108,12 @@ impl Svd {
     }
 }
 
-/// Of `k` vectors (rows) of length `m >= k`: vectors on the long side (`k × m`), singular values, vectors on the short
-/// side (`k × k`), one a row.
+/// For `k` vectors (rows) of length `m >= k`: singular vectors of the long side (`k × m`), singular values, singular
+/// vectors of the short side (`k × k`), one per row.
 fn decomposed(mut vectors: Matrix) -> Option<(Matrix, Vec<f64>, Matrix)> {
     let (k, m) = (vectors.rows(), vectors.columns());
     let Reduction { reflectors, order } = reduce(&mut vectors);
-    // What is left is triangular, the largest first. Rotations of its rows converge in few sweeps.
+    // The rest is triangular, largest first. Rotations of its rows converge in few sweeps.
     let mut work = Matrix::from_fn(k, k, |i, j| if i <= j { vectors[(j, i)] } else { 0.0 });
     let mut turned = Matrix::identity(k);
     let mut converged = k < 2;
@@ -163,7 +164,7 @@ fn complete(rows: &mut Matrix, at: usize) {
     for start in 0..columns {
         row.fill(0.0);
         row[start] = 1.0;
-        // Twice: the first time loses digits where the unit vector nearly lies in their span.
+        // Twice: the first pass loses digits if the unit vector nearly lies in their span.
         for other in before
             .chunks_exact(columns)
             .chain(before.chunks_exact(columns))
@@ -171,7 +172,7 @@ fn complete(rows: &mut Matrix, at: usize) {
             add_multiple(row, -dot(other, row), other);
         }
         let norm = length(row);
-        // One of the unit vectors keeps at least this much.
+        // At least one unit vector keeps this much.
         if norm * norm * columns as f64 > 0.5 {
             row.iter_mut().for_each(|x| *x /= norm);
             return;
@@ -186,13 +187,13 @@ struct Reflector {
 }
 
 impl Reflector {
-    /// That makes all entries but the first zero.
+    /// The reflector that makes all entries except the first zero.
     fn of(row: &[f64]) -> Self {
         let mut v = row.to_vec();
         let norm = length(&v);
         let mut beta = 0.0;
         if norm > 0.0 {
-            // Of unit length before its head is lengthened, so that no square vanishes.
+            // Normalise before changing the first entry, so that no square underflows.
             v.iter_mut().for_each(|x| *x /= norm);
             v[0] += 1_f64.copysign(v[0]);
             beta = 2.0 / dot(&v, &v);
@@ -206,16 +207,15 @@ impl Reflector {
     }
 }
 
-/// How vectors became triangular.
+/// Reduction of vectors to triangular form.
 struct Reduction {
-    /// The j-th acts from entry j on.
+    /// The j-th acts on entries from j on.
     reflectors: Vec<Reflector>,
-    /// Where each of the vectors was before.
+    /// Original index of each vector.
     order: Vec<usize>,
 }
 
-/// Householder reduction of vectors (rows) to triangular form in place, of those that are left always the
-/// longest first.
+/// Householder reduction of vectors (rows) to triangular form in place; each step takes the longest remaining vector.
 fn reduce(vectors: &mut Matrix) -> Reduction {
     let k = vectors.rows();
     let mut order: Vec<usize> = (0..k).collect();
@@ -255,17 +255,17 @@ fn length(v: &[f64]) -> f64 {
     largest * squares.sqrt()
 }
 
-/// Takes the part along a far longer row away: the rotation that does so turns nothing else.
+/// Removes the component along a far longer row: the rotation that does so leaves the longer row unchanged.
 fn without(row: &mut [f64], part: f64, along: &[f64], length: f64) {
     for (x, along) in row.iter_mut().zip(along) {
         *x -= part * (along / length);
     }
 }
 
-/// Turns two rows until they are orthogonal; `false` if they were.
+/// Rotates two rows until they are orthogonal; `false` if they already were.
 fn orthogonalized(work: &mut Matrix, turned: &mut Matrix, p: usize, q: usize) -> bool {
     let (pp, qq) = (dot(work.row(p), work.row(p)), dot(work.row(q), work.row(q)));
-    // Rounding of a product of two rows; the root is that of LAPACK's dgesvj.
+    // Rounding of a product of two rows; the square root is as in LAPACK's dgesvj.
     let rounding = f64::EPSILON * (work.columns() as f64).sqrt().max(4.0);
     let angle = if pp.min(qq) < SMALL_SQUARE {
         let (row_p, row_q) = work.two_rows_mut(p, q);

@@ -9,14 +9,14 @@ use crate::error::Result;
 use crate::study::{Factor, LeftOut, Normalisation, Study};
 use serde::Serialize;
 
-/// What to compute.
+/// Settings of [`analyse`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct AnalysisConfig {
-    /// Scaling of the subjects' answers before everything else.
+    /// Scaling of the subjects' answers, applied first.
     pub normalisation: Normalisation,
     /// Error models, one table each.
     pub errors: Vec<ErrorModel>,
-    /// Also the aligned rank transform.
+    /// Compute the aligned rank transform too.
     pub art: bool,
     /// Comparison of all pairs of levels of each factor; with `art` also by ART-C.
     pub posthoc: Option<Adjustment>,
@@ -56,14 +56,14 @@ pub struct Analysis {
     pub art: Vec<ArtEffect>,
     /// Pairs of levels; empty unless asked for.
     pub posthoc: Vec<Comparison>,
-    /// Pairs of levels on aligned ranks (ART-C), each once for every error that it is tested against; empty unless both were
+    /// Pairs of levels on aligned ranks (ART-C), once for each error they are tested against; empty unless both were
     /// asked for.
     pub art_posthoc: Vec<Comparison>,
-    /// Which p value of the pairs reports show.
+    /// Which adjusted p value reports show.
     pub adjustment: Option<Adjustment>,
     /// Diagnostics.
     pub assumptions: Assumptions,
-    /// Doubts about the results.
+    /// Warnings about the results.
     pub warnings: Vec<Warning>,
 }
 
@@ -82,9 +82,9 @@ pub struct DesignSummary {
     pub within: Vec<FactorSummary>,
     /// Factor between subjects.
     pub between: Option<FactorSummary>,
-    /// Subjects who were left out because answers of theirs are missing.
+    /// Subjects left out for missing answers.
     pub left_out: Vec<LeftOut>,
-    /// Rows of the table that do not count.
+    /// Rows of the table marked invalid.
     pub invalid_rows: usize,
 }
 
@@ -119,7 +119,7 @@ pub fn analyse(study: &Study, config: &AnalysisConfig) -> Result<Analysis> {
             if config.art {
                 for &errors in &config.errors {
                     let pairs = art_contrasts(study, &[factor], errors, config.confidence)?;
-                    // Groups are compared by Welch's test whatever the error of the analysis is.
+                    // Groups are compared by Welch's test under every error model, so drop repeated pairs.
                     let is_new = |pair: &Comparison| !art_posthoc.contains(pair);
                     let new: Vec<Comparison> = pairs.into_iter().filter(is_new).collect();
                     art_posthoc.extend(new);

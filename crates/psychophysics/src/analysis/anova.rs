@@ -1,4 +1,4 @@
-//! Analysis of variance of repeated measures, with or without a factor between subjects.
+//! Repeated-measures analysis of variance, with or without a factor between subjects.
 //!
 //! For an effect within subjects with d orthonormal contrasts, let `z_s` be those of subject s, `z̄_g`
 //! their mean over the `n_g` subjects of group g, with N subjects in G groups. Then
@@ -17,7 +17,7 @@ use crate::error::{PsychophysicsError, Result};
 use crate::study::Study;
 use crate::tails::f_tail;
 
-/// Against which variation an effect within subjects is tested.
+/// Error term for effects within subjects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -30,7 +30,7 @@ pub enum ErrorModel {
     /// All effects against all variation within subjects together.
     ///
     /// R's `aov(y ~ A*B + Error(S))`. Its many degrees of freedom are right only if subjects differ
-    /// by nothing but a constant. The dissertation's table is of this kind (df 4, 576).
+    /// just by a constant. The dissertation's table is of this kind (df 4, 576).
     Pooled,
 }
 
@@ -39,7 +39,7 @@ pub enum ErrorModel {
 pub struct Effect {
     /// Its factors, joined by colons: `a:b`.
     pub name: String,
-    /// Against which variation it is tested.
+    /// Error model it is tested with.
     pub errors: ErrorModel,
     /// Sum of squares.
     pub ss: f64,
@@ -55,7 +55,7 @@ pub struct Effect {
     pub p: Option<f64>,
     /// `ss / (ss + ss_error)`; `None` where both are zero.
     pub partial_eta2: Option<f64>,
-    /// `ss / (ss + all error, with that between subjects)`, the same for both error models:
+    /// `ss / (ss + all error, including that between subjects)`, equal for both error models:
     /// Olejnik and Algina 2003 for manipulated factors.
     pub generalized_eta2: Option<f64>,
     /// Greenhouse and Geisser's ε; `None` for pooled errors and effects between subjects.
@@ -66,7 +66,7 @@ pub struct Effect {
     pub p_gg: Option<f64>,
     /// p with both degrees of freedom times `hf`.
     pub p_hf: Option<f64>,
-    /// Mauchly's test of sphericity; `None` too where there is no error but rounding.
+    /// Mauchly's test of sphericity; `None` also if the error is only rounding.
     pub mauchly: Option<Mauchly>,
     /// Which factors: bit f for the f-th of [`Study::factors`].
     #[serde(skip)]
@@ -83,7 +83,7 @@ pub struct Effect {
 /// Source: Winer, Brown and Michels 1991, ch. 4 and 7; computed by orthonormal contrasts.
 ///
 /// # Errors
-/// Fewer than two subjects, in all or in a group; all values the same.
+/// Fewer than two subjects in total or in a group; all values the same.
 pub fn anova(study: &Study, errors: ErrorModel) -> Result<Vec<Effect>> {
     let design = Design::of(study)?;
     check_varies(study)?;
@@ -178,7 +178,7 @@ impl Design {
     pub(crate) fn test(&self, values: &[f64], errors: ErrorModel) -> Vec<Effect> {
         let floor = rounding_floor(values);
         let mut strata = self.strata(values, errors == ErrorModel::Strata);
-        // The covariance of rounding errors does not describe the subjects.
+        // A covariance of rounding errors says nothing about the subjects.
         for stratum in strata.iter_mut().filter(|s| s.ss_error <= floor) {
             stratum.sphericity = stratum.sphericity.map(|_| Sphericity::WITHOUT_ERROR);
         }
@@ -230,7 +230,7 @@ impl Design {
         self.effects.iter().map(effect).collect()
     }
 
-    /// One stratum for every effect within subjects; the first is that of the subjects' means.
+    /// One stratum for every effect within subjects; the first is for the subjects' means.
     fn strata(&self, values: &[f64], with_sphericity: bool) -> Vec<Stratum> {
         let mut coefficients = values.to_vec();
         let mut scratch = vec![0.0; self.cells];
@@ -244,7 +244,7 @@ impl Design {
             .collect()
     }
 
-    /// Means of the coefficients of each group; what remains is the deviation from them.
+    /// Returns each group's mean coefficients, and subtracts them from `coefficients`.
     fn take_group_means(&self, coefficients: &mut [f64]) -> Vec<Vec<f64>> {
         let mut means = vec![vec![0.0; self.cells]; self.group_sizes.len()];
         for (subject, &group) in coefficients.chunks_exact(self.cells).zip(&self.group_of) {

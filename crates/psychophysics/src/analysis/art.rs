@@ -1,11 +1,11 @@
-//! Aligned rank transform: ranks that leave interactions intact.
+//! Aligned rank transform: rank analysis that preserves interactions.
 
 use super::anova::{Design, Effect, ErrorModel, check_varies};
 use crate::error::{PsychophysicsError, Result};
 use crate::samples::average_ranks;
 use crate::study::Study;
 
-/// One effect tested on ranks of values aligned for it.
+/// One effect, tested on the ranks of values aligned for it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct ArtEffect {
     /// The test, of ranks.
@@ -19,12 +19,12 @@ pub struct ArtEffect {
 
 /// Non-parametric factorial analysis: aligned rank transform, with one full analysis per effect.
 ///
-/// For each effect all other fixed effects are removed from the values (the cell mean is subtracted, the
-/// estimated effect added), which are then rounded to 8 decimal places, ranked over all subjects and
+/// For each effect, all other fixed effects are removed from the values (subtract the cell mean, add the
+/// estimated effect). These are rounded to 8 decimal places, ranked over all subjects and
 /// analysed; only this effect of the analysis is used. Differences between subjects are not removed.
 ///
-/// Its rate of type I errors is right only for roughly symmetric and continuous values:
-/// [`Assumptions`](super::Assumptions) warns of others.
+/// Its type I error rate is right only for roughly symmetric and continuous values:
+/// [`Assumptions`](super::Assumptions) warns otherwise.
 ///
 /// Error: below 1e-9 relative against R's ARTool 0.11.2 (tests/it/reference.rs).
 /// Source: Higgins, Blair and Tashtoush 1990; Wobbrock et al. 2011.
@@ -89,7 +89,7 @@ impl Aligner {
         }
         means.iter_mut().for_each(|m| *m /= group_size as f64);
         let size = study.values().iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-        // Rounded so that values that differ only by rounding errors become equal. The published 8 digits
+        // Rounding makes values equal that differ only by rounding errors. The published 8 digits
         // suit values near one; very small or large values need others.
         let digits = match size.log10().floor() {
             order @ (..-2.0 | 6.0..) if order.is_finite() => 10 - order as i32,

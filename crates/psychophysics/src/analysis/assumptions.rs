@@ -1,4 +1,4 @@
-//! Check of what the tests assume: normal residuals, symmetric and continuous values.
+//! Checks of the tests' assumptions: normal residuals, symmetric and continuous values.
 
 use super::anova::{Effect, ErrorModel};
 use crate::numbers::probability;
@@ -7,23 +7,23 @@ use crate::study::Study;
 
 /// Skewness of the residuals, of either sign, above which aligned ranks are not reliable.
 const MOST_SKEWED: f64 = 1.0;
-/// Probability that two values are equal above which they count as discrete: that of 20 equally
+/// Probability of two equal values above which values count as discrete; equals that of 20 equally
 /// frequent values.
 const MOST_TIED: f64 = 0.05;
-/// p below which normality and sphericity are doubted.
+/// p below which normality or sphericity is rejected.
 const DOUBT: f64 = 0.05;
 
-/// Something that a reader of the results should know.
+/// A warning to readers of the results.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, thiserror::Error)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what the fields hold")]
 pub enum Warning {
-    /// Residuals are skewed (third standardised moment): aligned ranks find effects that are not there (Luepsen 2017,
-    /// Tsandilas and Casiez 2024). Logarithms or the geometric normalisation help estimates of magnitude.
+    /// Residuals are skewed (third standardised moment): aligned ranks then give false effects (Luepsen 2017,
+    /// Tsandilas and Casiez 2024). For magnitude estimates, logarithms or the geometric normalisation help.
     #[error("residuals are skewed ({skewness:.2}), aligned ranks find effects that are not there")]
     Skewed { skewness: f64 },
-    /// Few different values, of which two are equal with the probability `tied`: aligned ranks find effects that are not there.
+    /// Few different values (two are equal with probability `tied`): aligned ranks then give false effects.
     #[error(
         "{values} values are only {distinct} different ones, aligned ranks find effects that are not there"
     )]
@@ -32,17 +32,17 @@ pub enum Warning {
         values: usize,
         tied: f64,
     },
-    /// Residuals are not normal (Shapiro and Wilk's test); F is robust to that, its p less so.
+    /// Residuals are not normal (Shapiro and Wilk's test); F is robust against this, its p less so.
     #[error("residuals are not normal (p = {})", probability(Some(*p)))]
     NotNormal { p: f64 },
-    /// Mauchly's test rejects sphericity of an effect: read `p_gg` or `p_hf`, not `p`.
+    /// Mauchly's test rejects sphericity of an effect: use `p_gg` or `p_hf`, not `p`.
     #[error(
         "{effect} is not spherical (Mauchly's p = {}), read its corrected p (GG ε = {gg:.3})",
         probability(Some(*p))
     )]
     NotSpherical { effect: String, p: f64, gg: f64 },
-    /// Effects are tested against pooled errors although their own errors differ in size (`ratio` of the largest mean square to
-    /// the smallest): subjects differ in their effects, so p values are too small for the larger ones.
+    /// Effects are tested against pooled errors, but their own errors differ in size (`ratio`: largest to smallest mean
+    /// square). p is then too small for effects with the larger errors.
     #[error(
         "the errors that are pooled differ {ratio:.1} times in mean square, p of the noisier effects is too small"
     )]
@@ -63,9 +63,9 @@ pub struct Assumptions {
 }
 
 impl Assumptions {
-    /// Of the residuals `y − ȳ_cell − ȳ_subject + ȳ` within groups, and of ties among the answers as
-    /// `given`: before those of each subject were scaled, which makes equal answers differ. Without scaling
-    /// both are the same study.
+    /// Diagnoses the residuals `y − ȳ_cell − ȳ_subject + ȳ` within groups, and ties among the answers `given`
+    /// before scaling: scaling each subject makes equal answers differ. Without scaling
+    /// both arguments are the same study.
     #[must_use]
     pub fn of(study: &Study, given: &Study) -> Self {
         let residuals = residuals(study);
@@ -84,7 +84,7 @@ impl Assumptions {
         }
     }
 
-    /// Warnings about aligned ranks, of which the type I errors then increase.
+    /// Warnings about aligned ranks, whose type I error rate increases then.
     pub(super) fn against_aligned_ranks(&self, values: usize) -> Vec<Warning> {
         let mut warnings = Vec::new();
         if let Some(skewness) = self.skewness.filter(|s| s.abs() > MOST_SKEWED) {
@@ -117,7 +117,7 @@ impl Assumptions {
     }
 }
 
-/// A warning if the errors that were pooled differ in size; from the same study tested in strata.
+/// A warning if the pooled errors differ in size; `strata`: the same study tested in strata.
 pub(super) fn pooled_unequal(strata: &[Effect]) -> Option<Warning> {
     let within = strata.iter().filter(|e| e.gg.is_some());
     let squares: Vec<f64> = within.map(|e| e.ss_error / e.df2 as f64).collect();

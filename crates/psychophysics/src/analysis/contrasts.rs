@@ -2,10 +2,10 @@
 //!
 //! The cells of every subject are multiplied by an orthonormal matrix, the Kronecker product of one small
 //! matrix per factor: its first row is the mean (times √k), the others are Helmert contrasts. Each
-//! coefficient then belongs to exactly one effect within subjects: that of the factors in which it
-//! is not a mean. All sums of squares of a balanced design are sums over such coefficients.
+//! coefficient belongs to exactly one effect within subjects: that of the factors with a contrast row.
+//! All sums of squares of a balanced design are sums over such coefficients.
 
-/// Sizes of a design and where its coefficients belong.
+/// Sizes of a design, and the effect of each coefficient.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Contrasts {
     sizes: Vec<usize>,

@@ -14,27 +14,27 @@ pub struct EffectSize {
     pub name: String,
     /// The error model behind it.
     pub errors: ErrorModel,
-    /// Partial eta squared of the sample: chance alone makes it larger than that of the population.
+    /// Partial eta squared of the sample; biased upwards by chance.
     pub partial_eta2: f64,
-    /// Partial omega squared: that of the population, estimated with the share of chance taken out; 0 for an F below 1.
+    /// Partial omega squared: estimate for the population, corrected for chance; 0 for an F below 1.
     pub partial_omega2: f64,
-    /// Interval of that of the population; an end is zero where F is too small for the confidence. At
-    /// confidences of 0.8 and more it holds `partial_omega2`, but not always `partial_eta2`.
+    /// Interval of the population's value; an end is zero where F is too small for the confidence. At
+    /// confidences of 0.8 and more it contains `partial_omega2`, but not always `partial_eta2`.
     pub ci: [f64; 2],
 }
 
-/// Halvings of an interval of noncentralities.
+/// Bisection steps for a noncentrality.
 const HALVINGS: usize = 200;
-/// Largest noncentrality that is looked for, and the largest t: sums of some thousand terms.
+/// Upper bound of the search for λ, and of |t|: sums of some thousand terms.
 const MOST: f64 = 1e5;
 const MOST_T: f64 = 200.0;
-/// Largest noncentrality of t that is looked for.
+/// Upper bound of the search for a noncentrality of t.
 const MOST_DELTA: f64 = 1000.0;
 
 impl EffectSize {
-    /// Of an effect that was tested; `None` without a finite F, or with one so large that its noncentrality would be above 1e5.
+    /// Effect size of a tested effect; `None` without a finite F, or if its noncentrality would exceed 1e5.
     ///
-    /// `η² = λ / (λ + df1 + df2 + 1)` at the noncentralities λ for which the F found has the probabilities of the two tails;
+    /// `η² = λ / (λ + df1 + df2 + 1)` at the noncentralities λ at which the observed F has the two tail probabilities;
     /// `ω²` is the same at `λ = df1 (F − 1)`.
     ///
     /// Error: 1e-8. Without sphericity the interval of an effect within subjects is too narrow, as its p is too small.
@@ -79,12 +79,12 @@ impl Analysis {
     }
 }
 
-/// Interval of the standardised mean difference of `pairs` pairs (Cohen's d of differences) whose sample has `dz`.
+/// Interval of the standardised mean difference (Cohen's d of differences) from the sample's `dz` over `pairs` pairs.
 ///
 /// Error: 1e-8. Source: Cumming and Finch 2001, by the noncentral t distribution.
 ///
 /// # Errors
-/// A number that is not finite, or whose `t = dz √pairs` is beyond 200; fewer than two pairs; a confidence outside (0, 1), or so
+/// A number that is not finite; `t = dz √pairs` beyond 200; fewer than two pairs; a confidence outside (0, 1), or so
 /// near to 1 that an end would lie beyond a noncentrality of 1000.
 pub fn cohen_dz_interval(dz: f64, pairs: usize, confidence: f64) -> Result<[f64; 2]> {
     inner_probability("confidence", confidence)?;
@@ -104,7 +104,7 @@ pub fn cohen_dz_interval(dz: f64, pairs: usize, confidence: f64) -> Result<[f64;
         "within 200 of zero",
     )?;
     let tail = 0.5 * (1.0 - confidence);
-    // Wide enough for any confidence: t lies within some standard deviations of its noncentrality.
+    // Wide enough for any confidence: t lies within a few standard deviations of its noncentrality.
     let reach = 50.0 + 4.0 * t.abs();
     let mut ends = [0.0; 2];
     for (end, p) in ends.iter_mut().zip([1.0 - tail, tail]) {
@@ -123,7 +123,7 @@ pub fn cohen_dz_interval(dz: f64, pairs: usize, confidence: f64) -> Result<[f64;
     Ok(ends)
 }
 
-/// Where a falling function of a noncentrality passes zero; zero where it begins below, `None` where it ends above.
+/// Root of a decreasing function of a noncentrality; zero if it starts below zero, `None` if it ends above.
 fn falling_root(of: impl Fn(f64) -> f64) -> Option<f64> {
     if of(0.0) <= 0.0 {
         return Some(0.0);
@@ -138,7 +138,7 @@ fn falling_root(of: impl Fn(f64) -> f64) -> Option<f64> {
     Some(halved([low, high], of, |high| 1e-13 * high))
 }
 
-/// The zero of a falling function between two places, halved until they are within `accuracy(high)` of each other.
+/// Root of a decreasing function by bisection, to within `accuracy(high)`.
 fn halved(
     [mut low, mut high]: [f64; 2],
     of: impl Fn(f64) -> f64,

@@ -17,18 +17,18 @@ pub struct CellMean {
     pub mean: f64,
     /// Standard deviation over subjects.
     pub sd: f64,
-    /// Half the confidence interval of the mean, from the differences between subjects.
+    /// Half the confidence interval of the mean, from the variation between subjects.
     pub ci_half: f64,
-    /// The same after subtraction of the subjects' means, for comparing cells within subjects
+    /// The same after subtracting the subjects' means, for comparing cells within subjects
     /// (Cousineau 2005, with Morey's 2008 correction).
     pub ci_half_within: f64,
     /// Median over subjects.
     pub median: f64,
 }
 
-/// Means of all combinations of the levels of the factors named; of all cells, if all are.
+/// Means of all combinations of levels of the given factors; with all factors, of all cells.
 ///
-/// Groups of subjects are always kept apart. `confidence`: of the intervals, for instance 0.95.
+/// Groups of subjects are always kept separate. `confidence`: of the intervals, for instance 0.95.
 ///
 /// # Errors
 /// A factor within subjects that the study does not have; a confidence outside (0, 1).
@@ -101,7 +101,7 @@ fn mean_and_sd(values: &[f64]) -> (f64, f64) {
     (mean, (squares / (n - 1.0)).sqrt())
 }
 
-/// The quantile of a share, linear between values, which are sorted.
+/// The quantile at `share`, linear between values; sorts them.
 fn quantile_of(values: &mut [f64], share: f64) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     let at = share * (values.len() - 1) as f64;

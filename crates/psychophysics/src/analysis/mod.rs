@@ -1,4 +1,4 @@
-//! Analysis of a study: means, variance, ranks, pairs of levels, and what the tests assume.
+//! Analysis of a study: means, variance, ranks, pairs of levels, and checks of assumptions.
 
 mod analyse;
 mod anova;

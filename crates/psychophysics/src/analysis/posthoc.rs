@@ -1,4 +1,4 @@
-//! Which levels differ: comparisons of all pairs after an analysis of variance.
+//! Post hoc tests: comparisons of all pairs of levels after an analysis of variance.
 
 use super::anova::{Design, ErrorModel, check_varies};
 use super::art::{Aligner, equal_group_size};
@@ -28,7 +28,7 @@ pub enum PairTest {
 pub enum Adjustment {
     /// Times the number of comparisons.
     Bonferroni,
-    /// Step by step, at most Bonferroni's: Holm 1979.
+    /// Step-down, never above Bonferroni's: Holm 1979.
     #[default]
     Holm,
 }
@@ -40,7 +40,7 @@ pub struct Comparison {
     pub effect: String,
     /// The test.
     pub test: PairTest,
-    /// Whether the pair is tested against its own error or against the pooled one of the analysis.
+    /// Error model: the pair's own error, or the pooled error of the analysis.
     pub errors: ErrorModel,
     /// First level or combination, counted from 0.
     pub i: usize,
@@ -54,7 +54,7 @@ pub struct Comparison {
     pub mean_diff: f64,
     /// Lower end of the confidence interval of the difference, for this comparison alone.
     pub ci_low: f64,
-    /// Upper end of it.
+    /// Upper end.
     pub ci_high: f64,
     /// `mean_diff` over its standard error.
     pub t: Ratio,
@@ -67,9 +67,9 @@ pub struct Comparison {
     /// p by Holm over all comparisons of the effect.
     pub p_holm: Option<f64>,
     /// Mean difference over the standard deviation of the differences; `None` unless paired, or
-    /// where all differences are the same.
+    /// if all differences are the same.
     pub cohen_dz: Option<f64>,
-    /// The same pair by ranks; `None` unless paired, or where all differences are zero.
+    /// Wilcoxon's test of the pair; `None` unless paired, or if all differences are zero.
     pub wilcoxon: Option<Wilcoxon>,
 }
 
@@ -86,8 +86,8 @@ impl Comparison {
 
 /// Compares all pairs of levels of a factor, or of combinations of several.
 ///
-/// Each subject contributes its mean over all other factors. Pairs within subjects are tested by
-/// paired t tests, those between groups of subjects by Welch's. `confidence` is that of the
+/// Each subject contributes its mean over all other factors. Tests pairs within subjects by
+/// paired t tests, pairs of groups by Welch's. `confidence`: of the
 /// intervals, for instance 0.95.
 ///
 /// Error: below 1e-9 relative against pingouin (tests/it/reference.rs).
@@ -101,12 +101,12 @@ pub fn pairwise(study: &Study, factors: &[&str], confidence: f64) -> Result<Vec<
 
 /// Contrasts on aligned ranks (ART-C): pairs of levels, or of combinations of several factors.
 ///
-/// The factors compared are treated as one factor whose levels are their combinations; the values are
-/// aligned for its main effect and ranked, as ranks aligned for another effect must not be compared.
-/// `mean_diff` is in ranks. With strata the ranks are compared as in [`pairwise`], with pooled errors
-/// against the pooled variation within subjects, as in a mixed model with an intercept for each subject.
+/// The factors compared are treated as one factor with their combinations as levels. The values are
+/// aligned for its main effect and ranked, because ranks aligned for another effect must not be compared.
+/// `mean_diff` is in ranks. Strata: ranks are compared as in [`pairwise`]. Pooled: against the pooled
+/// variation within subjects, as in a mixed model with an intercept for each subject.
 ///
-/// Source: Elkin et al. 2021, ART-C; the alignment is theirs.
+/// Source, also of the alignment: Elkin et al. 2021, ART-C.
 ///
 /// # Errors
 /// As [`pairwise`]; groups of different size.
@@ -128,7 +128,7 @@ pub fn art_contrasts(
         df: e.df2 as f64,
     });
     let mut pairs = compared.compare(study, &ranks, pooled);
-    // Ranks of differences of ranks add nothing.
+    // A signed-rank test of differences of ranks adds nothing.
     pairs.iter_mut().for_each(|p| p.wilcoxon = None);
     Ok(pairs)
 }
@@ -140,12 +140,12 @@ struct PooledError {
     df: f64,
 }
 
-/// Factors the combinations of which are compared.
+/// Factors whose combinations are compared.
 struct ComparedFactors {
     design: Design,
     mask: usize,
     name: String,
-    /// Factors compared, by place among those within subjects.
+    /// Factors compared, as indices of those within subjects.
     within: Vec<usize>,
     /// Whether groups of subjects are compared too.
     groups: bool,
@@ -306,11 +306,11 @@ impl ComparedFactors {
     }
 }
 
-/// The numbers of one comparison before its probability.
+/// The statistics of one comparison, without its p value.
 struct PairStatistics {
     test: PairTest,
     mean_diff: f64,
-    /// Standard error of the difference; exactly zero where it would be rounding alone.
+    /// Standard error of the difference; exactly zero if it would be only rounding.
     error: f64,
     df: f64,
     cohen_dz: Option<f64>,

@@ -8,7 +8,7 @@ use std::fmt;
 /// In JSON a number, `"infinite"` or `"undefined"`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Ratio {
-    /// The usual case.
+    /// The normal case.
     Finite(f64),
     /// An effect without any error.
     Infinite,
@@ -17,7 +17,7 @@ pub enum Ratio {
 }
 
 impl Ratio {
-    /// `effect / error`, both exactly zero where they are zero.
+    /// `effect / error`; both must be exactly zero if they vanish.
     pub(super) fn of(effect: f64, error: f64) -> Self {
         if error != 0.0 {
             Self::Finite(effect / error)

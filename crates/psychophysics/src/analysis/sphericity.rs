@@ -10,12 +10,12 @@ pub(super) struct Sphericity {
     /// Huynh and Feldt's ε, at most 1.
     pub(super) huynh_feldt: f64,
     /// Mauchly's test; `None` for effects of one degree of freedom, which are always spherical, and
-    /// where there are fewer subjects than the effect has degrees of freedom.
+    /// with fewer subjects than the effect has degrees of freedom.
     pub(super) mauchly: Option<Mauchly>,
 }
 
 impl Sphericity {
-    /// Of an effect without error, or of one degree of freedom.
+    /// For an effect without error, or of one degree of freedom.
     pub(super) const WITHOUT_ERROR: Self = Self {
         greenhouse_geisser: 1.0,
         huynh_feldt: 1.0,
@@ -53,10 +53,10 @@ impl Covariance<'_> {
     /// `ε_HF = ((n + 1) d ε − 2) / (d (n − d ε))`, at most 1. For one group n + 1 is the number of
     /// subjects, as in Huynh and Feldt's own formula; for several groups it is Lecoutre's.
     ///
-    /// Source: Greenhouse and Geisser 1959; Huynh and Feldt 1976; Lecoutre 1991; Mauchly 1940, its
-    /// p value after Box 1949 as in Anderson 2003, sec. 10.7.4. His term of second order contains 3 d; R's
-    /// `mauchly.test`, car and pingouin have 3 times the number of cells there, and so has this to agree
-    /// with them: p differs by less than 1e-3 of itself unless it is tiny.
+    /// Source: Greenhouse and Geisser 1959; Huynh and Feldt 1976; Lecoutre 1991; Mauchly 1940, p value after
+    /// Box 1949 as in Anderson 2003, sec. 10.7.4. Box's second-order term contains 3 d; R's `mauchly.test`, car and
+    /// pingouin use 3 times the number of cells instead. This follows them: p differs by less than
+    /// 1e-3 of itself unless it is tiny.
     pub(super) fn sphericity(&self) -> Sphericity {
         let (s, d) = (self.entries, self.dimension);
         let trace: f64 = (0..d).map(|i| s[i * d + i]).sum();
@@ -67,8 +67,8 @@ impl Covariance<'_> {
         let (dimension, n) = (d as f64, self.df as f64);
         let gg = (trace * trace / (dimension * trace_of_square)).clamp(1.0 / dimension, 1.0);
         let hf = ((n + 1.0) * dimension * gg - 2.0) / (dimension * (n - dimension * gg));
-        // NaN (0 / 0) for one degree of freedom, infinite for equal variances in all directions that
-        // the subjects span.
+        // NaN (0 / 0) for one degree of freedom, infinite for equal variances in all directions spanned by
+        // the subjects.
         let hf = if hf.is_nan() || hf < gg {
             gg
         } else {

@@ -3,15 +3,15 @@
 use crate::error::Result;
 use hwall_numeric::check::that;
 
-/// Conditions of a square, at most: it has as many entries as their square, twice that for odd numbers.
+/// Largest number of conditions n: a square has n² entries, 2 n² for odd n.
 const MOST_CONDITIONS: usize = 2000;
 
-/// Orders of `conditions` in which every condition occurs equally often at every place and follows
+/// Orders of `conditions` in which every condition occurs equally often at every position and follows
 /// every other equally often: once for an even number (one square), twice for an odd number (a square
 /// and its mirror image, 2 n rows).
 ///
 /// Each row is the order for one subject or session, conditions counted from 0. The first row is
-/// 0, 1, n − 1, 2, n − 2, …; each row is that before plus one, modulo n.
+/// 0, 1, n − 1, 2, n − 2, …; each row is the previous one plus one, modulo n.
 ///
 /// Source: Williams 1949.
 ///
@@ -32,7 +32,7 @@ pub(super) fn check_conditions(conditions: usize) -> Result<()> {
     Ok(())
 }
 
-/// Rows of the square of so many conditions.
+/// Number of rows of the square.
 pub(super) const fn row_count(conditions: usize) -> usize {
     match conditions % 2 == 1 && conditions > 1 {
         true => 2 * conditions,
@@ -40,7 +40,7 @@ pub(super) const fn row_count(conditions: usize) -> usize {
     }
 }
 
-/// One row of the square alone, from 0.
+/// One row of the square; rows count from 0.
 pub(super) fn square_row(conditions: usize, row: usize) -> Vec<usize> {
     let n = conditions;
     let zigzag = |place: usize| match place {

@@ -1,4 +1,4 @@
-//! Power by simulation: how often a study finds an effect of the population.
+//! Power by simulation: share of simulated studies that find an effect.
 
 use super::random::generator;
 use crate::analysis::{Aligner, Design, Effect, ErrorModel};
@@ -10,13 +10,13 @@ use hwall_numeric::check::that;
 use rand::distr::Distribution;
 use rand_distr::StandardNormal;
 
-/// Values of one study, at most.
+/// Largest number of values in one study.
 const MOST_VALUES: usize = 10_000_000;
 
-/// A population, and the study to be drawn from it repeatedly.
+/// A population, and the study to simulate repeatedly.
 ///
 /// `y = mean of the cell + subject's constant + subject's own deviation at each level + noise`, all
-/// normal. Values are those of one subject and cell: means over rounds, if there are rounds.
+/// normal. One value per subject and cell: with rounds, the mean over rounds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PowerStudy {
     /// Factors within subjects.
@@ -28,9 +28,9 @@ pub struct PowerStudy {
     /// Standard deviation between subjects' means.
     pub between_sd: f64,
     /// Standard deviation between subjects of their own deviation at a level, for every level of every
-    /// factor; above zero, pooled errors are wrong.
+    /// factor; above zero, pooled errors are invalid.
     pub level_sd: f64,
-    /// Standard deviation of the rest: of a value about its subject's expectation.
+    /// Residual standard deviation: of a value about its subject's expectation.
     pub within_sd: f64,
     /// How a study is analysed.
     pub test: PowerTest,
@@ -38,18 +38,18 @@ pub struct PowerStudy {
     pub alpha: f64,
     /// Studies drawn.
     pub studies: usize,
-    /// Seed; a study depends only on it and on the study's number.
+    /// Seed; each study depends only on the seed and its own number.
     pub seed: u64,
 }
 
-/// The analysis of which the power is wanted.
+/// The analysis whose power is estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PowerTest {
     /// Error model.
     pub errors: ErrorModel,
-    /// On aligned ranks.
+    /// Use aligned ranks.
     pub ranks: bool,
-    /// With Greenhouse and Geisser's correction; pooled errors have none and are refused.
+    /// Apply Greenhouse and Geisser's correction; refused for pooled errors, which have none.
     pub greenhouse_geisser: bool,
 }
 
@@ -64,26 +64,26 @@ impl Default for PowerTest {
     }
 }
 
-/// How often one effect was found.
+/// Estimated power for one effect.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct EffectPower {
     /// The effect: `a:b`.
     pub name: String,
     /// Share of the studies that found it.
     pub power: f64,
-    /// Lower end of the 95 % interval of the share (Wilson 1927), which more studies narrow.
+    /// Lower end of the 95 % interval of the power (Wilson 1927); more studies narrow it.
     pub ci_low: f64,
-    /// Upper end of it.
+    /// Upper end.
     pub ci_high: f64,
 }
 
 /// Draws many studies from a population and counts how many find each effect.
 ///
-/// For an effect that the population does not have this is the rate of type I errors.
+/// For an effect absent from the population, this is the type I error rate.
 ///
 /// # Errors
-/// A count of zero, more than 1e7 values in a study, a negative standard deviation, that within
-/// subjects zero, a wrong number of means, pooled errors with a correction.
+/// A count of zero; more than 1e7 values in a study; a negative standard deviation; `within_sd` of zero;
+/// a wrong number of means; pooled errors with a correction.
 pub fn power(study: &PowerStudy) -> Result<Vec<EffectPower>> {
     let population = Population::of(study)?;
     let mut found = vec![0_usize; population.design.effects().len()];

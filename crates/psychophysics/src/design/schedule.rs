@@ -9,17 +9,17 @@ use rand::seq::SliceRandom;
 use rand_pcg::Pcg64;
 use std::io::Write;
 
-/// Trials of a schedule, at most: far more than any study has.
+/// Largest number of trials of a schedule.
 const MOST_TRIALS: usize = 100_000_000;
 
-/// Columns that every session script has before its factors.
+/// Columns of every session script, before its factors.
 const COLUMNS: [&str; 4] = ["subject", "round", "trial", "condition"];
 
 /// How the conditions of a round are ordered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum TrialOrder {
-    /// Every round is a random order of all conditions; no condition comes twice in a row, also across
+    /// Every round is a random order of all conditions; no condition occurs twice in a row, even across
     /// rounds.
     #[default]
     RandomisedBlocks,
@@ -34,22 +34,22 @@ pub struct Schedule {
     pub factors: Vec<Factor>,
     /// Subjects.
     pub subjects: usize,
-    /// How often every subject meets every condition.
+    /// Repetitions of every condition for every subject.
     pub rounds: usize,
     /// Order within rounds.
     pub order: TrialOrder,
-    /// Seed of random orders. The order of a subject depends only on it and on the subject's number.
+    /// Seed of random orders. A subject's order depends only on the seed and the subject's number.
     pub seed: u64,
 }
 
 /// One trial of a [`Schedule`]; all counts from 0.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ScheduledTrial {
-    /// Who.
+    /// Subject.
     pub subject: usize,
-    /// Which repetition.
+    /// Round (repetition).
     pub round: usize,
-    /// Place in the round.
+    /// Position in the round.
     pub place: usize,
     /// Combination of levels, the last factor fastest.
     pub condition: usize,
@@ -65,8 +65,8 @@ impl Schedule {
     /// All trials: subject by subject, in order.
     ///
     /// # Errors
-    /// No factor, level, subject or round; more than 1e8 trials, or than 2000 conditions in a Latin
-    /// square; a factor with the name of another or of a column of the script.
+    /// No factor, level, subject or round; more than 1e8 trials; more than 2000 conditions in a Latin
+    /// square; a factor with the name of another factor or of a column of the script.
     pub fn trials(&self) -> Result<Vec<ScheduledTrial>> {
         self.validate()?;
         let mut trials = Vec::with_capacity(self.subjects * self.rounds * self.conditions());
@@ -76,7 +76,7 @@ impl Schedule {
         Ok(trials)
     }
 
-    /// The trials of one subject, in order; none for a subject beyond the schedule. Takes no longer with more subjects.
+    /// The trials of one subject, in order; none for a subject beyond the schedule. The time does not depend on the number of subjects.
     ///
     /// # Errors
     /// As [`Schedule::trials`].
@@ -160,7 +160,7 @@ impl Schedule {
 
     /// The session script as CSV: `subject,round,trial,condition` from 1, then the factors.
     ///
-    /// With a column of answers it is a table that [`Study`](crate::study::Study) reads.
+    /// With a column of answers added, [`Study`](crate::study::Study) can read it.
     ///
     /// # Errors
     /// As [`Schedule::trials`]', and an output that cannot be written.
@@ -183,7 +183,7 @@ impl Schedule {
     }
 }
 
-/// A random order; if it follows another, its first is not the last of that one.
+/// Shuffles; if `follows`, the first condition differs from the last of the previous order.
 fn shuffle(order: &mut [usize], follows: bool, generator: &mut Pcg64) {
     let last = order.last().copied();
     order.shuffle(generator);

@@ -1,4 +1,4 @@
-//! The just noticeable difference, from answers to which of two stimuli is the greater.
+//! Psychometric functions and the just noticeable difference, from comparisons of two stimuli.
 
 use crate::error::{PsychophysicsError, Result};
 use crate::tails::{chi2_tail, normal_cdf, normal_quantile};
@@ -8,11 +8,11 @@ use std::f64::consts::TAU;
 /// Answers at one stimulus.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairAnswers {
-    /// Size of the stimulus compared with the reference, or its difference from it, in any unit.
+    /// Size of the comparison stimulus, or its difference from the reference, in any unit.
     pub stimulus: f64,
-    /// How often it was judged the greater one.
+    /// Number of "greater" answers.
     pub greater: u32,
-    /// How often it was compared.
+    /// Number of comparisons.
     pub trials: u32,
 }
 
@@ -39,18 +39,18 @@ pub struct Psychometric {
     pub pse_se: f64,
     /// Scale of the sigmoid; for the Gaussian its standard deviation.
     pub scale: f64,
-    /// Just noticeable difference: from half to three quarters of the answers.
+    /// Just noticeable difference: from the 50 % to the 75 % point.
     pub jnd: f64,
     /// Its standard error.
     pub jnd_se: f64,
     /// Deviance from the answers.
     pub deviance: f64,
-    /// Probability of a deviance as large if the function is right; `None` for two stimuli.
+    /// Probability of a deviance at least as large if the function is right; `None` for two stimuli.
     pub deviance_p: Option<f64>,
 }
 
 impl Psychometric {
-    /// Share of "greater" at a stimulus.
+    /// Predicted share of "greater" answers at a stimulus.
     #[must_use]
     pub fn share(&self, stimulus: f64) -> f64 {
         self.sigmoid.at((stimulus - self.pse) / self.scale)
@@ -84,8 +84,8 @@ impl Sigmoid {
 
 /// Steps of Fisher's scoring, at most.
 const MOST_STEPS: usize = 200;
-/// Relative size of the last step of a fit: at best, and the largest accepted where rounding of the sums stops
-/// it earlier.
+/// Relative size of the last step of a fit: the target, and the largest accepted if rounding of the sums stops
+/// the fit earlier.
 const BEST_STEP: f64 = 1e-13;
 const LAST_STEP: f64 = 1e-8;
 
@@ -97,8 +97,8 @@ const LAST_STEP: f64 = 1e-8;
 /// sec. 4.4; the 75 % point as just noticeable difference: Gescheider 1997, ch. 3.
 ///
 /// # Errors
-/// More "greater" than trials. No finite fit: fewer than two stimuli, answers that change from all "less" to
-/// all "greater" at once, answers that do not rise with the stimulus. A fit that does not converge.
+/// More "greater" than trials. No finite fit: fewer than two stimuli, answers that switch from all "less" to
+/// all "greater", answers that do not rise with the stimulus. A fit that does not converge.
 pub fn fit_psychometric(answers: &[PairAnswers], sigmoid: Sigmoid) -> Result<Psychometric> {
     for a in answers {
         finite("stimulus", a.stimulus)?;
@@ -127,7 +127,7 @@ pub fn fit_psychometric(answers: &[PairAnswers], sigmoid: Sigmoid) -> Result<Psy
         })
         .collect();
     let (line, information, best) = most_likely(&points, sigmoid)?;
-    // The slope found for a flat function is rounding of either sign.
+    // A flat function gives a slope of rounding errors, of either sign.
     if line.slope <= 1e-9 {
         let why = "the answers do not rise with the stimulus";
         return Err(PsychophysicsError::NoFit { why });
@@ -277,7 +277,7 @@ fn log_likelihood(points: &[Point], sigmoid: Sigmoid, line: Line) -> f64 {
     parts.sum()
 }
 
-/// Without overlap of "less" and "greater" the steepest function is the most likely one.
+/// Refuses answers without overlap of "less" and "greater": an infinite slope would be most likely.
 fn refuse_separated(answers: &[PairAnswers]) -> Result<()> {
     let ends = |kept: &dyn Fn(&PairAnswers) -> bool| {
         let stimuli = || answers.iter().filter(|a| kept(a)).map(|a| a.stimulus);

@@ -9,7 +9,7 @@ use hwall_numeric::check::positive;
 pub struct MagnitudeAnswer {
     /// Size of the stimulus, in any unit.
     pub stimulus: f64,
-    /// Magnitude that it was given.
+    /// Reported magnitude.
     pub magnitude: f64,
 }
 
@@ -33,7 +33,7 @@ pub struct PowerLaw {
 }
 
 impl PowerLaw {
-    /// The magnitude that the law gives for a stimulus.
+    /// Predicted magnitude of a stimulus.
     #[must_use]
     pub fn magnitude(&self, stimulus: f64) -> f64 {
         self.constant * stimulus.powf(self.exponent)
@@ -42,8 +42,8 @@ impl PowerLaw {
 
 /// Least squares of `ln magnitude` over `ln stimulus`, with intervals of the given confidence.
 ///
-/// `answers`: means over subjects, or those of one subject. The answers of several subjects are not
-/// independent, and the intervals would be too narrow.
+/// `answers`: means over subjects, or those of one subject. Answers of several subjects are not
+/// independent; the intervals would be too narrow.
 ///
 /// Source: Stevens 1957.
 ///

@@ -1,25 +1,25 @@
-//! QUEST+: every trial where its answer is expected to tell most.
+//! QUEST+: each trial uses the stimulus with the largest expected information.
 
 use crate::error::{PsychophysicsError, Result};
 use crate::models::Sigmoid;
 use hwall_numeric::check::{all_finite, finite, that};
 use std::sync::Arc;
 
-/// Most entries of the table of likelihoods: after each answer all of them are gone through, in a few milliseconds.
+/// Largest size of the likelihood table: each answer processes all entries, in a few milliseconds.
 const MOST_ENTRIES: usize = 2_000_000;
 
-/// What may be presented, and what is held possible of the observer.
+/// Possible stimuli, and possible parameters of the observer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct QuestGrid {
     /// Stimuli; a larger one is easier.
     pub stimuli: Vec<f64>,
-    /// Thresholds: where the sigmoid is a half.
+    /// Thresholds: stimuli at which the sigmoid is 0.5.
     pub thresholds: Vec<f64>,
     /// Scales of the sigmoid, above zero.
     pub scales: Vec<f64>,
-    /// Shares of answers that have nothing to do with the stimulus.
+    /// Lapse rates: shares of answers independent of the stimulus.
     pub lapses: Vec<f64>,
-    /// Share of right answers without a stimulus; one half for two intervals, zero for yes and no.
+    /// Share of right answers without a stimulus; 0.5 for two intervals, 0 for yes/no.
     pub guess: f64,
     /// Form of the function.
     pub sigmoid: Sigmoid,
@@ -77,7 +77,7 @@ impl QuestGrid {
     }
 }
 
-/// One observer that is possible.
+/// One possible observer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Observer {
     threshold: f64,
@@ -85,14 +85,14 @@ struct Observer {
     lapse: f64,
 }
 
-/// What does not change during a run.
+/// Constants of a run.
 #[derive(Debug, PartialEq)]
 struct Table {
     grid: QuestGrid,
     observers: Vec<Observer>,
     /// Share of right answers of each observer, stimulus by stimulus.
     right: Vec<f64>,
-    /// `Σ s ln s` over the shares of both answers, in the same places.
+    /// `Σ s ln s` over the shares of both answers, at the same indices.
     certainty: Vec<f64>,
 }
 
@@ -104,11 +104,11 @@ pub struct QuestPlus {
     table: Arc<Table>,
     posterior: Vec<f64>,
     trials: usize,
-    /// Place of the stimulus that comes next.
+    /// Index of the next stimulus.
     next: usize,
 }
 
-/// What the posterior says.
+/// Summary of the posterior.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct QuestEstimate {
     /// Mean of the threshold.
@@ -167,20 +167,20 @@ impl QuestPlus {
         Ok(run)
     }
 
-    /// The part of a table that belongs to the stimulus of a place.
+    /// The part of a table for one stimulus.
     fn of_stimulus<'a>(&self, table: &'a [f64], place: usize) -> &'a [f64] {
         let n = self.posterior.len();
         let range = place.saturating_mul(n)..place.saturating_add(1).saturating_mul(n);
         table.get(range).unwrap_or_default()
     }
 
-    /// Place of the stimulus whose answer leaves the least entropy in the mean, the first of equal ones.
+    /// Index of the stimulus with the least expected posterior entropy; ties give the first.
     #[must_use]
     pub const fn next_place(&self) -> usize {
         self.next
     }
 
-    /// That stimulus.
+    /// The next stimulus.
     #[must_use]
     pub fn next_stimulus(&self) -> f64 {
         let stimulus = self.table.grid.stimuli.get(self.next);
@@ -213,10 +213,10 @@ impl QuestPlus {
         x_ln_x(share) + x_ln_x(1.0 - share) - known - sum
     }
 
-    /// The answer to the stimulus of a place.
+    /// Updates with the answer to a stimulus, given by its index.
     ///
     /// # Errors
-    /// No such place; an answer that no observer of the grid could give.
+    /// No such index; an answer that no observer of the grid could give.
     pub fn answer(&mut self, place: usize, right: bool) -> Result<()> {
         let count = self.table.grid.stimuli.len();
         that(
@@ -241,7 +241,7 @@ impl QuestPlus {
         Ok(())
     }
 
-    /// What is known by now.
+    /// Estimate from the answers so far.
     ///
     /// # Errors
     /// A confidence outside (0, 1).

@@ -1,4 +1,4 @@
-//! Staircases: easier after a wrong answer, harder after some right ones.
+//! Staircases: easier after a wrong answer, harder after several right ones.
 
 use crate::error::Result;
 use crate::tails::t_quantile_two_sided;
@@ -11,15 +11,15 @@ pub struct StaircaseConfig {
     pub start: f64,
     /// Smallest and largest stimulus.
     pub range: [f64; 2],
-    /// Right answers in a row after which it gets harder; 1, 2 or 3 are usual.
+    /// Right answers in a row before it gets harder; typically 1, 2 or 3.
     pub down_after: u32,
-    /// How much harder it then gets.
+    /// Step to a harder stimulus.
     pub step_down: f64,
-    /// How much easier it gets after a wrong answer.
+    /// Step to an easier stimulus, after a wrong answer.
     pub step_up: f64,
-    /// Until this reversal steps are twice as large.
+    /// Steps are twice as large until this reversal.
     pub coarse_reversals: usize,
-    /// It ends with this reversal.
+    /// Ends at this reversal.
     pub reversals: usize,
 }
 
@@ -38,7 +38,7 @@ impl StaircaseConfig {
         }
     }
 
-    /// Share of right answers at the stimulus to which it converges: where harder and easier balance.
+    /// Share of right answers at the point of convergence, where steps in both directions balance.
     ///
     /// `p^n step_down = (1 - p^n) step_up`. Source: Levitt 1971 for equal steps, Kaernbach 1991 for `n` = 1.
     #[must_use]
@@ -70,7 +70,7 @@ impl StaircaseConfig {
     }
 }
 
-/// A staircase under way.
+/// A running staircase.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Staircase {
     config: StaircaseConfig,
@@ -85,10 +85,10 @@ pub struct Staircase {
 /// The threshold of a staircase.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct StaircaseEstimate {
-    /// Mean of the fine reversals; an even number of them. With steps of a tenth of the observer's standard deviation it
-    /// lies within a tenth of that of the stimulus of [`StaircaseConfig::target_share`] (tests/it/procedures.rs).
+    /// Mean of an even number of fine reversals. With steps of a tenth of the observer's standard deviation, it lies within a
+    /// tenth of that deviation of the stimulus of [`StaircaseConfig::target_share`] (tests/it/procedures.rs).
     pub threshold: f64,
-    /// Interval from their scatter, by t; reversals in a row depend on each other, so it is approximate.
+    /// Interval from the scatter of the reversals, by t; approximate, because successive reversals are dependent.
     pub ci: [f64; 2],
     /// Reversals averaged.
     pub reversals: usize,
@@ -117,7 +117,7 @@ impl Staircase {
         (self.reversals.len() < self.config.reversals).then_some(self.stimulus)
     }
 
-    /// The answer to that stimulus; after the end nothing happens.
+    /// Updates with the answer to the current stimulus; no effect after the end.
     pub fn answer(&mut self, right: bool) {
         if self.stimulus().is_none() {
             return;
@@ -160,7 +160,7 @@ impl Staircase {
         &self.reversals
     }
 
-    /// The threshold from the reversals so far; `None` with fewer than two fine ones.
+    /// The threshold from the reversals so far; `None` with fewer than two fine reversals.
     ///
     /// # Errors
     /// A confidence outside (0, 1).

@@ -183,10 +183,10 @@ impl Analysis {
     }
 }
 
-/// The head of a column, and its cell of an effect.
+/// The heading of a column, and its cell for an effect.
 type Column = (&'static str, fn(&Effect) -> String);
 
-/// Of the analysis of variance.
+/// Columns of the analysis of variance.
 const EFFECT: &[Column] = &[
     ("effect", |e| e.name.clone()),
     ("SS", |e| number(e.ss)),
@@ -198,7 +198,7 @@ const EFFECT: &[Column] = &[
     ("gen. η²", |e| share(e.generalized_eta2)),
 ];
 
-/// Of its strata, besides.
+/// Additional columns for strata.
 const SPHERICITY: &[Column] = &[
     ("ε GG", |e| share(e.gg)),
     ("p GG", |e| probability(e.p_gg)),
@@ -207,7 +207,7 @@ const SPHERICITY: &[Column] = &[
     ("Mauchly's p", |e| probability(e.mauchly.map(|m| m.p))),
 ];
 
-/// Of aligned ranks.
+/// Columns of aligned ranks.
 const RANKS: &[Column] = &[("effect", |e| e.name.clone()), DEGREES, F, P, PARTIAL_ETA2];
 
 const DEGREES: Column = ("df", |e| format!("{}, {}", e.df1, e.df2));

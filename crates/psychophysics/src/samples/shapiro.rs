@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_3, PI};
 /// Result of Shapiro and Wilk's test.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct ShapiroWilk {
-    /// Squared correlation of the values with those of a normal sample, 1 for normal ones.
+    /// Squared correlation with the values of a normal sample; 1 for normal values.
     pub w: f64,
     /// Probability of a W as small in a normal sample.
     pub p: f64,
@@ -42,7 +42,7 @@ fn polynomial(coefficients: &[f64], x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }
 
-/// Weights of the differences between the largest and the smallest, the second ones, ...
+/// Weights of the differences between largest and smallest, second largest and second smallest, ...
 fn weights(n: usize) -> Vec<f64> {
     if n == 3 {
         return vec![FRAC_1_SQRT_2];
@@ -64,7 +64,7 @@ fn weights(n: usize) -> Vec<f64> {
         ],
         x,
     ) + m[1] / square.sqrt();
-    // The outermost weights are fitted; the others share what is left of the unit length.
+    // The outermost weights are fitted; the others share the rest of the unit length.
     let fitted: &[f64] = if n > 5 { &[first, second] } else { &[first] };
     let squares = |v: &[f64]| 2.0 * v.iter().map(|x| x * x).sum::<f64>();
     let left = (square - squares(&m[..fitted.len()])) / (1.0 - squares(fitted));

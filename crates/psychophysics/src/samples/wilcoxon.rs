@@ -15,7 +15,7 @@ pub struct Wilcoxon {
     pub count: usize,
     /// Probability of a rank sum at least as far from its mean.
     pub p: f64,
-    /// Whether `p` comes from the exact distribution: no ties, no zeros, below 50 differences.
+    /// Is `p` from the exact distribution? It needs no ties, no zeros, below 50 differences.
     pub exact: bool,
     /// Rank-biserial correlation, −1 to 1: share of the ranks of positive differences minus that of negative ones.
     pub rank_biserial: f64,
@@ -24,8 +24,8 @@ pub struct Wilcoxon {
 /// Tests whether differences are symmetric about zero; `None` if all are zero.
 ///
 /// Zeros are dropped. With ties or zeros, or from 50 differences on, `p` is the normal approximation
-/// with corrections for ties and for continuity. Differences below 8 roundings (2⁻⁵²) of the largest
-/// count as zero, and sizes closer than that are tied: 0.3 − 0.2 and 0.2 − 0.1.
+/// with corrections for ties and continuity. Differences below 8 roundings (2⁻⁵²) of the largest
+/// count as zero, and sizes closer than that as tied, such as 0.3 − 0.2 and 0.2 − 0.1.
 ///
 /// Error: exact to rounding, else that of the normal approximation; as R's `wilcox.test`.
 /// Source: Wilcoxon 1945; Kerby 2014 for the correlation.
@@ -35,7 +35,7 @@ pub fn wilcoxon_signed_rank(differences: &[f64]) -> Option<Wilcoxon> {
     signed_rank_of(differences, largest)
 }
 
-/// The same for differences of values up to the size `largest`, the rounding of which they contain.
+/// The same for differences of values up to `largest` in size, whose rounding errors they contain.
 pub(crate) fn signed_rank_of(differences: &[f64], largest: f64) -> Option<Wilcoxon> {
     if differences.iter().any(|d| d.is_nan()) {
         return None;
@@ -98,7 +98,7 @@ fn without_rounding(differences: &[f64], floor: f64) -> Vec<f64> {
     sizes
 }
 
-/// Twice the share of the 2ⁿ signings whose rank sum is at most `smaller`.
+/// Twice the share of the 2ⁿ sign assignments with a rank sum of at most `smaller`.
 fn exact_p(n: usize, smaller: usize) -> f64 {
     let mut ways = vec![0.0; smaller + 1];
     ways[0] = 1.0;

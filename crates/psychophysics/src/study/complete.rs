@@ -4,7 +4,7 @@ use super::factor::{Factor, Groups, MOST_FACTORS, count_cells};
 use super::missing::LeftOut;
 use crate::error::{PsychophysicsError, Result};
 
-/// Bounds on the size of the largest value: sphericity takes fourth powers, also of rounding errors.
+/// Bounds on the largest value: sphericity needs fourth powers, even of rounding errors.
 pub(crate) const MOST_SIZE: f64 = 1e60;
 pub(crate) const LEAST_SIZE: f64 = 1e-60;
 
@@ -22,7 +22,7 @@ pub struct Study {
     pub(super) least: Vec<TrialAnswer>,
     pub(super) value_name: String,
     pub(super) left_out: Vec<LeftOut>,
-    /// Rows of the table that do not count.
+    /// Rows of the table marked invalid.
     pub(super) invalid_rows: usize,
 }
 
@@ -73,7 +73,7 @@ impl Study {
         .checked()
     }
 
-    /// The study as a reader collected it, if it can be analysed.
+    /// Accepts a study from a reader if it can be analysed.
     pub(super) fn checked(self) -> Result<Self> {
         let got = self.within.len();
         // One factor is enough, if it is between subjects.
@@ -146,7 +146,7 @@ impl Study {
         }
     }
 
-    /// Rows of the table that were left out because they do not count, as [`Columns::valid`](super::Columns::valid) says.
+    /// Number of rows left out as invalid by [`Columns::valid`](super::Columns::valid).
     #[must_use]
     pub const fn invalid_rows(&self) -> usize {
         self.invalid_rows
@@ -176,7 +176,7 @@ impl Study {
         self.between.as_ref()
     }
 
-    /// All factors: first that between subjects, then those within.
+    /// All factors: the one between subjects first, then those within.
     pub fn factors(&self) -> impl Iterator<Item = &Factor> {
         self.group_factor().into_iter().chain(&self.within)
     }
@@ -219,7 +219,7 @@ impl Study {
         self.between.as_ref().map_or(0, |g| g.of_subject[subject])
     }
 
-    /// Number of subjects in each group; of all, without a factor between subjects.
+    /// Number of subjects in each group; all subjects without a factor between subjects.
     #[must_use]
     pub fn group_sizes(&self) -> Vec<usize> {
         let Some(groups) = &self.between else {

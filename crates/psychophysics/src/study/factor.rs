@@ -1,6 +1,6 @@
 //! Factors and their levels.
 
-/// Factors within subjects, at most: interactions of five are beyond interpretation.
+/// Largest number of factors within subjects: interactions of five are beyond interpretation.
 pub const MOST_FACTORS: usize = 4;
 
 /// A factor and its levels in order.
@@ -8,7 +8,7 @@ pub const MOST_FACTORS: usize = 4;
 pub struct Factor {
     /// Name, as in the header of the table.
     pub name: String,
-    /// Levels: by value where all are numbers, else by first appearance.
+    /// Levels: by value if all are numbers, else by first appearance.
     pub levels: Vec<String>,
 }
 
@@ -24,7 +24,7 @@ impl Factor {
         }
     }
 
-    /// The levels as numbers, where all are.
+    /// The levels as numbers, if all are.
     #[must_use]
     pub fn numbers(&self) -> Option<Vec<f64>> {
         let number = |l: &String| l.parse().ok().filter(|v: &f64| v.is_finite());
@@ -32,7 +32,7 @@ impl Factor {
     }
 }
 
-/// A factor between subjects, and who is in which of its groups.
+/// A factor between subjects, and the group of each subject.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Groups {
     /// The factor; its levels are the groups.

@@ -1,22 +1,22 @@
-//! What becomes of subjects without an answer for every cell.
+//! Handling of subjects with missing answers.
 
-/// What is done about missing answers.
+/// Handling of missing answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Missing {
-    /// The study is refused, with the first missing cell.
+    /// Refuse the study; the error names the first missing cell.
     #[default]
     Refuse,
-    /// Complete cases: subjects with a missing cell are left out, and [`Study::left_out`](super::Study::left_out) names them.
-    /// Right only if what is missing has nothing to do with the answer that was not given.
+    /// Complete cases: leave out subjects with a missing cell; [`Study::left_out`](super::Study::left_out) names them.
+    /// Valid only if answers are missing independently of their value.
     CompleteCases,
 }
 
-/// A subject who was left out.
+/// A subject left out.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct LeftOut {
-    /// Who.
+    /// Name of the subject.
     pub subject: String,
     /// The first of its cells without an answer.
     pub cell: String,

@@ -1,4 +1,4 @@
-//! A complete study: its factors and values, read from a table, brought to one scale.
+//! A complete study: its factors and values, read from a table, scaled to a common mean.
 
 mod complete;
 mod factor;

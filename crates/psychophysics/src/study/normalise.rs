@@ -3,7 +3,7 @@
 use super::complete::Study;
 use crate::error::{PsychophysicsError, Result};
 
-/// How the answers of the subjects are brought to one scale.
+/// Scaling of the subjects' answers to a common mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -20,12 +20,12 @@ pub enum Normalisation {
 impl Study {
     /// The study with the answers of every subject scaled to the same mean.
     ///
-    /// In magnitude estimation subjects choose their own scales; only ratios within a subject have a
-    /// meaning. `y' = y m / m_s`: `m_s` the mean of subject s over all its cells, `m` the
+    /// In magnitude estimation subjects choose their own scales; only ratios within a subject are
+    /// meaningful. `y' = y m / m_s`, with `m_s` the mean of subject s over all its cells and `m` the
     /// mean over all subjects, both arithmetic or both geometric. The geometric variant
-    /// averages logarithms, in which Stevens' law is linear. Rounds were averaged arithmetically before.
+    /// averages logarithms, in which Stevens' law is linear. Rounds are averaged arithmetically beforehand.
     ///
-    /// Source: the dissertation, V.D.5, whose text read literally divides a mean by itself. Gescheider 1997,
+    /// Source: the dissertation, V.D.5 (its text, read literally, divides a mean by itself). Gescheider 1997,
     /// ch. 11, has both variants.
     ///
     /// # Errors

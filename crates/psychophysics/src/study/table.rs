@@ -14,7 +14,7 @@ use std::path::Path;
 /// A name is looked up as written, then regardless of case.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Columns {
-    /// Who answered.
+    /// Subject.
     pub subject: String,
     /// Factors that vary within subjects, slowest first.
     pub within: Vec<String>,
@@ -24,9 +24,9 @@ pub struct Columns {
     pub rounds: Vec<String>,
     /// The answer.
     pub value: String,
-    /// What is done about missing answers: no row, or an empty cell, `NaN`, `NA` or `N/A` in it.
+    /// Handling of missing answers: no row, an empty cell, `NaN`, `NA` or `N/A`.
     pub missing: Missing,
-    /// Says of a row of a long table whether it counts: `true`, `yes` or `1`, or else `false`, `no` or `0`.
+    /// Column that marks rows as valid (`true`, `yes`, `1`) or not (`false`, `no`, `0`). Long tables only.
     pub valid: Option<String>,
 }
 
@@ -48,28 +48,28 @@ impl Columns {
         }
     }
 
-    /// The same with the rows left out that a column says do not count; [`Study::invalid_rows`] counts them.
+    /// Leaves out rows that this column marks invalid; [`Study::invalid_rows`] counts them.
     #[must_use]
     pub fn with_valid(mut self, column: impl Into<String>) -> Self {
         self.valid = Some(column.into());
         self
     }
 
-    /// The same with the subjects left out who miss an answer.
+    /// Leaves out subjects with a missing answer.
     #[must_use]
     pub const fn complete_cases(mut self) -> Self {
         self.missing = Missing::CompleteCases;
         self
     }
 
-    /// The same with a factor between subjects.
+    /// Adds a factor between subjects.
     #[must_use]
     pub fn with_between(mut self, factor: impl Into<String>) -> Self {
         self.between = Some(factor.into());
         self
     }
 
-    /// The same with a column of rounds.
+    /// Adds a column of rounds.
     #[must_use]
     pub fn with_round(mut self, column: impl Into<String>) -> Self {
         self.rounds.push(column.into());
@@ -84,14 +84,14 @@ pub(super) struct Trial {
     pub(super) group: String,
     pub(super) levels: Vec<String>,
     pub(super) round: Vec<String>,
-    /// None for an answer that is missing and may be.
+    /// `None` for a missing answer where allowed.
     pub(super) value: Option<f64>,
 }
 
 impl Study {
     /// Reads a long table from CSV text: a header line, then one row per trial.
     ///
-    /// The text is read as [`Table`] says. Trials that differ only in their round are averaged (arithmetic mean).
+    /// For the format of the text see [`Table`]. Trials that differ only in their round are averaged (arithmetic mean).
     ///
     /// # Errors
     /// Missing, double or empty cells and cells that are not numbers, with line and column.
@@ -102,7 +102,7 @@ impl Study {
     /// Reads a file as [`Study::from_csv_str`] reads text.
     ///
     /// # Errors
-    /// As there, and a file that cannot be read.
+    /// The same, and a file that cannot be read.
     pub fn from_csv_path(path: impl AsRef<Path>, columns: &Columns) -> Result<Self> {
         let path = path.as_ref();
         let bytes = std::fs::read(path);
@@ -114,7 +114,7 @@ impl Study {
     /// Reads a stream as [`Study::from_csv_str`] reads text.
     ///
     /// # Errors
-    /// As there, and a stream that cannot be read.
+    /// The same, and a stream that cannot be read.
     pub fn read_csv(mut source: impl Read, columns: &Columns) -> Result<Self> {
         let mut bytes = Vec::new();
         source
@@ -128,7 +128,7 @@ impl Study {
     }
 }
 
-/// The rows that count, and the number of the others.
+/// The valid rows, and the number of invalid ones.
 fn read_trials(bytes: &[u8], columns: &Columns) -> Result<(Vec<Trial>, usize)> {
     let mut table = Table::new(bytes)?;
     let header = table.header().to_vec();
@@ -187,7 +187,7 @@ fn read_trials(bytes: &[u8], columns: &Columns) -> Result<(Vec<Trial>, usize)> {
     }
 }
 
-/// Does the row count? `place`: line and column, for the error.
+/// Is the row valid? The line and column are for the error.
 fn counts(text: &str, (line, column): (u64, &str)) -> Result<bool> {
     let is = |words: [&str; 3]| words.iter().any(|word| text.eq_ignore_ascii_case(word));
     if is(["true", "yes", "1"]) {
@@ -203,7 +203,7 @@ fn counts(text: &str, (line, column): (u64, &str)) -> Result<bool> {
     })
 }
 
-/// The number of a cell of answers; `None` where it is missing and may be.
+/// The number in an answer cell; `None` if it is missing and that is allowed.
 pub(super) fn answer_of(
     row: &Row,
     place: usize,
@@ -222,7 +222,7 @@ pub(super) fn answer_of(
             });
         }
     };
-    // Checked here, as the mean over rounds has no line.
+    // Checked here because the mean over rounds has no line.
     if value.abs() > MOST_SIZE {
         return Err(PsychophysicsError::Scale { line, value });
     }
@@ -251,7 +251,7 @@ pub(super) fn find(header: &[String], column: &str) -> Result<usize> {
     }
 }
 
-/// Levels of a column in order, and the place of each text among them.
+/// Levels of a column in order, and the index of each text among them.
 struct Levels {
     names: Vec<String>,
     place: HashMap<String, usize>,
@@ -309,8 +309,8 @@ pub(super) fn assemble(trials: Vec<Trial>, columns: &Columns) -> Result<Study> {
     let between = between.map(|name| groups(name, &trials, &subjects));
     let between = between.transpose()?;
 
-    // Every answer has a slot: subject, then factors, then rounds. A factor with many different values
-    // would need more slots than fit in memory, so only those taken are stored.
+    // Every answer has a slot: subject, then factors, then rounds. A factor with many different values could need more
+    // slots than memory allows, so only occupied slots are stored.
     let axes: Vec<&Levels> = levels.iter().chain(&rounds).collect();
     let names: Vec<&String> = columns.within.iter().chain(&columns.rounds).collect();
     let slots = axes.iter().map(|a| a.len() as u128);

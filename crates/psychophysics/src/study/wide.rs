@@ -5,22 +5,22 @@ use super::table::{Columns, Trial, answer_of, assemble, find};
 use crate::error::{PsychophysicsError, Result};
 use hwall_files::{Row, Table};
 
-/// A column of answers: where it stands, and the level of every factor.
+/// A column of answers: its index, and its level of every factor.
 struct AnswerColumn {
     place: usize,
     levels: Vec<String>,
 }
 
 impl Study {
-    /// Reads a wide table: a header line, then one row per subject. The columns of answers are named by the levels of the
-    /// factors of `columns` in their order, joined by `joint`: `0_20`, `0_40`, `45_20` for the factors angle and speed and
-    /// the joint `_`. With one factor they are named by it and its levels, `angle_0`, `angle_45`; without such columns those whose
-    /// names are numbers are taken, and without those, too, all. Other columns are ignored; [`Study::wide_columns`] says which
-    /// are taken. [`Columns::value`] is only what the answers are called.
+    /// Reads a wide table: a header line, then one row per subject. Names of answer columns are the levels of the factors of
+    /// `columns` in order, joined by `joint`: `0_20`, `0_40`, `45_20` for the factors angle and speed and the joint `_`. With
+    /// one factor they are the factor and its levels, `angle_0`, `angle_45`; otherwise the columns with numbers as names;
+    /// otherwise all. Other columns are ignored; [`Study::wide_columns`] lists the columns used. [`Columns::value`] only names
+    /// the answers.
     ///
     /// # Errors
-    /// As [`Study::from_csv_str`], with the lines and columns of this table; no column of answers; rounds, which a wide table does
-    /// not have.
+    /// As [`Study::from_csv_str`], with the lines and columns of this table; no column of answers; rounds, which wide tables
+    /// do not have.
     pub fn from_wide_csv_str(
         text: impl AsRef<[u8]>,
         columns: &Columns,
@@ -63,7 +63,7 @@ impl Study {
         assemble(trials, columns)
     }
 
-    /// The columns of a wide table that [`Study::from_wide_csv_str`] takes for answers.
+    /// The columns of a wide table that [`Study::from_wide_csv_str`] reads as answers.
     ///
     /// # Errors
     /// A header that it refuses.

@@ -1,4 +1,4 @@
-//! Numbers that did not end, panicked or gave NaN once.
+//! Regression tests: numbers that once caused endless loops, panics or NaN.
 
 use hwall_psychophysics::tails::{
     chi2_tail, f_tail, noncentral_f_cdf, noncentral_t_cdf, t_quantile_two_sided, t_tail_two_sided,
@@ -27,7 +27,7 @@ const SIZES: [f64; 18] = [
     f64::NAN,
 ];
 
-/// `chi2_tail(1e20, 1e20)` did not end, `(1, inf)` and `(1, 5e-324)` panicked.
+/// Regression: `chi2_tail(1e20, 1e20)` did not end, `(1, inf)` and `(1, 5e-324)` panicked.
 #[test]
 fn tails_of_all_sizes_end_as_probabilities_or_nan() {
     for x in SIZES.into_iter().chain(SIZES.map(|x| -x)) {
@@ -52,7 +52,7 @@ fn tails_of_all_sizes_end_as_probabilities_or_nan() {
 
 #[test]
 fn noncentral_tails_of_all_sizes_end_as_probabilities_or_nan() {
-    // Those of the sizes where a sum has at most some hundred terms; the largest are refused at once.
+    // Sizes with sums of at most some hundred terms; the largest are refused at once.
     let sizes: Vec<f64> = SIZES
         .into_iter()
         .filter(|x| !(31.0..1e6).contains(x))

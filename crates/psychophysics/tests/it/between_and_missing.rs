@@ -1,4 +1,4 @@
-//! Groups alone, incomplete tables, wide tables, and intervals of effect sizes.
+//! Groups only, incomplete tables, wide tables, and intervals of effect sizes.
 
 use hwall_psychophysics::{
     Adjustment, AnalysisConfig, Columns, EffectSize, ErrorModel, Factor, Groups,
@@ -38,7 +38,7 @@ fn groups_alone_are_a_one_way_analysis() {
         assert!((effect.p.unwrap() - 0.01591).abs() < 5e-6);
         assert!(effect.gg.is_none() && effect.mauchly.is_none());
     }
-    // By sums of squares of its own.
+    // By independently computed sums of squares.
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
     let all = mean(&PLANTS.concat());
     let ss: f64 = PLANTS.iter().map(|g| 10.0 * (mean(g) - all).powi(2)).sum();
@@ -98,7 +98,7 @@ fn incomplete_subjects_are_left_out_and_named() {
         .unwrap()
         .to_text();
     assert!(report.contains("3 subjects are left out"), "{report}");
-    // Nobody is complete.
+    // No complete subject.
     let nobody = "who,a,y\n1,x,1\n2,y,2\n";
     let refused = Study::from_csv_str(nobody, &columns.complete_cases());
     assert!(matches!(
@@ -124,7 +124,7 @@ fn semicolons_tabs_and_wide_tables_are_the_same_study() {
     assert_eq!(Study::from_csv_str(&semicolons, &columns).unwrap(), study);
     let tabs = long.replace(',', "\t");
     assert_eq!(Study::from_csv_str(&tabs, &columns).unwrap(), study);
-    // In a table with commas, a comma is no point.
+    // In a comma-separated table, a comma is not a decimal point.
     let mixed = long.replacen("1.5", "\"1,5\"", 1);
     assert!(Study::from_csv_str(&mixed, &columns).is_err());
     let wide = "who;age;0_20;0_40;90_20;90_40\na;30;1,5;2;3;4\nb;31;1;2,25;3;5\n";
@@ -180,7 +180,7 @@ fn intervals_of_effect_sizes() {
     }
     let mirrored = cohen_dz_interval(-2.83 / n.sqrt(), 127, 0.95).unwrap();
     assert!((mirrored[0] + high).abs() < 1e-9 && (mirrored[1] + low).abs() < 1e-9);
-    // The ends of the interval of eta squared are where F has the probabilities of the tails.
+    // At the ends of the interval of eta squared, F has the tail probabilities.
     let effect = &anova(&plants(), ErrorModel::Strata).unwrap()[0];
     let size = EffectSize::of(effect, 0.90).unwrap().unwrap();
     let f = effect.f.finite().unwrap();
@@ -196,7 +196,7 @@ fn intervals_of_effect_sizes() {
     assert!(EffectSize::of(effect, 0.0).is_err());
 }
 
-/// An F below 1 gave a partial eta squared of 0.03 with an interval from 0 to 0.
+/// Regression: an F below 1 gave a partial eta squared of 0.03 with an interval from 0 to 0.
 #[test]
 fn intervals_hold_the_estimate_that_is_printed_beside_them() {
     let mut effect = anova(&plants(), ErrorModel::Strata).unwrap().remove(0);
@@ -229,7 +229,7 @@ fn intervals_hold_the_estimate_that_is_printed_beside_them() {
     assert!((size.partial_omega2 - omega2).abs() < 1e-12);
 }
 
-/// Trials that came to nothing were averaged with the others.
+/// Regression: invalid trials were averaged with the others.
 #[test]
 fn rows_that_are_not_valid_are_left_out_and_counted() {
     let table = "who,a,y,valid\n1,x,1,true\n1,y,2,TRUE\n1,y,77,false\n2,x,3,1\n2,y,4,yes\n2,x,,0\n";
@@ -253,7 +253,7 @@ fn rows_that_are_not_valid_are_left_out_and_counted() {
     assert!(Study::from_wide_csv_str("who,x,y\n1,2,3\n2,3,4\n", &columns, "_").is_err());
 }
 
-/// With both errors every pair stood there twice, and nothing said which was which.
+/// Regression: with both error models every pair appeared twice, without its error model.
 #[test]
 fn pairs_name_the_error_that_they_are_tested_against() {
     let table = "s,g,a,y\n1,u,1,3\n1,u,2,4.5\n2,u,1,4\n2,u,2,4.25\n3,v,1,5\n3,v,2,5.5\n4,v,1,1\n4,v,2,2.75\n";
@@ -325,7 +325,7 @@ fn errors_of_wide_tables_name_their_own_lines() {
     }
 }
 
-/// Ends of intervals are finite, or the confidence is refused.
+/// Ends of intervals are finite; otherwise the confidence is refused.
 #[test]
 fn intervals_of_mean_differences_end_somewhere() {
     for confidence in [0.5, 0.95, 0.999_999, 1.0 - 1e-12] {
@@ -345,8 +345,8 @@ fn intervals_of_mean_differences_end_somewhere() {
     assert!(cohen_dz_interval(100.0, 2, 1.0 - 1e-12).is_err());
 }
 
-/// Probabilities by SciPy 1.17.1 (Boost), intervals from them by bisection; those of t by quadrature over the chi distribution,
-/// as SciPy's own noncentral t is NaN for negative t.
+/// Probabilities by SciPy 1.17.1 (Boost), intervals from them by bisection; for t by quadrature over the chi distribution,
+/// because SciPy's noncentral t is NaN for negative t.
 #[test]
 fn noncentral_distributions_agree_with_scipy() {
     for (f, df1, df2, lambda, p) in [
@@ -383,7 +383,7 @@ fn noncentral_distributions_agree_with_scipy() {
             assert!((got - end).abs() < 1e-8, "{dz}: {got}, {end}");
         }
     }
-    // Where the tails of eta squared end.
+    // Ends of the intervals of eta squared.
     for (f, df1, df2, low, high) in [
         (71.667, 4.0, 96.0, 0.650_673_371_414_5, 0.797_219_545_536_9),
         (15.873, 4.0, 96.0, 0.227_621_817_320_8, 0.500_012_265_470_8),
@@ -403,9 +403,9 @@ dose       33.48518963938284   3 54 25.138050026956023  2.590641344942930e-10
 group:dose  3.0442004825396793 6 54  1.1426732959601151 0.35063843675345063
 ";
 
-/// Three groups of 7, 5 and 9 subjects, four levels within. Everything but the effect within subjects by pingouin 0.7.0
-/// (`mixed_anova`), which weighs groups by their size there; that effect, of type III, by least squares over orthonormal contrasts
-/// with NumPy 2.4.6.
+/// Three groups of 7, 5 and 9 subjects, four levels within. The within-subjects effect (type III) is from least squares over
+/// orthonormal contrasts with NumPy 2.4.6; everything else from pingouin 0.7.0 (`mixed_anova`), which weights groups by size in
+/// that effect.
 #[test]
 fn a_mixed_design_with_unequal_groups_agrees_with_others() {
     let table = include_str!("../data/mixed_unequal.csv");

@@ -1,4 +1,4 @@
-//! Data that have no error, no variation, few subjects, ties everywhere.
+//! Data without error, without variation, with few subjects, with many ties.
 
 use crate::common::{factors, groups, study};
 use hwall_psychophysics::{
@@ -17,7 +17,7 @@ fn everything() -> AnalysisConfig {
     }
 }
 
-/// No NaN or infinity hides in the JSON, which would write them as null.
+/// Checks that no NaN or infinity hides in the JSON as null.
 fn no_null_ratio(study: &Study) -> serde_json::Value {
     let analysis = analyse(study, &everything()).expect("an analysis");
     let json = analysis.to_json();
@@ -36,7 +36,7 @@ fn no_null_ratio(study: &Study) -> serde_json::Value {
 
 #[test]
 fn perfect_data_have_infinite_f() {
-    // Only a matters, and nobody errs; 0.1 is no binary number, so sums round.
+    // Only factor a has an effect, without error; 0.1 is not a binary number, so sums round.
     let study = study(&[3, 2], 6, |s, c| 0.1 * s as f64 + 0.7 * (c / 2) as f64);
     let effects = anova(&study, ErrorModel::Strata).expect("effects");
     assert_eq!(effects[0].f, Ratio::Infinite);
@@ -149,7 +149,7 @@ fn ties_and_skewed_values_warn() {
     let mut sampler = Sampler::new(11);
     let tied = study(&[3, 3], 10, |_, _| sampler.index(2) as f64);
     no_null_ratio(&tied);
-    // Scaling each subject makes equal answers differ; they are discrete all the same.
+    // Scaling each subject makes equal answers differ, but they are still discrete.
     for normalisation in [Normalisation::None, Normalisation::Arithmetic] {
         let config = AnalysisConfig {
             normalisation,
@@ -295,7 +295,7 @@ fn values_without_squares_are_refused() {
             Err(PsychophysicsError::Scale { line, value })
         );
     }
-    // Nothing is lost inside of the range.
+    // No loss inside the range.
     let expected = anova(&near_one, ErrorModel::Strata).expect("effects");
     for scale in [2_f64.powi(190), 2_f64.powi(-190)] {
         let study = scaled(scale).expect("a study");

@@ -1,4 +1,4 @@
-//! What holds without any reference: t² = F, sums of squares that add up, ranks that do not move.
+//! Identities that need no reference: t² = F, additive sums of squares, invariant ranks.
 
 use crate::common::{factors, groups};
 use hwall_psychophysics::{
@@ -39,14 +39,14 @@ fn squares_and_degrees_of_freedom_add_up() {
         let total: f64 = study.values().iter().map(|v| (v - mean).powi(2)).sum();
         let explained: f64 = effects.iter().map(|e| e.ss).sum();
         let mut df: usize = effects.iter().map(|e| e.df1).sum();
-        // With groups two effects share each error; g itself has that of the subjects.
+        // With groups, two effects share each error; g itself has the subjects' error.
         let mut errors: Vec<(f64, usize)> = effects.iter().map(|e| (e.ss_error, e.df2)).collect();
         errors.sort_by(|a, b| a.0.total_cmp(&b.0));
         errors.dedup();
         let mut error: f64 = errors.iter().map(|e| e.0).sum();
         df += errors.iter().map(|e| e.1).sum::<usize>();
         if groups.is_none() {
-            // Between subjects nothing is tested.
+            // No effect between subjects is tested.
             let means = study.rows().map(|r| r.iter().sum::<f64>() / r.len() as f64);
             error += means.map(|m| (m - mean).powi(2)).sum::<f64>() * study.cells() as f64;
             df += study.subjects().len() - 1;
@@ -86,7 +86,7 @@ fn two_levels_are_a_paired_t_test() {
 fn aligned_ranks_do_not_depend_on_other_effects() {
     let study = random(&[3, 4], 7, None, 5);
     let effects = aligned_rank_transform(&study, ErrorModel::Strata).expect("effects");
-    // An effect of b is added; a and its interaction with b must not notice.
+    // Adds an effect of b; a and its interaction with b must not change.
     let cells = study.values().iter().enumerate();
     let more = cells.map(|(i, v)| v + 2.0 * (i % 4) as f64).collect();
     let more = Study::from_values(factors(&[3, 4]), None, more).expect("a study");
@@ -184,7 +184,7 @@ fn normalised_subjects_have_the_grand_mean() {
     }
 }
 
-/// Two cells: the interval within subjects is that of the paired difference, shared out.
+/// Two cells: the interval within subjects is that of the paired difference, divided between the cells.
 #[test]
 fn intervals_within_subjects_are_those_of_differences() {
     let study = random(&[2], 12, None, 10);

@@ -24,7 +24,7 @@ fn population(means: Vec<f64>, sizes: &[usize]) -> PowerStudy {
     }
 }
 
-/// Of 16 differences with dz = 0.5 / √2.
+/// Power for 16 differences with dz = 0.5 / √2.
 #[test]
 fn two_levels_have_the_power_of_a_t_test() {
     let found = power(&population(vec![0.0, 0.5], &[2])).expect("power");
@@ -67,8 +67,8 @@ fn nothing_is_found_with_probability_alpha() {
     }
 }
 
-/// Why the dissertation's error model is a choice: where subjects differ in their effects, pooled
-/// errors find effects that are not there; strata do not.
+/// The reason why the error model is a choice: if subjects differ in their effects, pooled
+/// errors give false effects; strata do not.
 #[test]
 fn pooled_errors_need_subjects_that_differ_by_a_constant() {
     let study = PowerStudy {
@@ -287,7 +287,7 @@ fn answers_without_a_fit_are_refused() {
     }
 }
 
-/// Answers that are nearly separated, with so many trials that scoring steps past the answer.
+/// Nearly separated answers, with so many trials that scoring overshoots.
 #[test]
 fn fits_that_do_not_converge_are_refused() {
     let answers = [

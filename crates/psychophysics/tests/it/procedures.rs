@@ -1,4 +1,4 @@
-//! Staircases, QUEST+ and thresholds against closed forms and observers whose truth is known.
+//! Staircases, QUEST+ and thresholds against closed forms and simulated observers.
 
 use hwall_psychophysics::{
     PairAnswers, QuestGrid, QuestPlus, Sigmoid, Staircase, StaircaseConfig, normal_cdf,
@@ -26,7 +26,7 @@ fn a_staircase_ends_where_its_rule_balances() {
         ..equal
     };
     assert!((weighted.target_share() - 0.75).abs() < 1e-15);
-    // A yes-no observer: the share is the cumulative Gaussian about 0, so the stimulus is its quantile.
+    // A yes-no observer: the share is the cumulative Gaussian about 0, so the target stimulus is its quantile.
     for (config, bound) in [(equal, 0.1), (three, 0.1), (weighted, 0.1)] {
         let config = StaircaseConfig {
             start: 3.0,
@@ -77,7 +77,7 @@ fn hostile_rules_are_refused() {
     let mut stairs = Staircase::new(good).unwrap();
     assert!(stairs.estimate(0.95).unwrap().is_none());
     assert!(stairs.estimate(f64::NAN).is_err());
-    // An observer who is always right stays at the end of the range, and it never ends.
+    // With an observer who is always right, the staircase stays at the end of the range and never ends.
     for _ in 0..1000 {
         stairs.answer(true);
     }
@@ -138,7 +138,7 @@ fn quest_finds_planted_thresholds_and_says_how_surely() {
         }
         let estimate = quest.estimate(0.95).unwrap();
         let [low, high] = estimate.threshold_ci;
-        // Ends are points of the grid.
+        // Interval ends are grid points.
         inside += i32::from((low - 0.075..=high + 0.075).contains(&truth));
         square += (estimate.threshold - truth).powi(2);
         // The same number of trials, spread evenly over the grid.
@@ -182,7 +182,7 @@ fn hostile_grids_are_refused() {
     assert!(QuestPlus::new(huge).is_err(), "24 million entries");
 }
 
-/// Of many simulated observers the intervals hold the truth as often as they say.
+/// Coverage of the intervals over many simulated observers equals the nominal one.
 #[test]
 fn intervals_of_thresholds_hold_the_truth() {
     let (reference, sd) = (10.0, 1.5);
@@ -227,10 +227,10 @@ fn intervals_of_thresholds_hold_the_truth() {
     assert!(threshold(&answers, Sigmoid::Logistic, 1.0, 1.0).is_err());
 }
 
-/// By its definition, the entropies after either answer weighted by how likely each is, no other stimulus tells more.
+/// By direct computation of the expected entropy, no other stimulus is more informative.
 #[test]
 fn the_next_stimulus_is_the_one_that_tells_most() {
-    // One threshold and two of them: shares of right answers by hand.
+    // One and two thresholds: shares of right answers computed by hand.
     let grid = QuestGrid {
         stimuli: (0..20).map(|i| 0.1 * f64::from(i) - 1.0).collect(),
         thresholds: vec![-0.4, 0.3],

@@ -9,7 +9,7 @@ use hwall_psychophysics::{
 use serde_json::Value;
 
 const FACTORS: [&str; 2] = ["orientation_deg", "velocity_mm_s"];
-/// The reference's names of the effects, in the order of ours.
+/// The reference's names of the effects, in our order.
 const NAMES: [&str; 3] = ["A", "B", "AB"];
 
 fn columns(value: &str) -> Columns {
@@ -120,7 +120,7 @@ fn compare_all(table: &str, study: &Study, expected: &Value) {
     compare_pingouin(&format!("{table} Mauchly"), study, expected);
 }
 
-/// Pingouin's numbers come rounded to ten digits behind the point.
+/// Pingouin rounds its numbers to ten decimals.
 fn compare_pingouin(name: &str, study: &Study, expected: &Value) {
     let effects = anova(study, ErrorModel::Strata).expect("effects");
     let rows = expected["crosscheck"]["pingouin"].as_array().expect("rows");
@@ -171,7 +171,7 @@ fn split_plot_of_higgins_agrees_with_artool() {
     let text = include_str!("../data/Higgins1990Table5.csv");
     let columns = Columns::new("Tray", ["Fertilizer"], "DryMatter").with_between("Moisture");
     let study = Study::from_csv_str(text, &columns).expect("a study");
-    // With one factor within subjects there is nothing to pool.
+    // With one factor within subjects, pooled errors equal strata.
     for errors in [ErrorModel::Strata, ErrorModel::Pooled] {
         let effects = aligned_rank_transform(&study, errors).expect("effects");
         let mut exact = Deviation::default();

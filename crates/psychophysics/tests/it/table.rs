@@ -1,4 +1,4 @@
-//! Reading long tables: what does not matter, and what is refused by line and column.
+//! Reading long tables: irrelevant variations, and errors that name line and column.
 
 use hwall_files::TableError;
 use hwall_psychophysics::{Columns, PsychophysicsError, Study};
@@ -7,7 +7,7 @@ fn columns() -> Columns {
     Columns::new("who", ["a", "b"], "y").with_round("round")
 }
 
-/// Two subjects, two by two cells, two rounds; the value codes where it belongs.
+/// Two subjects, two by two cells, two rounds; the value encodes its cell.
 fn rows() -> Vec<String> {
     let mut rows = vec!["who,a,b,round,y".to_owned()];
     for who in ["eve", "bob"] {
@@ -70,7 +70,7 @@ fn form_does_not_matter() {
     let accented = Study::read_csv(latin1.as_slice(), &columns()).expect("a study");
     assert_eq!(accented.subjects(), ["\u{e9}ve", "bob"]);
     assert_eq!(accented.values(), plain.values());
-    // Rows in any order: only the subjects' order follows theirs.
+    // Rows in any order: only the order of subjects depends on it.
     let mut turned = rows();
     turned[1..].rotate_left(4);
     let turned = read(&turned).expect("a study");
@@ -137,7 +137,7 @@ fn doubles_and_gaps_are_named() {
     );
 }
 
-/// A column of times taken for a factor: its gaps are named, not counted in memory.
+/// A column of times used as a factor: its gaps are reported without allocating all cells.
 #[test]
 fn continuous_columns_are_no_factors() {
     let mut text = "s,t,u,v,y\n".to_owned();

@@ -33,7 +33,7 @@ fn f_keeps_its_digits_to_1e_300() {
             "F({df1}, {df2}) = {f}: {got:e}, {want:e}"
         );
     }
-    // Below the smallest normal number digits are lost, but nothing else.
+    // Below the smallest normal number only digits are lost.
     assert!(off(f_tail(1e40, 4.0, 16.0), 5.8982399999999986e-315) < 1e-8);
     assert_eq!(f_tail(1980.0, 4.0, 576.0), 0.0);
 }

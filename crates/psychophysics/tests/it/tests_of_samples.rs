@@ -17,7 +17,7 @@ fn depression_scores() {
     assert!((test.rank_biserial - 35.0 / 45.0).abs() < 1e-15);
 }
 
-/// All 2ⁿ signings, counted.
+/// Counts all 2ⁿ sign assignments.
 #[test]
 fn exact_p_counts_signings() {
     let mut sampler = Sampler::new(1);
@@ -53,7 +53,7 @@ fn ties_and_zeros_take_the_normal_approximation() {
     }
 }
 
-/// Differences that are equal but for rounding are equal, as in whole numbers.
+/// Differences equal except for rounding are tied, as for whole numbers.
 #[test]
 fn rounding_makes_no_ranks() {
     let whole = [1.0, -1.0, 1.0, 2.0, 0.0, -3.0, 3.0];

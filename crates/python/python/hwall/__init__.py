@@ -1,7 +1,7 @@
-"""Encountered-type haptics for Python: reach of robot arms with proof, motions and touches foreseen, textures, sessions.
+"""Encountered-type haptics for Python: proven reachability of robot arms, prediction of motions and touches, textures, sessions.
 
 Arrays are numpy arrays, in and out. Metres, radians, seconds, newtons; right-handed frames, z up; poses are (4, 4) and named
-``a_from_b``. What makes no sense raises `hwall.Error`, a `ValueError`, with the message of the Rust library.
+``a_from_b``. Invalid input raises `hwall.Error`, a `ValueError`, with the message of the Rust library.
 """
 
 from . import bip, contact, sim, texton

@@ -114,7 +114,7 @@ class Scene:
     def vertical_facets(self) -> list[dict[str, Any]]: ...
 
 class ReachMap:
-    """Reachable intervals of horizontal lines on vertical walls, with their holes, proven."""
+    """Proven reachable intervals of horizontal lines on vertical walls, with holes."""
 
     @property
     def lines(self) -> Floats: ...
@@ -133,7 +133,7 @@ class ReachMap:
     def __len__(self) -> int: ...
 
 class WallMaps:
-    """Where the board can be presented on the walls of a scene."""
+    """Places where the board can be presented on the walls of a scene."""
 
     @property
     def stretches(self) -> Floats: ...
@@ -155,7 +155,7 @@ class Region:
     def contains(self, at: ArrayLike) -> Bools: ...
 
 class Placements:
-    """How many of the targets are reached from where."""
+    """Share of the targets reached from each place."""
 
     @property
     def best(self) -> list[dict[str, Any]]: ...
@@ -185,7 +185,7 @@ def base_placement(
 def places_on_wall(middle: ArrayLike, normal: ArrayLike, width: float, heights: ArrayLike, spacing: float) -> Floats: ...
 
 class Frame:
-    """One sample of a tracked hand: t in s, points (3,) in m, gaze a unit vector; what is not given was not seen."""
+    """One sample of a tracked hand: t in s, points (3,) in m, gaze a unit vector; missing arguments mean not seen."""
 
     def __new__(
         cls,
@@ -205,7 +205,7 @@ def read_recordings(path: Path) -> list[dict[str, Any]]: ...
 def write_recordings(path: Path, recordings: Sequence[dict[str, Any]]) -> None: ...
 
 class Session:
-    """Brings a board on an arm to where a hand is about to touch. Base frame of the arm, m, rad, s."""
+    """Moves a board on an arm to the predicted touch of a hand. Base frame of the arm, m, rad, s."""
 
     def __new__(
         cls,

@@ -29,7 +29,7 @@ class Prediction:
     def high(self) -> Floats: ...
 
 class Filter:
-    """Follows a motion sample by sample."""
+    """Tracks a motion sample by sample."""
 
     @property
     def phase(self) -> float: ...

@@ -1,4 +1,4 @@
-"""Where, when and on which surface a tracked hand is about to touch. Metres, seconds, one frame for hand and scene."""
+"""Prediction of place, time and surface of the next touch of a tracked hand. Metres, seconds, one frame for hand and scene."""
 
 from ._hwall import Estimator, LearnedModel, Predictor, Reach, reaches_from_csv
 

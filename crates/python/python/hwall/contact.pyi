@@ -38,7 +38,7 @@ class Reach:
 def reaches_from_csv(path: Path) -> list[Reach]: ...
 
 class LearnedModel:
-    """How reaches go on, learnt from reaches with a known end."""
+    """A model of reaching motions, learnt from reaches with a known end."""
 
     @staticmethod
     def fit(
@@ -54,7 +54,7 @@ class LearnedModel:
     def load(path: Path) -> LearnedModel: ...
 
 class Estimator:
-    """Foresees the end of one reach at a time, from the hand alone."""
+    """Predicts the end of one reach at a time, from the hand only."""
 
     def begin(self) -> None: ...
     def step(self, frame: Frame) -> Optional[dict[str, Any]]: ...

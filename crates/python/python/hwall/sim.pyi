@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike
 from . import Arm, Command, Floats, Frame
 
 class ServoArm:
-    """An arm that follows its commands after a delay, within limits of speed, acceleration and jerk."""
+    """An arm that follows commands after a delay, within limits of speed, acceleration and jerk."""
 
     def __new__(
         cls, arm: Arm, q: ArrayLike, *, seed: int = 0, delay: Optional[float] = None, torque_noise: Optional[float] = None
@@ -25,7 +25,7 @@ class ServoArm:
     def push(self, force: ArrayLike, moment: Optional[ArrayLike] = None) -> None: ...
 
 class Person:
-    """Somebody who touches places."""
+    """A simulated person who touches points."""
 
     def __new__(
         cls,

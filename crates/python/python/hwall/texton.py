@@ -1,4 +1,4 @@
-"""Textured boards: bumps, plates to print, how rough they feel, and designs. Millimetres, degrees from the long axis."""
+"""Textured boards: bumps, plates to print, predicted roughness, and designs. Millimetres, degrees from the long axis."""
 
 from ._hwall import Patch, Texture, design
 

@@ -1,11 +1,11 @@
 //! Exact interval sets along a line, with proof.
 //!
-//! A line is cut into cells. For each cell the kinematics say "reachable throughout",
-//! "unreachable throughout" (both proven, [`SrsArm::region_verdict_between`]) or nothing; then the
-//! cell is cut. Where the verdicts at its two ends differ there is an end of an interval between
-//! them: it is bisected on the point verdict to rounding, and the proof grows away from it on both
-//! sides in cells that widen with the distance, because the slack of the limits does. What stays
-//! undecided at the wanted accuracy is reported as a band, never guessed silently.
+//! A line is divided into cells. For each cell the kinematics prove "reachable throughout" or
+//! "unreachable throughout" ([`SrsArm::region_verdict_between`]), or are undecided; then the cell
+//! is subdivided. If the verdicts at its two ends differ, an interval ends between them: the end is
+//! bisected with the point verdict, and the proof is extended away from it on both sides in cells
+//! that widen with the distance, as the margin to the limits grows. What is undecided at the
+//! requested accuracy is reported as a band, never guessed.
 
 use super::config::ExactConfig;
 use super::family::ArmFamily;
@@ -37,7 +37,7 @@ pub struct ExactSolver {
     family: ArmFamily,
 }
 
-/// How a stretch of a line can be held without a change of branch.
+/// How a stretch of a line can be held without changing branch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeldStretch {
     /// Roll of the board about the normal, rad.
@@ -47,7 +47,7 @@ pub struct HeldStretch {
 }
 
 impl ExactSolver {
-    /// For an arm with its tool; the tool's z axis meets the wall along its normal.
+    /// For an arm with its tool; the tool's z axis is along the wall's normal.
     ///
     /// # Errors
     /// An accuracy outside its range, a roll that is NaN or infinite, an empty list of rolls,
@@ -57,14 +57,13 @@ impl ExactSolver {
         Ok(Self { family })
     }
 
-    /// Does every wall look the same in the mirror through base axis and normal?
+    /// True if tool and rolls are symmetric under reflection in the plane of base axis and wall normal.
     pub(crate) fn has_mirror(&self) -> bool {
         mirrored_rolls(self.arm(), self.rolls_rad()).is_some()
     }
 
-    /// For the wall at heading 0 that stands for those at the given headings, rad, and with `mirror` for their mirror
-    /// images: what is proven holds for all of them. `None` where they have no angle of some joint in common, or no
-    /// mirror.
+    /// For the wall at heading 0 that represents those at the given headings, rad, and with `mirror` their mirror images:
+    /// every proof holds for all of them. `None` if the images share no angle of some joint, or have no mirror symmetry.
     pub(crate) fn of_images(&self, headings: &[f64], mirror: bool) -> Result<Option<Self>> {
         let mut rolls = None;
         if mirror {
@@ -80,14 +79,14 @@ impl ExactSolver {
         }))
     }
 
-    /// The same for another accuracy, m; not checked.
+    /// The same solver with another accuracy, m; not checked.
     pub(crate) fn with_accuracy(&self, accuracy_m: f64) -> Self {
         let mut family = self.family.clone();
         family.accuracy_m = accuracy_m;
         Self { family }
     }
 
-    /// Everything that is reachable of a line.
+    /// The reachable part of a line.
     ///
     /// # Errors
     /// A line so far away that its points are not finite.
@@ -95,18 +94,18 @@ impl ExactSolver {
         self.plane_line(&(*line).into())
     }
 
-    /// Everything that is reachable of a straight line on a plane at any inclination.
+    /// The reachable part of a straight line on a plane at any inclination.
     ///
     /// # Errors
     /// As for [`line`](Self::line).
     pub fn plane_line(&self, line: &PlaneLine) -> Result<LineReachability> {
         let found = LineSearch::new(&self.family, line)?.run(false);
-        // A single arm agrees with itself.
+        // Never `None` for a single arm.
         Ok(self.touched(found.unwrap_or_default()))
     }
 
-    /// As [`line`](Self::line), but `None` where the family's arms differ. With `mirror` only
-    /// s ≥ 0 is searched: for arms, tools and rolls that look the same in a mirror.
+    /// As [`line`](Self::line), but `None` if the arms of the family differ. With `mirror` only s ≥
+    /// 0 is searched: for mirror-symmetric arms, tools and rolls.
     pub(crate) fn line_of_family(
         &self,
         line: &WallLine,
@@ -116,7 +115,7 @@ impl ExactSolver {
         Ok(found.map(|found| self.touched(found)))
     }
 
-    /// As [`line_of_family`](Self::line_of_family), with branches that mean nothing.
+    /// As [`line_of_family`](Self::line_of_family), but the branches are not valid.
     pub(crate) fn spans_of_family(
         &self,
         line: &WallLine,
@@ -127,7 +126,7 @@ impl ExactSolver {
         Ok(found.map(|found| self.touched(found)))
     }
 
-    /// Where any part of the board counts, every point within its half width.
+    /// If any part of the board counts: extends the set by the half width.
     fn touched(&self, found: LineReachability) -> LineReachability {
         match self.family.half_width_m {
             half_width_m if half_width_m > 0.0 => found.dilated(half_width_m),
@@ -135,9 +134,8 @@ impl ExactSolver {
         }
     }
 
-    /// All branches that provably hold every proven point of a stretch of a line at one roll: the
-    /// first roll of those with most branches. No branches for a free roll of a tilted tool or
-    /// where any part of the board counts.
+    /// All branches that provably hold every proven point of a stretch of a line at one roll: the first roll
+    /// with the most branches. No branches for a free roll of a tilted tool or if any part of the board counts.
     ///
     /// # Errors
     /// NaN or infinity.
@@ -151,7 +149,7 @@ impl ExactSolver {
             });
         }
         let mut search = LineSearch::new(&self.family, &(*line).into())?;
-        // Leaves the pieces of the line behind, each proven by itself.
+        // Run only for its side effect: the proven pieces of the line.
         let _ = search.run(false);
         let hold = search.branches_along(span);
         Ok(HeldStretch {
@@ -170,22 +168,22 @@ impl ExactSolver {
         Ok(search.verdict_within(s_m, self.family.half_width_m) == FamilyVerdict::Reachable)
     }
 
-    /// The arm, with its last joint free where the roll is.
+    /// The arm, with its last joint unlimited if the roll is free.
     pub(crate) const fn arm(&self) -> &SrsArm {
         &self.family.narrow
     }
 
-    /// The arms behind it, for proofs of other regions than lines.
+    /// The family of arms, for proofs about regions other than lines.
     pub(crate) const fn family(&self) -> &ArmFamily {
         &self.family
     }
 
-    /// The rolls that it may choose from, rad: middles of arcs for a free roll.
+    /// The allowed rolls, rad: middles of arcs for a free roll.
     pub(crate) fn rolls_rad(&self) -> impl Iterator<Item = f64> + '_ {
         self.family.freedoms.iter().map(|f| f.roll)
     }
 
-    /// The first roll that it was given, rad.
+    /// The first configured roll, rad.
     pub(crate) fn first_roll_rad(&self) -> f64 {
         self.family.freedoms[0].roll
     }

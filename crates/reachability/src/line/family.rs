@@ -1,4 +1,4 @@
-//! A solver's arm with its freedoms, or a family of arms that differ in their limits only.
+//! A solver's arm with its freedoms, or a family of arms that differ only in their limits.
 
 use super::config::{BoardPart, ExactConfig, Roll};
 use crate::error::{ReachabilityError, Result};
@@ -6,23 +6,23 @@ use hwall_kinematics::{JointLimit, SrsArm};
 use hwall_numeric::check::{finite, non_negative, positive, that};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Accuracies, relative to the arm's length: where it is finer the rounding of poses decides, where
-/// it is coarser nothing is left to prove.
+/// Allowed accuracies relative to the arm's length: a finer one is limited by rounding of poses, a
+/// coarser one leaves nothing to prove.
 const FINEST: f64 = 1e-10;
 const COARSEST: f64 = 0.1;
 
-/// The finest where a height or a roll is to be searched.
+/// The finest if a height or a roll must be searched.
 const FINEST_FREE: f64 = 5e-7;
 
-/// What the exact search looks at: the arms, and how the board may be held.
+/// Input of the exact search: the arms, and how the board may be held.
 ///
-/// Usually there is one arm. What is proven of a family of arms holds for each of them.
+/// Usually there is one arm. A proof for a family of arms holds for each of them.
 #[derive(Debug, Clone)]
 pub(crate) struct ArmFamily {
     /// With the narrowest and the widest limits of the family; the same for one arm.
     pub(crate) narrow: SrsArm,
     pub(crate) wide: SrsArm,
-    /// Do they differ?
+    /// True if the two differ.
     pub(crate) is_family: bool,
     /// Ways to hold the board with its touched point on the line.
     pub(crate) freedoms: Vec<Freedom>,
@@ -31,8 +31,8 @@ pub(crate) struct ArmFamily {
     pub(crate) half_width_m: f64,
 }
 
-/// Rolls from `roll - half_roll` to `roll + half_roll`, rad, and heights of the tool point up to
-/// `half_rise` above and below the line, m: any of them will do.
+/// Allowed rolls from `roll - half_roll` to `roll + half_roll`, rad, and heights of the tool point
+/// up to `half_rise` above and below the line, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Freedom {
     pub(crate) roll: f64,
@@ -41,14 +41,14 @@ pub(crate) struct Freedom {
 }
 
 impl Freedom {
-    /// Is there more than one roll and height?
+    /// True if there is more than one roll or height.
     pub(crate) fn is_free(&self) -> bool {
         self.half_roll > 0.0 || self.half_rise > 0.0
     }
 }
 
 impl ArmFamily {
-    /// One arm; checks what is asked for.
+    /// One arm; checks the configuration.
     pub(super) fn new(arm: &SrsArm, config: &ExactConfig) -> Result<Self> {
         let accuracy_m = positive("accuracy_m", config.accuracy_m)?;
         let size = size_m(arm);
@@ -72,7 +72,7 @@ impl ArmFamily {
             ("half_width_m", half_width_m),
             ("half_height_m", half_height_m),
         ] {
-            // Beyond that the search only adds numbers that overflow.
+            // Larger values only risk overflow in the search.
             let wanted = "at most 100 lengths of the stretched arm";
             that(half_m <= 100.0 * size, what, half_m, wanted)?;
         }
@@ -86,7 +86,7 @@ impl ArmFamily {
             Roll::Fixed(roll) => vec![at_roll(*roll, 0.0)],
             Roll::AnyOf(rolls) => rolls.iter().map(|roll| at_roll(*roll, 0.0)).collect(),
             Roll::Free if rolls_about_flange(&arm) => {
-                // The last joint alone turns the board: without its limit any roll will do.
+                // The last joint alone rotates the board: without its limit any roll is possible.
                 let mut limits = *arm.limits();
                 limits[6] = JointLimit::FREE;
                 arm = arm.with_limits(limits)?;
@@ -105,8 +105,8 @@ impl ArmFamily {
             finite("roll_rad", freedom.roll)?;
         }
         if half_height_m > 0.0 || half_width_m > 0.0 {
-            // At other rolls the board's sides are neither level nor upright, and its touched part
-            // is no rectangle of the wall.
+            // At other rolls the board's sides are neither horizontal nor vertical, and it does not
+            // cover a rectangle of the wall's axes.
             let is_square = half_height_m == half_width_m;
             let turn = if is_square { FRAC_PI_2 } else { PI };
             for Freedom { roll, .. } in &freedoms {
@@ -145,16 +145,16 @@ impl ArmFamily {
         }
     }
 
-    /// Must a height or a roll be searched?
+    /// True if a height or a roll must be searched.
     pub(crate) fn is_free(&self) -> bool {
         self.freedoms.iter().any(Freedom::is_free)
     }
 }
 
-/// A free roll that the last joint alone cannot make is cut into this many arcs to begin with.
+/// Initial number of arcs for a free roll that the last joint alone cannot produce.
 const FREE_ARCS: usize = 24;
 
-/// Is the tool's z axis, through the tool point, the axis of the last joint?
+/// True if the tool's z axis is the axis of the last joint.
 fn rolls_about_flange(arm: &SrsArm) -> bool {
     let tool = arm.flange_from_tool();
     let (z, p) = (tool.rotation().z_axis, tool.position_m());

@@ -1,12 +1,12 @@
-//! The images of a wall: turned about the base's axis, and mirrored.
+//! The images of a wall: rotated about the base axis, and mirrored.
 //!
-//! Turning a wall about the base axis turns joint 1 alone. A mirror through the plane of base axis
-//! and normal changes the signs of joints 1, 3, 5 and 7, and turns the flange by `2 r - π` at roll
-//! r. So, but for the limits of those four joints, one wall stands for all walls of its distance, at
-//! every heading, and its one half for the other. Each image forbids its own arc of a joint's circle.
-//! With all of the arcs forbidden, what is reachable is so in every image; with only the arcs that
-//! all images forbid, what is unreachable is so in every image. Where the two agree, the symmetry
-//! is proven. Nothing is assumed of the limits.
+//! Rotating a wall about the base axis rotates only joint 1. Reflection in the plane of base axis and
+//! normal changes the signs of joints 1, 3, 5 and 7, and rotates the flange by `2 r - π` at roll r.
+//! So, except for the limits of those four joints, one wall represents all walls at its distance, at
+//! every heading, and one half represents the other. Each image forbids its own arc of a joint's
+//! circle. Forbid all of these arcs: what is reachable then is reachable in every image. Forbid only
+//! the arcs common to all images: what is unreachable then is unreachable in every image. Where both
+//! agree, the symmetry is proven, without assumptions about the limits.
 
 use super::family::size_m;
 use crate::error::Result;
@@ -14,11 +14,10 @@ use hwall_kinematics::{JointLimit, SrsArm};
 use std::f64::consts::{PI, TAU};
 
 /// Headings further apart than this are not solved together, rad: the more of joint 1's circle the
-/// images forbid, the less is proven for all of them.
+/// images forbid, the less can be proven for all.
 const WIDEST_SECTOR_RAD: f64 = 1.75;
 
-/// Groups headings, rad, that are solved together: round the circle from the largest gap on. For each heading its
-/// sector.
+/// Groups headings, rad, to be solved together, around the circle from the largest gap. Returns the sector of each heading.
 pub(crate) fn sectors(headings: &[f64]) -> Vec<usize> {
     let turned = |heading: &f64| heading.rem_euclid(TAU);
     let mut order: Vec<usize> = (0..headings.len()).collect();
@@ -43,7 +42,7 @@ pub(crate) fn sectors(headings: &[f64]) -> Vec<usize> {
     sector_of
 }
 
-/// The rolls of the flange, if the tool looks the same in the mirror (the flange turned).
+/// The mirrored rolls of the flange, if the tool is mirror symmetric up to a rotation of the flange.
 pub(super) fn mirrored_rolls(arm: &SrsArm, rolls: impl Iterator<Item = f64>) -> Option<Vec<f64>> {
     let tool = arm.flange_from_tool();
     let (x, z, p) = (
@@ -56,8 +55,7 @@ pub(super) fn mirrored_rolls(arm: &SrsArm, rolls: impl Iterator<Item = f64>) -> 
     aligned.then(|| rolls.map(|roll| roll - turned).collect())
 }
 
-/// The narrowest and the widest arm of all images of a wall, each turned to heading 0; `None` where the images have no
-/// angle of some joint in common.
+/// The narrowest and the widest arm of all images of a wall, each rotated to heading 0; `None` if the images share no angle of some joint.
 ///
 /// `mirrored_rolls`: see [`mirrored_rolls`]; without them there are no mirror images.
 pub(super) fn family_of_images(
@@ -140,7 +138,7 @@ impl Arc {
     }
 }
 
-/// The largest arc that no image forbids, if there is one.
+/// The largest arc that no image forbids, if any.
 fn largest_gap(forbidden: &[Arc]) -> Option<JointLimit> {
     let mut arcs: Vec<(f64, f64)> = forbidden
         .iter()
@@ -150,7 +148,7 @@ fn largest_gap(forbidden: &[Arc]) -> Option<JointLimit> {
         })
         .collect();
     arcs.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // Once round from the first start; what reaches beyond a full turn covers the first gaps too.
+    // Once around from the first start; arcs that extend beyond a full turn also cover the first gaps.
     let last = arcs[0].0 + TAU;
     let mut end = arcs.iter().map(|a| a.1 - TAU).fold(arcs[0].0, f64::max);
     let mut best: Option<(f64, f64)> = None;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A closed interval of places along a wall, or of heights, m.
+/// A closed interval of positions along a wall, or of heights, m.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Interval {
     /// Lower end, m.
@@ -24,7 +24,7 @@ impl Interval {
         self.hi_m - self.lo_m
     }
 
-    /// Does it contain `s_m`? NaN lies in no interval.
+    /// True if it contains `s_m`; false for NaN.
     #[must_use]
     pub fn contains(&self, s_m: f64) -> bool {
         self.lo_m <= s_m && s_m <= self.hi_m
@@ -37,7 +37,7 @@ impl Interval {
     }
 }
 
-/// Sum of lengths; of none it is 0 and not the -0 of an empty sum.
+/// Sum of lengths; 0 if there are none (an empty `sum` would be -0).
 pub(crate) fn total_m(lengths: impl Iterator<Item = f64>) -> f64 {
     lengths.fold(0.0, |sum, length| sum + length)
 }
@@ -55,8 +55,7 @@ pub(crate) fn united(mut spans: Vec<Interval>) -> Vec<Interval> {
     union
 }
 
-/// What is left of sorted disjoint intervals without the inside of others; closed again, and without
-/// parts of no length.
+/// Sorted disjoint intervals minus the interiors of others; closed again, without parts of zero length.
 pub(crate) fn without(spans: &[Interval], holes: &[Interval]) -> Vec<Interval> {
     let mut rest = Vec::with_capacity(spans.len());
     for span in spans {

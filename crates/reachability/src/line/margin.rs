@@ -1,26 +1,24 @@
-//! How far a board may be off its place with the pose still reachable: a proven lower bound.
+//! How far a board may be displaced with the pose still reachable: a proven lower bound.
 //!
-//! A board is kept this far inside the reachable set while it is presented, because a tracked hand
-//! and a predicted contact are not exact. One test of a region ([`SrsArm::region_verdict`]) proves a whole
-//! ball of positions and cone of orientations; the largest size that passes is found by bisection.
-//! The true margin is larger: see the README for by how much.
+//! While presented, a board is kept this far inside the reachable set, because hand tracking and contact
+//! prediction have errors. One region test ([`SrsArm::region_verdict`]) proves a whole ball of positions
+//! and cone of orientations; bisection finds the largest size that passes. The true margin is larger.
 
 use super::family::size_m;
 use crate::error::Result;
 use hwall_kinematics::{Pose, PoseRegion, RegionVerdict, SrsArm};
 use hwall_numeric::check::non_negative;
 
-/// Sizes are found up to this factor.
+/// Sizes are found to within this factor.
 const RESOLUTION: f64 = 1.02;
 
-/// Smaller margins than this share of the arm's length (or this angle, rad) count as none.
+/// Margins below this fraction of the arm's length (or this angle, rad) count as none.
 const SMALLEST: f64 = 1e-9;
 
-/// The largest radius (m) of a ball of positions about `base_from_tool` that is proven reachable
-/// with any orientation within `cone_rad` of its own. `None` where nothing is proven: the pose is
-/// unreachable, or too close to the end.
+/// The largest radius (m) of a ball of positions around `base_from_tool` that is proven reachable with any
+/// orientation within `cone_rad`. `None` if nothing is proven: the pose is unreachable or too close to the boundary.
 ///
-/// A lower bound to 2 %, without the covering of smaller balls that would sharpen it.
+/// The largest size that a single region test proves, to 2 %; covering the ball by smaller ones would give a sharper bound.
 ///
 /// # Errors
 /// NaN, infinite or negative angles.
@@ -38,8 +36,8 @@ pub fn position_margin_m(
     Ok(largest.map(|share| share * size))
 }
 
-/// The largest angle (rad) of a cone of orientations about that of `base_from_tool` that is
-/// proven reachable from any position within `radius_m`. `None` where nothing is proven.
+/// The largest angle (rad) of a cone of orientations around that of `base_from_tool` that is proven
+/// reachable at any position within `radius_m`. `None` if nothing is proven.
 ///
 /// # Errors
 /// NaN, infinite or negative radii.
@@ -55,7 +53,7 @@ pub fn orientation_margin_rad(
     }))
 }
 
-/// The largest size that `holds`, to [`RESOLUTION`], from a first guess.
+/// The largest size for which `holds` is true, to [`RESOLUTION`], from a first guess.
 fn largest_proven(guess: f64, holds: impl Fn(f64) -> bool) -> Option<f64> {
     let (mut inside, mut outside) = (guess, guess);
     if holds(guess) {

@@ -1,4 +1,4 @@
-//! What of a horizontal line of a wall is reachable: exact, with proof.
+//! The reachable part of a horizontal line of a wall: exact, with proof.
 
 mod config;
 mod exact;

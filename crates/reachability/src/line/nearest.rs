@@ -1,24 +1,24 @@
-//! The reachable point of a wall nearest to one that is out of reach.
+//! The reachable point of a wall nearest to an unreachable one.
 
 use super::exact::ExactSolver;
 use super::family::size_m;
 use crate::error::{ReachabilityError, Result};
 use crate::wall::{WallPlane, WallPoint};
 
-/// Distance of the lines of the first sweep, relative to the arm's length: parts of the reachable set that are
-/// lower than this and lie between two lines may be missed.
+/// Spacing of the lines of the first sweep, relative to the arm's length. May miss reachable parts between two
+/// lines whose height is less than this.
 const SWEEP: f64 = 0.015;
 
-/// Shrinks of a golden-section search.
+/// Reduction factor of a golden-section search.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 impl ExactSolver {
     /// The point of the wall's reachable set that is nearest to `at`: `at` itself if it is
-    /// reachable, `None` where nothing of the wall is.
+    /// reachable, `None` if no point of the wall is.
     ///
-    /// Each line's part is exact; heights are swept from `at` outwards in steps of 1.5 % of the
-    /// arm's length, and the best is refined to ten times the solver's accuracy. The point returned
-    /// is reachable: it lies inside the interval's end by the accuracy where there is room.
+    /// Exact along each line; heights are swept from `at` outwards in steps of 1.5 % of the arm's
+    /// length, and the best height is refined to ten times the solver's accuracy. The returned
+    /// point is reachable: if the interval is long enough, it is inside the end by the accuracy.
     ///
     /// # Errors
     /// NaN or infinity.
@@ -39,7 +39,7 @@ impl ExactSolver {
             }
             Ok::<_, ReachabilityError>(found.map_or(f64::INFINITY, |p| p.distance_m(at)))
         };
-        // Heights that the arm can reach at all lie within its length of the base.
+        // Reachable heights are within the arm's length of the base.
         let span = at.z_m.abs() + 2.0 * size;
         for ring in 0..=(span / step).ceil() as usize {
             let rise = ring as f64 * step;

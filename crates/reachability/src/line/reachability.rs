@@ -1,4 +1,4 @@
-//! What is reachable of one line: intervals, and bands without proof.
+//! The reachable part of one line: intervals, and unproven bands.
 
 use super::interval::{Interval, total_m, united, without};
 use hwall_kinematics::BranchSet;
@@ -6,35 +6,33 @@ use hwall_kinematics::BranchSet;
 /// A reachable part of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReachableInterval {
-    /// Its ends: the best estimate, within the accuracy.
+    /// Its ends, within the accuracy.
     pub span: Interval,
-    /// Branches that provably hold every proven point of it at one roll, so that a motion along
-    /// it need not change branch; the arm angles of neighbouring points need not be connected.
-    /// These are the branches met on the way, rarely all of them:
-    /// [`ExactSolver::branches_along`](crate::ExactSolver::branches_along) looks for all. Empty where there is none, and where
-    /// they are not looked for: with a free roll of a tilted tool, or where any part of the board counts.
+    /// Branches that provably hold every proven point of it at one roll, so that a motion along it need not change branch; the
+    /// arm angles of neighbouring points need not be connected. Only those found during the search, rarely all:
+    /// [`ExactSolver::branches_along`](crate::ExactSolver::branches_along) searches for all. Empty if there is none, or if they are
+    /// not searched: with a free roll of a tilted tool, or if any part of the board counts.
     pub branches: BranchSet,
 }
 
-/// What is reachable of one line.
+/// The reachable part of one line.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LineReachability {
-    /// The reachable intervals, sorted, disjoint; each holds a proven part.
+    /// The reachable intervals, sorted, disjoint; each contains a proven part.
     pub intervals: Vec<ReachableInterval>,
-    /// Bands where nothing is proven, sorted, disjoint: one about each end that a limit makes,
-    /// others where the line only just meets or misses the reachable set.
-    /// Outside of them each point is proven to be as the intervals say.
+    /// Unproven bands, sorted, disjoint: one at each end caused by a joint limit, others where the line
+    /// barely touches or misses the reachable set. Outside of them the intervals are proven at every point.
     pub unknown: Vec<Interval>,
 }
 
 impl LineReachability {
-    /// Is the point at `s_m` in an interval?
+    /// True if the point at `s_m` is in an interval.
     #[must_use]
     pub fn contains(&self, s_m: f64) -> bool {
         self.intervals.iter().any(|i| i.span.contains(s_m))
     }
 
-    /// Is the answer of [`contains`](Self::contains) at `s_m` proven?
+    /// True if the result of [`contains`](Self::contains) at `s_m` is proven.
     #[must_use]
     pub fn is_proven(&self, s_m: f64) -> bool {
         !self.unknown.iter().any(|band| band.contains(s_m))
@@ -46,7 +44,7 @@ impl LineReachability {
         total_m(self.intervals.iter().map(|i| i.span.length_m()))
     }
 
-    /// Length without proof, m.
+    /// Unproven length, m.
     #[must_use]
     pub fn unknown_m(&self) -> f64 {
         total_m(self.unknown.iter().map(Interval::length_m))
@@ -60,7 +58,7 @@ impl LineReachability {
     /// Merges neighbouring pieces, sorted along the line, into intervals and bands.
     pub(super) fn from_pieces(pieces: &[Piece]) -> Self {
         let mut found = Self::default();
-        // What holds the interval so far; `None` while no part of it is proven.
+        // The branches that hold the interval so far; `None` while no part is proven.
         let mut hold: Option<Hold> = None;
         for piece in pieces {
             let span = Interval::new(piece.lo, piece.hi);
@@ -72,7 +70,7 @@ impl LineReachability {
                         last.branches = hold.map(|h| h.branches).unwrap_or_default();
                     }
                     _ => {
-                        // An island that nothing proves is a band and no interval.
+                        // An unproven island is a band, not an interval.
                         if hold.is_none() {
                             found.intervals.pop();
                         }
@@ -109,7 +107,7 @@ impl LineReachability {
             spans.iter().chain(&self.unknown).copied().collect(),
         ));
         let intervals = grown(&spans).into_iter().map(|span| {
-            // What holds all merged parts holds along all of it.
+            // Branches that hold all merged parts hold the whole interval.
             let parts = self
                 .intervals
                 .iter()
@@ -126,7 +124,7 @@ impl LineReachability {
         }
     }
 
-    /// Only what lies within a span.
+    /// The part within a span.
     pub(crate) fn clipped(&self, span: Interval) -> Self {
         let part = |i: &Interval| {
             let part = Interval::new(i.lo_m.max(span.lo_m), i.hi_m.min(span.hi_m));
@@ -145,7 +143,7 @@ impl LineReachability {
         }
     }
 
-    /// Without the (open) blocked parts, and without what they leave as a single point.
+    /// Without the (open) blocked parts and without isolated points that they leave.
     pub(crate) fn unblocked(&self, blocked: &[Interval]) -> Self {
         if blocked.is_empty() {
             return self.clone();
@@ -162,7 +160,7 @@ impl LineReachability {
     }
 }
 
-/// How a stretch is held: the branches at one of the solver's rolls.
+/// The branches that hold a stretch at one of the solver's rolls.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Hold {
     pub(super) roll: usize,
@@ -170,7 +168,7 @@ pub(super) struct Hold {
 }
 
 impl Hold {
-    /// What holds two neighbouring stretches, either of which may be unproven.
+    /// The branches that hold two neighbouring stretches, either of which may be unproven.
     fn both(a: Option<Self>, b: Option<Self>) -> Option<Self> {
         let (Some(a), Some(b)) = (a, b) else {
             return a.or(b);
@@ -184,13 +182,13 @@ impl Hold {
     }
 }
 
-/// One stretch of a line, the last step before intervals.
+/// One stretch of a line, before merging into intervals.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Piece {
     pub(super) lo: f64,
     pub(super) hi: f64,
     pub(super) reachable: bool,
-    /// `None` where nothing is proven; the branches mean nothing where nothing is reachable.
+    /// `None` if unproven; the branches are meaningless if not reachable.
     pub(super) proven: Option<Hold>,
 }
 

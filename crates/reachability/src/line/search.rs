@@ -10,40 +10,40 @@ use hwall_kinematics::{BranchSet, Pose, PoseRegion, RegionVerdict};
 use hwall_numeric::check::finite;
 use std::cell::Cell;
 
-/// A line is cut into this many cells to begin with: wider ones are never decided.
+/// Initial number of cells of a line: wider ones are never decided.
 const FIRST_CELLS: usize = 8;
 
-/// Rounding of a distance between shoulder and wrist, relative, rounded up generously.
+/// Generous bound on the relative rounding of a shoulder-wrist distance.
 const HAIR: f64 = 1e-13;
 
-/// Undecided cells of one line after which undecided cells are no longer cut but reported as bands: a line that
-/// runs along a limit could be cut for ever.
+/// After this many undecided cells of one line, further ones are reported as bands instead of subdivided: a
+/// line along a limit could be subdivided forever.
 const MOST_UNDECIDED: usize = 20_000;
 
-/// The same where each cell takes a search of its own, and how many regions one such search looks at.
+/// The same if each cell needs its own search, and the maximum number of regions per such search.
 const MOST_UNDECIDED_FREE: usize = 400;
 const MOST_REGIONS: u32 = 20_000;
 
-/// A range of rolls or heights is halved at most this often.
+/// Maximum number of halvings of a range of rolls or heights.
 const FREEDOM_DEPTH: usize = 22;
 
-/// What is known of one point.
+/// Verdict for one point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum FamilyVerdict {
     Reachable,
     Unreachable,
-    /// With the widest limits of the family, but not with the narrowest.
+    /// Reachable with the widest limits of the family, but not with the narrowest.
     Depends,
 }
 
-/// A place on the line and its verdict.
+/// A point of the line and its verdict.
 #[derive(Debug, Clone, Copy)]
 struct Probe {
     s: f64,
     verdict: FamilyVerdict,
 }
 
-/// What is known of one cell.
+/// Verdict for one cell.
 enum CellVerdict {
     Reachable(Hold),
     Unreachable,
@@ -53,9 +53,9 @@ enum CellVerdict {
 /// Half extents of a cell along the line, m.
 #[derive(Debug, Clone, Copy)]
 struct CellExtent {
-    /// Of the stretch whose points must all be held.
+    /// Of the stretch in which every point must be held.
     all: f64,
-    /// Of a stretch of which one point is enough.
+    /// Of the stretch in which one held point is enough.
     any: f64,
 }
 
@@ -70,9 +70,9 @@ pub(super) struct LineSearch<'a> {
     /// Pieces found so far, in order.
     pieces: Vec<Piece>,
     undecided: usize,
-    /// Regions that the search of a freedom may still ask for.
+    /// Regions that the search of a freedom may still test.
     budget: Cell<u32>,
-    /// Width of a cell beside an end over its distance from the end, as it last succeeded.
+    /// Width of a cell near an end divided by its distance from the end, as last successful.
     ratio: f64,
 }
 
@@ -94,11 +94,10 @@ impl<'a> LineSearch<'a> {
         })
     }
 
-    /// The intervals; `None` where the arms of the family differ. With `mirror` only s ≥ 0 is
-    /// searched.
+    /// The intervals; `None` if the arms of the family differ. With `mirror` only s ≥ 0 is searched.
     pub(super) fn run(&mut self, mirror: bool) -> Option<LineReachability> {
         let mut found = self.run_without_branches(mirror)?;
-        // Cells keep the first branches they meet; where those have none in common, all are looked for.
+        // Cells keep the first branches found; if they have none in common, search for all.
         for interval in &mut found.intervals {
             if self.family.is_free() {
                 interval.branches = BranchSet::EMPTY;
@@ -109,10 +108,10 @@ impl<'a> LineSearch<'a> {
         Some(found)
     }
 
-    /// The same, without the branches that hold an interval where those of its cells have none in common.
+    /// The same, but without the search for all branches if those of the cells have none in common.
     pub(super) fn run_without_branches(&mut self, mirror: bool) -> Option<LineReachability> {
-        // The rounding of the ends themselves makes a very narrow band. What a freedom adds to the
-        // domain is an estimate from above, whose ends mean nothing.
+        // Rounding of the ends gives a very narrow band. With a freedom the domain is only an upper
+        // bound, so its ends are not ends of the reachable set.
         let possible = self.domain(HAIR);
         let certain = if self.family.is_free() {
             possible.clone()
@@ -153,8 +152,8 @@ impl<'a> LineSearch<'a> {
         Some(LineReachability::from_pieces(&self.pieces))
     }
 
-    /// Where the wrist's distance from the shoulder is possible, up to a share `hair` beyond its
-    /// limits: nothing is reachable elsewhere.
+    /// Where the shoulder-wrist distance is possible, extended by the relative margin `hair`:
+    /// nothing is reachable elsewhere.
     fn domain(&self, hair: f64) -> Vec<Interval> {
         let arm = &self.family.wide;
         let range = arm.shoulder_wrist_range();
@@ -163,7 +162,7 @@ impl<'a> LineSearch<'a> {
         let mut stretches = Vec::new();
         for (pose, freedom) in self.poses.iter().zip(&self.family.freedoms) {
             let wrist = arm.wrist_from_shoulder_m(pose);
-            // A turn about the normal moves the wrist by no more than this, a rise by itself.
+            // Bound on the wrist displacement: by the roll about the normal, plus the rise.
             let lever = wrist - (pose.position_m() - DVec3::Z * arm.geometry().d_bs_m);
             let lever = (lever - self.normal * lever.dot(self.normal)).length();
             let swing = 2.0 * lever * (0.5 * freedom.half_roll).sin() + freedom.half_rise;
@@ -194,7 +193,7 @@ impl<'a> LineSearch<'a> {
         self.verdict_within(s, 0.0)
     }
 
-    /// Is any point of `s ± half` reachable?
+    /// Verdict on whether any point of `s ± half` is reachable.
     pub(super) fn verdict_within(&self, s: f64, half: f64) -> FamilyVerdict {
         let family = self.family;
         self.budget.set(MOST_REGIONS);
@@ -205,7 +204,7 @@ impl<'a> LineSearch<'a> {
                 return FamilyVerdict::Reachable;
             }
             if freedom.half_roll > 0.0 || freedom.half_rise > 0.0 || half > 0.0 {
-                // A point held with only a sliver of the freedom is of no use, and lies in an unproven band.
+                // The search may miss a point held only in a sliver of the freedom; such points lie in an unproven band.
                 let extent = CellExtent {
                     all: 0.0,
                     any: half,
@@ -250,7 +249,7 @@ impl<'a> LineSearch<'a> {
         }
     }
 
-    /// Branches that hold all proven pieces of an interval at one roll: the roll that gives most.
+    /// Branches that hold all proven pieces of an interval at one roll: the roll with the most branches.
     pub(super) fn branches_along(&self, span: Interval) -> Hold {
         let inside = |piece: &&Piece| {
             piece.reachable && piece.proven.is_some() && span.contains(0.5 * (piece.lo + piece.hi))
@@ -268,7 +267,7 @@ impl<'a> LineSearch<'a> {
             }
             held
         };
-        // The first of those with equally many.
+        // The first roll on ties.
         let rolls = self.poses.iter().map(of_roll).enumerate();
         let most = rolls.rev().max_by_key(|(_, set)| set.len());
         let (roll, branches) = most.unwrap_or_default();
@@ -286,8 +285,8 @@ impl<'a> LineSearch<'a> {
         }
     }
 
-    /// Can every point of a cell about `pose` be held with some choice of what is free? One choice
-    /// that holds the whole cell proves it reachable; it is unreachable only if every choice fails.
+    /// Whether every point of a cell around `pose` can be held with some choice of the freedoms. One
+    /// choice that holds the whole cell proves it reachable; it is unreachable only if every choice fails.
     fn any_of(
         &self,
         pose: &Pose,
@@ -309,7 +308,7 @@ impl<'a> LineSearch<'a> {
         if matches!(self.region(&everything), CellVerdict::Unreachable) {
             return CellVerdict::Unreachable;
         }
-        // Freedoms much smaller than the cell itself cannot decide it.
+        // Freedoms much smaller than the cell cannot decide it.
         let arm = size_m(&self.family.narrow);
         let extent = (free.half_roll * arm).max(free.half_rise).max(any);
         let left = self.budget.get();
@@ -349,7 +348,7 @@ impl<'a> LineSearch<'a> {
         }
     }
 
-    /// Appends the pieces between two probes; false where the arms of the family differ.
+    /// Appends the pieces between two probes; false if the arms of the family differ.
     fn settle(&mut self, left: Probe, right: Probe) -> bool {
         let (lo, hi) = (left.s, right.s);
         if [left.verdict, right.verdict].contains(&FamilyVerdict::Depends) {
@@ -422,10 +421,10 @@ impl<'a> LineSearch<'a> {
         self.grow(outer, right)
     }
 
-    /// The place where the verdict changes, to rounding.
+    /// The point where the verdict changes, to a fraction of the accuracy.
     fn bisect(&self, left: Probe, right: Probe) -> Option<f64> {
         let (mut lo, mut hi) = (left.s, right.s);
-        // Where a freedom is searched, every verdict beside an end takes a search of its own.
+        // If a freedom is searched, each verdict near an end is expensive.
         let share = if self.family.is_free() { 0.1 } else { 1e-3 };
         let finest =
             (share * self.family.accuracy_m).max(4.0 * f64::EPSILON * lo.abs().max(hi.abs()));
@@ -440,7 +439,7 @@ impl<'a> LineSearch<'a> {
         Some(0.5 * (lo + hi))
     }
 
-    /// Proves cells one after the other, from a place beside an end to a probe of the same verdict.
+    /// Proves cells one after the other, from a point near an end to a probe with the same verdict.
     fn grow(&mut self, from: f64, to: Probe) -> bool {
         let target = to.s;
         let sign = if target < from { -1.0 } else { 1.0 };
@@ -448,7 +447,7 @@ impl<'a> LineSearch<'a> {
         let reserve = 0.25 * self.family.accuracy_m;
         let (mut done, mut fails) = (0.0, 0);
         while done < span {
-            // The limits leave a cell the more slack the further it is from the end.
+            // The margin to the limits grows with the distance from the end.
             let width = self.ratio * (done + reserve);
             let next = if done + 1.3 * width >= span {
                 span
@@ -466,7 +465,7 @@ impl<'a> LineSearch<'a> {
             self.ratio = (0.6 * self.ratio).max(0.02);
             fails += 1;
             if fails > 4 {
-                // Another end, or a tangency, is near: halve what is left, up to the target.
+                // Another end or a tangency is near: bisect the rest up to the target.
                 let first = self.pieces.len();
                 let near = Probe { s: near, ..to };
                 let settled = if sign > 0.0 {
@@ -483,7 +482,7 @@ impl<'a> LineSearch<'a> {
         true
     }
 
-    /// Settles both halves of a cell that is undecided as a whole; a cell that is too small to halve is a band.
+    /// Settles both halves of an undecided cell; a cell too small to halve becomes a band.
     fn settle_halves(&mut self, left: Probe, right: Probe, give_up: bool) -> bool {
         let (lo, hi) = (left.s, right.s);
         let middle = 0.5 * (lo + hi);

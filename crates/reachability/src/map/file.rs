@@ -1,7 +1,6 @@
 //! Maps as files: versioned, checksummed, the same bytes on every machine.
 //!
-//! Laid out as a [`BinaryFormat`]. The body holds the arm, the solver's settings, the grids, and each line's intervals and
-//! bands as they are: nothing is rounded.
+//! Layout: a [`BinaryFormat`]. The body contains the arm, the solver's settings, the grids, and each line's intervals and bands, without rounding.
 
 use super::grid::{WallGrid, checked_line_count};
 use super::keep_out::KeepOut;
@@ -57,7 +56,7 @@ impl ReachabilityMap {
         FORMAT.to_bytes(&body)
     }
 
-    /// A map from bytes that [`to_bytes`](Self::to_bytes) made.
+    /// A map from bytes written by [`to_bytes`](Self::to_bytes).
     ///
     /// # Errors
     /// Foreign, newer, truncated, damaged or malformed bytes: each has its own variant of `BinaryFileError`.
@@ -100,10 +99,10 @@ impl ReachabilityMap {
     /// One row for each interval, with a header; metres and radians.
     ///
     /// `wall`, `plane` and `height` count from 0; `branches` has a bit for each branch that holds
-    /// all of the interval; ends lie within the map's accuracy.
+    /// the whole interval; ends are within the map's accuracy.
     ///
     /// # Errors
-    /// Those of the writer.
+    /// Errors of the writer.
     pub fn write_csv(&self, mut out: impl std::io::Write) -> std::io::Result<()> {
         writeln!(
             out,
@@ -134,7 +133,7 @@ impl ReachabilityMap {
 }
 
 impl StoredLine {
-    /// The line, if its intervals and bands are finite, sorted and apart.
+    /// The line, if its intervals and bands are finite, sorted and disjoint.
     fn checked(self) -> Option<LineReachability> {
         let apart = |ends: &mut dyn Iterator<Item = (f64, f64)>| {
             let mut last = f64::NEG_INFINITY;

@@ -1,4 +1,4 @@
-//! Which lines a map holds: headings, planes and heights.
+//! The lines of a map: headings, planes and heights.
 
 use crate::error::{ReachabilityError, Result};
 use crate::line::Interval;
@@ -17,7 +17,7 @@ pub struct WallGrid {
     pub distances: Steps,
     /// Heights above the base, m.
     pub heights: Steps,
-    /// The part along the wall that counts, m; all of it without one.
+    /// The part along the wall to use, m; `None` for all of it.
     pub span_m: Option<Interval>,
 }
 
@@ -39,11 +39,10 @@ impl WallGrid {
             .collect()
     }
 
-    /// One wall of a room: only its plane, only its heights.
+    /// One wall of a room: one plane and its heights.
     ///
-    /// `point_m` and `normal` (towards the person) in the arm's base frame; `heights` from the
-    /// wall's lower to its upper border, with a line on both borders and lines between them no more
-    /// than `step_m` apart.
+    /// `point_m` and `normal` (towards the person) in the arm's base frame; `heights` from the wall's
+    /// lower to its upper border, with a line on both borders and lines at most `step_m` apart.
     ///
     /// # Errors
     /// NaN or infinity, a normal that is not horizontal, a step that is not positive.
@@ -69,8 +68,7 @@ impl WallGrid {
         })
     }
 
-    /// The same walls, ending on the left and on the right: from the smallest to the largest place
-    /// along the wall of these points (corners of a wall, base frame, m).
+    /// The same walls, limited to the extent of these points along the wall (corners of a wall, base frame, m).
     ///
     /// # Errors
     /// No points, NaN or infinity.
@@ -91,7 +89,7 @@ impl WallGrid {
         }
     }
 
-    /// How many lines.
+    /// Number of lines.
     #[must_use]
     pub fn line_count(&self) -> usize {
         self.distances.count() * self.heights.count()
@@ -116,12 +114,12 @@ impl WallGrid {
     }
 }
 
-/// The lines of a grid among those of a map.
+/// The lines of one grid within a map.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct GridLines {
     pub(crate) grid: WallGrid,
     pub(crate) normal: DVec3,
-    /// Number of its first line.
+    /// Index of its first line.
     pub(crate) first: usize,
 }
 
@@ -143,7 +141,7 @@ impl GridLines {
         Some([plane, self.grid.heights.nearest(point_m.z)?])
     }
 
-    /// Number of a line.
+    /// Index of a line.
     #[inline]
     pub(crate) fn number(&self, [plane, height]: [usize; 2]) -> usize {
         self.first + plane * self.grid.heights.count() + height

@@ -1,8 +1,7 @@
-//! Boxes that the arm's load must stay out of: a pedestal, a table, the person's safety zone.
+//! Boxes that the carried load must not enter: a pedestal, a table, the person's safety zone.
 //!
-//! What is carried moves along a [`WallLine`] without turning, so it overlaps a box exactly while
-//! the tool point is inside the box grown by the mirrored body (their Minkowski difference): a
-//! zonotope, which a capsule rounds by a ball (`zonotope.rs`).
+//! The load moves along a [`WallLine`] without rotation, so it overlaps a box exactly while the tool point
+//! is inside their Minkowski difference: a zonotope, for a capsule extended by a ball (`zonotope.rs`).
 
 use super::zonotope::{Path, Zonotope, hull};
 use crate::error::{ReachabilityError, Result};
@@ -13,11 +12,11 @@ use hwall_kinematics::Pose;
 use hwall_numeric::check::{all_finite, finite, non_negative, positive};
 use serde::{Deserialize, Serialize};
 
-/// An overlap that is less deep than this, relative to the distances it is computed from, counts as
-/// none: a few hundred roundings, so that bodies placed face to face by other formulas only touch.
+/// An overlap shallower than this, relative to the distances involved, counts as none: a few
+/// hundred roundings, so that bodies placed face to face by other formulas only touch.
 const ROUNDING: f64 = 1e-13;
 
-/// A solid box, fixed in the base frame, that nothing carried may overlap.
+/// A solid box, fixed in the base frame, that the load must not overlap.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "(String, Pose, DVec3)", into = "(String, Pose, DVec3)")]
 pub struct KeepOutBox {
@@ -43,7 +42,7 @@ impl KeepOutBox {
     /// The box with the given centre and axes, and half of its extent along each axis, m.
     ///
     /// # Errors
-    /// A half extent that is NaN, infinite or not positive: a flat box has no inside to keep out of.
+    /// A half extent that is NaN, infinite or not positive: a flat box has no interior.
     pub fn new(
         name: impl Into<String>,
         base_from_box: Pose,
@@ -68,8 +67,8 @@ impl KeepOutBox {
         Self::new(name, centre, max_m * 0.5 - min_m * 0.5)
     }
 
-    /// What the base stands on: centred below it, its top at z = 0; half of its extents along the
-    /// base's x and y axes and its full height, m.
+    /// The pedestal of the base: centred below it, top at z = 0; half extents along the base's x
+    /// and y axes and full height, m.
     ///
     /// # Errors
     /// NaN, infinity or a size that is not positive.
@@ -88,11 +87,11 @@ impl KeepOutBox {
         &self.name
     }
 
-    /// Where on a line the load would overlap the box: sorted, disjoint **open** intervals of s, m,
-    /// at most one for each carried body. At their ends the load touches the box, which is allowed.
+    /// Where the load would overlap the box on a line: sorted, disjoint **open** intervals of s, m,
+    /// at most one per carried body. At their ends the load touches the box, which is allowed.
     ///
-    /// Error: the ends are exact for a load moved by at most 1e-13 of the sum of all distances
-    /// involved (below 1e-12 m beside a table-top arm). An overlap less deep than that counts as none.
+    /// Error: the ends are exact for a load displaced by at most 1e-13 of the sum of all distances
+    /// involved (below 1e-12 m for a table-top arm). A shallower overlap counts as none.
     ///
     /// # Errors
     /// NaN or infinity, a negative size, a plate without width or height.
@@ -126,7 +125,7 @@ impl KeepOutBox {
         Ok(blocked)
     }
 
-    /// For the plate, and for the last link or (with nothing carried) the tool point.
+    /// For the plate, and for the last link or (if nothing is carried) the tool point.
     fn overlaps(
         &self,
         carried: &Carried,
@@ -136,7 +135,7 @@ impl KeepOutBox {
         carried.validate()?;
         let centre = self.base_from_box.position_m();
         let norm = |v: DVec3| v.abs().element_sum();
-        // Lengths are counted in this unit, so that no square overflows and tolerances are plain.
+        // Lengths are divided by this unit, so that no square overflows and tolerances are relative.
         let unit_m = norm(tool.start) + norm(centre) + norm(self.half_extents_m) + carried.size_m();
         finite("sum of the distances to a keep-out box", unit_m)?;
         let path_of = |middle: DVec3| Path {
@@ -177,7 +176,7 @@ impl KeepOutBox {
     }
 }
 
-/// What moves rigidly with the tool frame; by default nothing, and the tool point itself is tested.
+/// Bodies fixed to the tool frame; by default none, and the tool point itself is tested.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Carried {
     /// The board, if it counts.
@@ -206,7 +205,7 @@ impl Carried {
         Ok(())
     }
 
-    /// No part is further from the tool point, m.
+    /// Bound on the distance of all parts from the tool point, m.
     fn size_m(&self) -> f64 {
         let plate = self
             .plate
@@ -261,7 +260,7 @@ impl Capsule {
     /// Unit vector along the segment (any, if its ends coincide) and half of its length.
     fn direction_and_half_m(&self) -> (DVec3, f64) {
         let half = self.ends_m[1] * 0.5 - self.ends_m[0] * 0.5;
-        // Scaled first, so that tiny and huge segments keep their digits when squared.
+        // Scale first, so that squares of tiny and huge segments keep their digits.
         let largest = half.abs().max_element();
         let scaled = half / largest;
         if !scaled.is_finite() {
@@ -271,16 +270,16 @@ impl Capsule {
     }
 }
 
-/// A box, and what must not overlap it.
+/// A box, and the bodies that must not overlap it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct KeepOut {
     /// The box.
     pub solid: KeepOutBox,
-    /// What is carried past it.
+    /// The bodies carried past it.
     pub carried: Carried,
 }
 
-/// Where on a line some box is overlapped, at any of these rolls.
+/// Where some box is overlapped on a line, at any of these rolls.
 pub(super) fn blocked(
     keep_out: &[KeepOut],
     line: &WallLine,

@@ -1,4 +1,4 @@
-//! The lines of whole walls, solved once and looked up.
+//! The lines of whole walls, solved once for look-ups.
 
 mod file;
 mod grid;

@@ -11,15 +11,15 @@ use hwall_numeric::check::{finite, positive};
 use std::io::Cursor;
 use std::path::Path;
 
-/// More pixels in all layers together are refused: a gigabyte for each channel.
+/// Maximum number of pixels in all layers together: a gigabyte per channel.
 const MOST_PIXELS: u128 = 1 << 28;
 
-/// How a map becomes a picture.
+/// Settings of a picture of a map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PictureConfig {
-    /// Length along the wall that a pixel stands for, m; default 0.01.
+    /// Length along the wall per pixel, m; default 0.01.
     pub pixel_m: f64,
-    /// Places along the wall, m; by default the length of the stretched arm to both sides.
+    /// Range along the wall, m; by default the length of the stretched arm to both sides.
     pub span_m: Option<Interval>,
 }
 
@@ -36,10 +36,10 @@ impl ReachabilityMap {
     /// The map as an OpenEXR file in memory: a layer `wall1.plane00` and so on for each plane
     /// (walls count from 1, planes from 0), with a row for each height, the highest on top.
     ///
-    /// Channels (f32): `reachable`, the share of the pixel's stretch of the wall that is
-    /// reachable, and `unproven`, the share without proof. Each layer's comment holds lines
-    /// `name = value` that say where it is (heading_rad, distance_m, first_height_m, height_step_m,
-    /// first_s_m, s_step_m; metres and radians). The same map gives the same bytes.
+    /// Channels (f32): `reachable`, the reachable fraction of the pixel's stretch of the wall, and
+    /// `unproven`, the unproven fraction. Each layer's comment has lines `name = value` with its
+    /// location (heading_rad, distance_m, first_height_m, height_step_m, first_s_m, s_step_m;
+    /// metres and radians). The same map gives the same bytes.
     ///
     /// # Errors
     /// A pixel that is not positive, an empty or NaN span, too many pixels.
@@ -49,7 +49,7 @@ impl ReachabilityMap {
         let span = config.span_m.unwrap_or(Interval::new(-longest, longest));
         finite("start of the picture", span.lo_m)?;
         positive("length of the picture", span.length_m())?;
-        // A last pixel whose width is only rounding is left out.
+        // Omit a last pixel whose width is only rounding.
         let columns = finite("pixels", (span.length_m() / pixel_m - 1e-9).ceil().max(1.0))?;
         let rows: u128 = self.walls().map(|wall| wall.line_count() as u128).sum();
         let count = (columns as u128).saturating_mul(rows);
@@ -76,7 +76,7 @@ impl ReachabilityMap {
         let attributes = ImageAttributes::with_size((grid.columns, tallest));
         let image = Image::from_layers(attributes, layers);
         let mut bytes = Cursor::new(Vec::new());
-        // Written to memory by one thread, so that the blocks are always in the same order.
+        // Written by one thread, so that the blocks are always in the same order.
         let written = image.write().non_parallel().to_buffered(&mut bytes);
         written.map_err(|error| ReachabilityError::Picture {
             message: error.to_string(),
@@ -121,7 +121,7 @@ impl ReachabilityMap {
             "hwall-reachability ",
             env!("CARGO_PKG_VERSION")
         )));
-        // One text, because the order of separate attributes in the file would change from run to run.
+        // One text: the order of separate attributes in the file would change between runs.
         let step = heights.spacing_m() * if rising { 1.0 } else { -1.0 };
         let comment = format!(
             "heading_rad = {}\ndistance_m = {}\nfirst_height_m = {}\nheight_step_m = {step}\n\
@@ -157,7 +157,7 @@ struct Raster {
 }
 
 impl Raster {
-    /// Appends the share of each pixel that sorted, disjoint spans cover.
+    /// Appends the fraction of each pixel covered by sorted, disjoint spans.
     fn draw(&self, spans: &[Interval], row: &mut Vec<f32>) {
         let start = row.len();
         row.resize(start + self.columns, 0.0);

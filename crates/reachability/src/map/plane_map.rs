@@ -8,9 +8,9 @@ use crate::wall::WallPoint;
 use glam::DVec3;
 use hwall_kinematics::SrsArm;
 
-/// What an arm reaches of a table top, a ramp or a leaning wall: lines along the plane, exact and proven each.
+/// The reachable part of a table top, a ramp or an inclined wall: lines along the plane, each exact and proven.
 ///
-/// The symmetry that lets maps of vertical walls share their lines does not hold here, so each line is solved by itself.
+/// Unlike in maps of vertical walls there is no symmetry between lines, so each line is solved separately.
 ///
 /// ```
 /// use glam::DVec3;
@@ -39,7 +39,7 @@ impl PlaneMap {
     /// Solves the lines at these distances up the plane.
     ///
     /// # Errors
-    /// What [`ExactSolver::new`] and [`ExactSolver::plane_line`] refuse.
+    /// As [`ExactSolver::new`] and [`ExactSolver::plane_line`].
     pub fn build(arm: &SrsArm, config: &ExactConfig, plane: Plane, heights: Steps) -> Result<Self> {
         let solver = ExactSolver::new(arm, config)?;
         let lines = heights
@@ -59,14 +59,14 @@ impl PlaneMap {
         &self.plane
     }
 
-    /// Every line with what is reachable of it.
+    /// Every line with its reachable part.
     pub fn lines(&self) -> impl Iterator<Item = (PlaneLine, &LineReachability)> {
         let lines = self.heights.iter().map(|height| self.plane.line(height));
         lines.zip(&self.lines)
     }
 
-    /// Can a board be held at the point of the plane nearest to this one, as the nearest line has it? `None` more than half
-    /// a step beyond the lines, or for NaN.
+    /// Whether a board can be held at the projection of this point on the plane, according to the nearest line. `None` more
+    /// than half a step beyond the lines, or for NaN.
     #[must_use]
     pub fn look_up(&self, point_m: DVec3) -> Option<bool> {
         let WallPoint { s_m, z_m } = self.plane.project(point_m).at;
@@ -75,7 +75,7 @@ impl PlaneMap {
     }
 
     /// Reachable area between the first line and the last, m²: the lines' lengths by the trapezoidal rule, so the border
-    /// lines count half and one line alone has none. Error: at an edge that leans, of second order in the step.
+    /// lines count half and a single line gives 0. Error: second order in the step at an inclined edge.
     #[must_use]
     pub fn area_m2(&self) -> f64 {
         let lengths = self.lines.iter().map(LineReachability::length_m);

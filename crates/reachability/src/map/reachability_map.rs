@@ -13,11 +13,11 @@ use crate::wall::{WallLine, WallPlane, WallPoint};
 use glam::DVec3;
 use hwall_kinematics::SrsArm;
 
-/// Square of the cosine of the angle within which a look-up finds walls: half of the
-/// dissertation's 15 degrees, and a little more for rounding.
+/// Square of the cosine of the largest angle between wall and query normals in a look-up: half of
+/// the dissertation's 15 degrees, plus a little for rounding.
 pub(crate) const LEAST_COSINE_SQUARED: f64 = 0.982_962;
 
-/// One line of a map: which wall, plane and height.
+/// One line of a map: wall, plane and height.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct LineIndex {
     /// Wall, in the order of the grids.
@@ -28,14 +28,14 @@ pub struct LineIndex {
     pub height: usize,
 }
 
-/// What a look-up found.
+/// Result of a look-up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LookUp {
     /// The nearest line.
     pub line: LineIndex,
-    /// Place along the line, m.
+    /// Position along the line, m.
     pub s_m: f64,
-    /// Is it in one of the line's intervals?
+    /// True if it is in one of the line's intervals.
     pub reachable: bool,
 }
 
@@ -44,18 +44,18 @@ pub struct LookUp {
 pub struct MapLengths {
     /// Reachable, m.
     pub reachable_m: f64,
-    /// Without proof, m.
+    /// Unproven, m.
     pub unknown_m: f64,
 }
 
-/// How a map was made.
+/// How a map was built.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct BuildReport {
     /// Lines in the map.
     pub lines: usize,
     /// Lines that were solved; the others are images of these.
     pub solved: usize,
-    /// Of those, lines that symmetry could not answer, each solved by itself.
+    /// Lines that symmetry could not decide, each solved separately.
     pub singly: usize,
 }
 
@@ -80,9 +80,9 @@ pub struct ReachabilityMap {
     arm: SrsArm,
     config: ExactConfig,
     walls: Vec<GridLines>,
-    /// x and y of the walls' normals, side by side for look-ups.
+    /// x and y of the walls' normals, contiguous for look-ups.
     normals: Vec<[f64; 2]>,
-    /// Where the intervals and the bands of each line begin; one more than there are lines.
+    /// Start of the intervals and the bands of each line; one entry more than lines.
     starts: Vec<[u32; 2]>,
     intervals: Vec<ReachableInterval>,
     unknown: Vec<Interval>,
@@ -90,7 +90,7 @@ pub struct ReachabilityMap {
     report: BuildReport,
 }
 
-/// Equal in everything but how they were made.
+/// Compares everything except the build report.
 impl PartialEq for ReachabilityMap {
     fn eq(&self, other: &Self) -> bool {
         (&self.arm, &self.config, &self.walls, &self.starts)
@@ -104,12 +104,12 @@ impl ReachabilityMap {
     /// Solves all lines. The result does not depend on the number of threads.
     ///
     /// # Errors
-    /// A configuration or grid that makes no sense, or more lines than fit.
+    /// An invalid configuration or grid, or too many lines.
     pub fn build(arm: &SrsArm, config: &ExactConfig, walls: Vec<WallGrid>) -> Result<Self> {
         Self::build_monitored(arm, config, walls, &silent)
     }
 
-    /// As [`build`](Self::build), with reports of its progress; the monitor can cancel it.
+    /// As [`build`](Self::build), with progress reports; the monitor can cancel it.
     ///
     /// # Errors
     /// As [`build`](Self::build), or [`ReachabilityError::Cancelled`].
@@ -130,8 +130,7 @@ impl ReachabilityMap {
         Ok(map)
     }
 
-    /// From lines in the order of the grids, as many as those have, already without what the boxes
-    /// to keep out of block.
+    /// From all lines of the grids in their order, with the parts blocked by keep-out boxes already removed.
     pub(super) fn from_lines(
         arm: &SrsArm,
         config: &ExactConfig,
@@ -169,12 +168,12 @@ impl ReachabilityMap {
         })
     }
 
-    /// The map without the places where what is carried would overlap a box, in closed form. A
-    /// place stays only if the load is clear of the boxes at every roll of the map's configuration;
-    /// with a free roll, a board counts as the square around its turning circle.
+    /// Removes the points where the load would overlap a box, in closed form. A point stays only if
+    /// the load is clear of the boxes at every roll of the map's configuration; with a free roll, a
+    /// board counts as the square around its circumscribed circle.
     ///
     /// # Errors
-    /// NaN or infinity in what is carried, or a map where any part of the board counts.
+    /// NaN or infinity in the load, or a map where any part of the board counts.
     pub fn with_keep_out(self, boxes: Vec<KeepOutBox>, carried: Carried) -> Result<Self> {
         if self.config.board_part != BoardPart::Middle {
             return Err(ReachabilityError::NotBoardMiddle);
@@ -213,31 +212,31 @@ impl ReachabilityMap {
         Ok(map)
     }
 
-    /// The boxes that it keeps out of, each with what is carried past it.
+    /// The keep-out boxes, each with the bodies carried past it.
     #[must_use]
     pub fn keep_out(&self) -> &[KeepOut] {
         &self.keep_out
     }
 
-    /// The arm it was made for, with its tool.
+    /// The arm of the map, with its tool.
     #[must_use]
     pub const fn arm(&self) -> &SrsArm {
         &self.arm
     }
 
-    /// What the solver was asked for.
+    /// Settings of the solver.
     #[must_use]
     pub const fn config(&self) -> &ExactConfig {
         &self.config
     }
 
-    /// How it was made; empty for a map from a file.
+    /// How the map was built; empty for a map from a file.
     #[must_use]
     pub const fn report(&self) -> BuildReport {
         self.report
     }
 
-    /// The solver behind it, for lines that it does not hold.
+    /// The solver, for lines that are not in the map.
     #[must_use]
     pub const fn solver(&self) -> &ExactSolver {
         &self.solver
@@ -268,7 +267,7 @@ impl ReachabilityMap {
         })
     }
 
-    /// Where a line is; `None` for an index that the map does not hold.
+    /// The geometry of a line; `None` for an index that is not in the map.
     #[must_use]
     pub fn line(&self, index: LineIndex) -> Option<WallLine> {
         self.flat(index)?;
@@ -277,7 +276,7 @@ impl ReachabilityMap {
         Some(plane.line(grid.heights.at(index.height)))
     }
 
-    /// The reachable intervals of a line, sorted; none for an index that the map does not hold.
+    /// The reachable intervals of a line, sorted; empty for an index that is not in the map.
     #[inline]
     #[must_use]
     pub fn intervals(&self, index: LineIndex) -> &[ReachableInterval] {
@@ -287,7 +286,7 @@ impl ReachabilityMap {
         }
     }
 
-    /// The bands of a line where nothing is proven, sorted.
+    /// The unproven bands of a line, sorted.
     #[must_use]
     pub fn unknown(&self, index: LineIndex) -> &[Interval] {
         match self.flat(index) {
@@ -299,13 +298,13 @@ impl ReachabilityMap {
     /// The dissertation's look-up: nearest orientation, plane and height, then the intervals.
     ///
     /// `point_m` and the wall's outward normal (about horizontal, any length) in the base frame.
-    /// `None` where no line is near: for a heading further than 7.5 degrees from all walls, more
-    /// than half a step outside the planes or heights, or for NaN. The verdict is that of the
-    /// nearest line: for the point itself see [`is_reachable`](Self::is_reachable).
+    /// `None` if no line is near: for a heading more than 7.5 degrees from all walls, more than
+    /// half a step outside the planes or heights, or for NaN. The verdict is that of the nearest
+    /// line; for the point itself use [`is_reachable`](Self::is_reachable).
     #[must_use]
     pub fn look_up(&self, point_m: DVec3, normal: DVec3) -> Option<LookUp> {
-        // The best heading first, without a branch in the loop; squared, so that a normal of any
-        // length will do. NaN and a normal without direction find nothing.
+        // First the best heading, without a branch in the loop; squared, so that the normal may
+        // have any length. NaN and a zero normal find nothing.
         let along = |n: &[f64; 2]| n[0] * normal.x + n[1] * normal.y;
         let (mut most, mut wall) = (0.0, usize::MAX);
         for (i, n) in self.normals.iter().enumerate() {
@@ -319,7 +318,7 @@ impl ReachabilityMap {
             return None;
         }
         let line = self.nearest_of(wall, point_m).or_else(|| {
-            // Others may hold the plane where that one does not: walls of a scene share headings.
+            // If it does not have the plane, another wall may: walls of a scene share headings.
             let others = (0..self.walls.len()).filter(|&i| is_near(along(&self.normals[i])));
             let found = others.filter_map(|i| Some((i, self.nearest_of(i, point_m)?)));
             let best = found.max_by(|(i, _), (j, _)| {
@@ -337,7 +336,7 @@ impl ReachabilityMap {
         })
     }
 
-    /// The exact verdict at the point itself, on the wall through it: no nearest line involved.
+    /// The exact verdict at the point itself, on the wall through it, not at the nearest line.
     ///
     /// # Errors
     /// NaN or infinity, a normal that is not horizontal.
@@ -353,11 +352,11 @@ impl ReachabilityMap {
         Ok(!blocked.iter().any(inside))
     }
 
-    /// The reachable point of a plane's lines that is nearest to `at`: at most half the spacing
-    /// of the heights further than the nearest point of the plane. `None` where none is reachable.
+    /// The reachable point nearest to `at` on a plane's lines: farther than the nearest point of
+    /// the plane by at most half the height spacing. `None` if none is reachable.
     ///
     /// It stays `inset_m` away from the ends of its interval (in the middle of a shorter one), so
-    /// that a board sent there is not at its very limit.
+    /// that the arm is not exactly at a limit there.
     #[must_use]
     pub fn nearest_on_lines(
         &self,
@@ -398,7 +397,7 @@ impl ReachabilityMap {
         }
     }
 
-    /// Memory held, bytes.
+    /// Memory used, bytes.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
         size_of_val(&*self.starts)

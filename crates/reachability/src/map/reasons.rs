@@ -12,7 +12,7 @@ pub struct ReachabilityReasons {
     counts: [usize; NAMES.len()],
 }
 
-/// What the counts count: names as in [`Unreachable::name`](hwall_kinematics::Unreachable::name), and any other reason.
+/// Names of the counts: those of [`Unreachable::name`](hwall_kinematics::Unreachable::name), and any other reason.
 const NAMES: [&str; 8] = [
     "reachable",
     "too_far",
@@ -24,15 +24,13 @@ const NAMES: [&str; 8] = [
     "other",
 ];
 
-/// More samples than this are refused.
+/// Maximum number of samples.
 const MOST_SAMPLES: u128 = 100_000_000;
 
 impl ReachabilityReasons {
-    /// Takes the verdict at points `spacing_m` apart, over the intervals `s` along the wall and `z`
-    /// of heights.
+    /// Samples verdicts at points `spacing_m` apart, over the intervals `s` along the wall and `z` of heights.
     ///
-    /// Where the solver has a choice of rolls the first one gives the reason; a point that is
-    /// reachable at any of them counts as reachable.
+    /// With several rolls the first one gives the reason; a point that is reachable at any of them counts as reachable.
     ///
     /// # Errors
     /// NaN or infinity, a spacing that is not positive, or more than 1e8 points.
@@ -77,7 +75,7 @@ impl ReachabilityReasons {
         Ok(reasons)
     }
 
-    /// Points in all.
+    /// Total number of points.
     #[must_use]
     pub fn total(&self) -> usize {
         self.counts.iter().sum()

@@ -1,8 +1,7 @@
-//! Lines that are solved once and stand for many: turned about the base's axis, and mirrored.
+//! Lines that are solved once and represent many: rotated about the base axis, and mirrored.
 //!
-//! A line is solved for the family of arms of all its images (`line/images.rs`). Where the narrowest and the widest of
-//! them agree, which is nearly everywhere, the line stands for all of its images; where they do not, each image is solved
-//! by itself.
+//! A line is solved for the family of arms of all its images (`line/images.rs`). Where the narrowest and the widest of them
+//! agree, which is nearly everywhere, the line represents all of its images; elsewhere each image is solved separately.
 
 use super::grid::{WallGrid, checked_line_count};
 use crate::error::Result;
@@ -12,15 +11,15 @@ use crate::wall::WallPlane;
 use hwall_kinematics::SrsArm;
 use std::collections::HashMap;
 
-/// Every line of the grids in their order, and how many had to be solved.
+/// Every line of the grids in their order, and the number of lines solved.
 pub(super) struct Solved {
     pub(super) lines: Vec<LineReachability>,
     pub(super) solved: usize,
-    /// Of those, lines that the symmetry did not answer.
+    /// Lines that symmetry did not decide.
     pub(super) singly: usize,
 }
 
-/// A line that stands for others: its sector (see [`sectors`]), distance and height.
+/// A line that represents others: its sector (see [`sectors`]), distance and height.
 struct Task {
     sector: usize,
     distance_m: f64,
@@ -36,7 +35,7 @@ pub(super) fn solve(
 ) -> Result<Solved> {
     let count = checked_line_count(walls)?;
     let direct = ExactSolver::new(arm, config)?;
-    // Which line stands for which.
+    // Map each line to its representative.
     let mut keys: HashMap<(usize, u64, u64), usize> = HashMap::new();
     let mut tasks: Vec<Task> = Vec::new();
     let mut task_of = Vec::with_capacity(count);
@@ -57,11 +56,10 @@ pub(super) fn solve(
             }
         }
     }
-    // First with the mirror, then without it what that leaves open.
+    // First with the mirror; then, for undecided lines, without it.
     let mut reduced: Vec<Option<LineReachability>> = vec![None; tasks.len()];
     let mut solved = 0;
-    // Families do not help where a height or a roll is searched: where their arms differ, the search
-    // would go on for ever.
+    // Families do not help if a height or a roll is searched: where their arms differ, the search would not end.
     let stages: &[bool] = if direct.family().is_free() {
         &[]
     } else if direct.has_mirror() {
@@ -86,7 +84,7 @@ pub(super) fn solve(
         }
     }
 
-    // The images that the symmetry leaves open.
+    // The images that symmetry leaves undecided.
     let mut open = Vec::new();
     let mut next = 0;
     for wall in walls {
@@ -123,7 +121,7 @@ pub(super) fn solve(
     })
 }
 
-/// One solver for each sector; `None` where the images have no angle of some joint in common.
+/// One solver per sector; `None` if the images share no angle of some joint.
 fn families(
     direct: &ExactSolver,
     headings: &[f64],

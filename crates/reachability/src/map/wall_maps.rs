@@ -1,4 +1,4 @@
-//! A room's walls, and the nearest place of each where the arm can hold the board.
+//! A room's walls, and the nearest point on each where the arm can hold the board.
 
 use super::grid::WallGrid;
 use super::reachability_map::{LineIndex, ReachabilityMap};
@@ -9,7 +9,7 @@ use glam::DVec3;
 use hwall_kinematics::SrsArm;
 use hwall_numeric::check::{finite, non_negative};
 
-/// A flat vertical part of a room's surface, base frame.
+/// A flat vertical facet of a room, base frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WallFacet {
     /// Any point of its plane, m.
@@ -18,19 +18,18 @@ pub struct WallFacet {
     pub normal: DVec3,
     /// Heights from its lower to its upper border, m.
     pub heights: Interval,
-    /// Its corners, m: only how far they lie along the wall counts.
+    /// Its corners, m: only their extent along the wall is used.
     pub outline_m: Vec<DVec3>,
 }
 
-/// How walls are mapped.
+/// Settings of the wall maps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WallMapsConfig {
     /// Largest distance between the lines of a wall, m; default 0.025.
     pub spacing_m: f64,
-    /// A place that stands in for one out of reach stays this far away from the ends of its
-    /// reachable stretch, m; default 0.005.
+    /// A substitute for an unreachable point stays this far inside the ends of its reachable stretch, m; default 0.005.
     pub inset_m: f64,
-    /// What each line is asked for; by default any quarter turn of the board.
+    /// Settings of the exact solver; by default any quarter turn of the board.
     pub exact: ExactConfig,
 }
 
@@ -47,15 +46,14 @@ impl Default for WallMapsConfig {
     }
 }
 
-/// Where the board can be presented for a place on a wall.
+/// Where the board can be presented for a point on a wall.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Presented {
-    /// At the place itself.
+    /// At the point itself.
     Reachable,
-    /// Not there, but at this place of the same wall, the nearest on its lines; m.
+    /// Not there, but at this point of the same wall, the nearest on its lines; m.
     Nearest(DVec3),
-    /// Nowhere on that wall, or the place is on none of the walls, or above or below all that the
-    /// arm could reach of them.
+    /// Nowhere on that wall, or the point is on none of the walls, or above or below everything reachable on them.
     Unknown,
 }
 
@@ -80,18 +78,18 @@ pub enum Presented {
 /// # Ok::<(), hwall_reachability::ReachabilityError>(())
 /// ```
 ///
-/// The default holds no wall: every place is [`Presented::Unknown`], as for an arm without a closed form.
+/// The default has no walls: every point is [`Presented::Unknown`], as for an arm without a closed form.
 #[derive(Debug, Clone, Default)]
 pub struct WallMaps {
-    /// `None` where no wall is near enough.
+    /// `None` if no wall is near enough.
     map: Option<ReachabilityMap>,
     facets: Vec<WallFacet>,
     inset_m: f64,
 }
 
 impl WallMaps {
-    /// Maps of the facets that lie within the arm's length: only their planes, heights and widths,
-    /// from both sides, because a facet does not say from which side it is touched.
+    /// Maps of the facets within the arm's length: only their planes, heights and widths, from both
+    /// sides, because a facet does not define which side is touched.
     ///
     /// # Errors
     /// A facet that is not finite, not vertical or without an outline, a setting outside its range,
@@ -104,7 +102,7 @@ impl WallMaps {
         let mut walls = Vec::new();
         let mut near = Vec::new();
         for facet in facets {
-            // Here, because clipping would hide NaN.
+            // Checked here, because clipping would hide NaN.
             finite("lower border", facet.heights.lo_m)?;
             finite("upper border", facet.heights.hi_m)?;
             let heights = Interval::new(
@@ -136,29 +134,28 @@ impl WallMaps {
         })
     }
 
-    /// The map of all walls, two for each facet; `None` where no facet is near enough.
+    /// The map of all walls, two per facet; `None` if no facet is near enough.
     #[must_use]
     pub const fn map(&self) -> Option<&ReachabilityMap> {
         self.map.as_ref()
     }
 
-    /// The facets that were near enough, as they were given.
+    /// The given facets that are near enough.
     #[must_use]
     pub fn facets(&self) -> &[WallFacet] {
         &self.facets
     }
 
-    /// Where the board can be for a place on a wall and the wall's normal towards the person.
+    /// Where the board can be presented for a point on a wall, given the wall's normal towards the person.
     ///
-    /// The answer comes from the nearest line first; where that line is out of reach at the place,
-    /// the place itself is asked for.
+    /// Checks the nearest line first; if it is not reachable there, checks the point itself.
     #[must_use]
     pub fn present(&self, point_m: DVec3, normal: DVec3) -> Presented {
         let looked_up = |map: &ReachabilityMap| map.look_up(point_m, normal);
         let Some((map, found)) = self.map.as_ref().and_then(|m| Some((m, looked_up(m)?))) else {
             return Presented::Unknown;
         };
-        // An error is a normal that leans too much to be a wall's: the nearest line still stands in.
+        // An error means that the normal is too inclined for a wall: use the nearest line instead.
         if found.reachable || map.is_reachable(point_m, normal).unwrap_or(false) {
             return Presented::Reachable;
         }
@@ -171,7 +168,7 @@ impl WallMaps {
         }
     }
 
-    /// Reachable stretches of all lines by their ends, base frame, m; for drawing.
+    /// Ends of the reachable stretches of all lines, base frame, m; for drawing.
     #[must_use]
     pub fn stretches(&self) -> Vec<[DVec3; 2]> {
         let Some(map) = &self.map else {

@@ -1,17 +1,17 @@
-//! The part of a straight path inside a box grown by a carried body.
+//! The part of a straight path inside a box extended by a carried body.
 //!
-//! Grown by a plate or by a segment, a box is a zonotope: an intersection of slabs whose normals are
-//! the cross products of its edge directions, two at a time. Those are the axes of the
-//! separating-axis test: 15 for a plate, 6 for a segment, 3 for a point. Each slab cuts the line in
-//! closed form. A capsule rounds the zonotope by a ball; the line is then cut with the moved faces,
-//! with a cylinder about each edge and a ball about each corner, whose union it is.
+//! A box extended by a plate or a segment is a zonotope: an intersection of slabs whose normals are
+//! the pairwise cross products of its edge directions. Those are the axes of the separating-axis
+//! test: 15 for a plate, 6 for a segment, 3 for a point. Each slab cuts the line in closed form. A
+//! capsule extends the zonotope by a ball; the line is then cut with the union of the moved faces, a
+//! cylinder around each edge and a ball around each corner.
 //!
 //! Source of the axes: Gottschalk, Lin and Manocha 1996, "OBBTree", section 5.
 
 use crate::line::Interval;
 use glam::DVec3;
 
-/// Directions with a smaller sine between them are parallel; they differ by rounding only.
+/// Directions with a smaller sine between them count as parallel; they differ only by rounding.
 const PARALLEL: f64 = 1e-14;
 
 const ALL: Interval = Interval::new(f64::NEG_INFINITY, f64::INFINITY);
@@ -35,8 +35,8 @@ impl<const N: usize> Zonotope<N> {
     fn normals(&self) -> impl Iterator<Item = DVec3> + '_ {
         (0..N).flat_map(move |i| {
             (i + 1..N).filter_map(move |j| {
-                // Nearly parallel directions span no face of their own. Just above the threshold
-                // the normal is mostly rounding, yet a slab with any normal holds the zonotope.
+                // Nearly parallel directions span no face. Just above the threshold the normal is
+                // mostly rounding, but a slab with any normal contains the zonotope.
                 let normal = self.directions[i].cross(self.directions[j]);
                 let sine = normal.length();
                 (sine > PARALLEL).then(|| normal / sine)
@@ -58,7 +58,7 @@ impl<const N: usize> Zonotope<N> {
     }
 
     /// Calls `visit` with every sum of plus or minus all half edges except `left_out`: each corner,
-    /// or the middle of each edge along that direction (and some points within).
+    /// or the middle of each edge along that direction (and some interior points).
     fn for_corners(&self, left_out: Option<usize>, mut visit: impl FnMut(DVec3)) {
         let others = (0..N).filter(|i| Some(*i) != left_out);
         for signs in 0..1_u32 << others.clone().count() {
@@ -74,8 +74,8 @@ impl<const N: usize> Zonotope<N> {
 impl Zonotope<4> {
     /// The path within `radius` of the zonotope.
     ///
-    /// That set is the union of the pieces below. It is convex, so the hull of what the pieces cut
-    /// out of the path is exact, and pieces that lie deep inside do no harm.
+    /// That set is the union of the pieces below. It is convex, so the hull of the intersections of
+    /// the pieces with the path is exact, and interior pieces do no harm.
     pub(super) fn cut_rounded(&self, path: Path, radius: f64) -> Option<Interval> {
         // Moving the slabs outwards leaves the edges sharp: an outer bound, exact for radius 0.
         let outer = self.cut(path, radius)?;
@@ -133,7 +133,7 @@ fn ball(start: DVec3, step: DVec3, radius: f64) -> Option<Interval> {
     if rate <= PARALLEL {
         return (start.length() < radius).then_some(ALL);
     }
-    // From the nearest point: the textbook discriminant cancels far from the ball.
+    // Relative to the nearest point: the textbook discriminant cancels far from the ball.
     let nearest_s = -(start.dot(step) / rate) / rate;
     let distance = (start + step * nearest_s).length();
     let half = ((radius - distance) * (radius + distance)).sqrt() / rate;

@@ -1,11 +1,11 @@
-//! Climbing along a line within limits: the inner part of the optimization solver.
+//! Ascent along a line within limits: the inner part of the optimization solver.
 //!
-//! Feasible configurations form a manifold (the constraints) with borders (the limits). From a point
-//! of it the gradient of s is projected on the tangent space of the constraints among the joints that
-//! are not held at a limit; that space has a few dimensions only, so its Hessian is found by
-//! differences of projected gradients and a Newton step is made, within a trust radius and up to the
-//! first limit. Gauss-Newton steps lead back onto the manifold. A joint leaves its limit again where
-//! the sign of its multiplier says that s would then increase further.
+//! Feasible configurations form a manifold (the constraints) with boundaries (the limits). At a point
+//! of it, the gradient of s is projected on the tangent space of the constraints among the joints not
+//! held at a limit. That space has few dimensions, so the Hessian is computed by differences of
+//! projected gradients for a Newton step, within a trust radius and up to the first limit.
+//! Gauss-Newton steps return to the manifold. A joint leaves its limit when the sign of its
+//! multiplier shows that s would then increase further.
 
 use super::tangent::{Point, Tangent, least_step};
 use super::vector::{add, offset, square};
@@ -23,7 +23,7 @@ const DIFFERENCE_RAD: f64 = 1e-4;
 /// A projected gradient (lengths in arm lengths) below this counts as zero.
 const FLAT: f64 = 1e-11;
 
-/// One line of a wall and one arm: s to climb, constraints to keep.
+/// One line of a wall and one arm: maximize s under the constraints.
 pub(super) struct Ascent<'a> {
     chain: &'a Chain,
     limits: Vec<JointLimit>,
@@ -33,7 +33,7 @@ pub(super) struct Ascent<'a> {
     height_m: f64,
     /// Orientation of the board, or only its normal where the roll is free.
     board: Option<DMat3>,
-    /// Length of the arm, m: lengths are counted in it.
+    /// Length of the arm, m: the unit of lengths.
     size_m: f64,
     scratch: ChainScratch,
 }
@@ -41,7 +41,7 @@ pub(super) struct Ascent<'a> {
 /// Where an ascent ended.
 pub(super) struct AscentEnd {
     pub(super) q: Vec<f64>,
-    /// Is the projected gradient gone, and would no joint climb by leaving its limit?
+    /// True if the projected gradient is zero and no joint would increase s by leaving its limit.
     pub(super) stationary: bool,
 }
 
@@ -69,7 +69,7 @@ impl<'a> Ascent<'a> {
         &self.limits
     }
 
-    /// Place along the line, and how far off it the arm is: m and rad.
+    /// Position along the line, distance from the line and orientation error: m and rad.
     pub(super) fn measure(&self, q: &[f64]) -> Option<[f64; 3]> {
         let pose = self.chain.forward(q).ok()?;
         let (p, z) = (pose.position_m(), pose.rotation().z_axis);
@@ -93,7 +93,7 @@ impl<'a> Ascent<'a> {
             (self.normal.dot(p) - self.distance_m) * unit,
             (p.z - self.height_m) * unit,
         ];
-        // Axes about which the board may be turned wrongly.
+        // Orientation error of the board, as components about axes.
         let error = match self.board {
             Some(board) => rotation_vector(rotation * board.transpose()),
             None => self.normal.cross(rotation.z_axis),
@@ -102,7 +102,7 @@ impl<'a> Ascent<'a> {
         if self.board.is_some() {
             axes.push(self.normal);
         } else if rotation.z_axis.dot(self.normal) < 0.0 {
-            // Turned away: by the cross product alone the opposite normal would be right, too.
+            // Facing away: the cross product alone would accept the opposite normal, too.
             residual.extend([3.0 + error.dot(self.along), error.z]);
         }
         if residual.len() == 2 {
@@ -127,8 +127,8 @@ impl<'a> Ascent<'a> {
         })
     }
 
-    /// Leads a configuration onto the constraints by damped Gauss-Newton steps; joints that are
-    /// held stay, the others stop at their limits. False if that fails.
+    /// Moves a configuration onto the constraints by damped Gauss-Newton steps; held joints stay,
+    /// the others stop at their limits. False on failure.
     pub(super) fn restore(&mut self, q: &mut [f64], held: &[bool], most_steps: usize) -> bool {
         let mut damping = 1e-12;
         let Some(mut here) = self.at(q) else {
@@ -175,7 +175,7 @@ impl<'a> Ascent<'a> {
                     break;
                 }
             } else if error < 1e-26 {
-                // As good as rounding allows.
+                // Converged to rounding.
                 return true;
             } else {
                 damping = (20.0 * damping).max(1e-6);
@@ -187,7 +187,7 @@ impl<'a> Ascent<'a> {
         error < 1e-24
     }
 
-    /// Climbs from a point of the manifold, up (`sign` 1) or down (-1).
+    /// Ascends (`sign` 1) or descends (-1) from a point of the manifold.
     pub(super) fn climb(&mut self, start: &[f64], sign: f64, most_steps: usize) -> AscentEnd {
         let mut q = start.to_vec();
         let mut trust = TRUST_RAD;
@@ -198,7 +198,7 @@ impl<'a> Ascent<'a> {
                 return end(q, false);
             };
             let mut tangent = Tangent::new(&here, &held, sign);
-            // One joint at a time leaves its limit: the one that would climb most by it.
+            // One joint at a time leaves its limit: the one that increases s most.
             if let Some(joint) = tangent.would_climb(&here, &q, &held, &self.limits, sign) {
                 held[joint] = false;
                 tangent = Tangent::new(&here, &held, sign);
@@ -255,7 +255,7 @@ impl<'a> Ascent<'a> {
         for (i, z) in tangent.basis.iter().enumerate() {
             let mut sides = [-1.0, 1.0].map(|side| {
                 let mut moved = offset(q, z, side * DIFFERENCE_RAD);
-                // Without limits: half of the directions point outside of them.
+                // Without limits: half of the directions point outside them.
                 let restored = self.restore_freely(&mut moved, held);
                 restored
                     .then(|| self.at(&moved))
@@ -301,8 +301,8 @@ impl<'a> Ascent<'a> {
         true
     }
 
-    /// Goes along a direction up to the first limits and back onto the manifold; the new
-    /// configuration and the joints that met their limits, if that climbs.
+    /// Moves along a direction up to the first limits and back onto the manifold. Returns the new
+    /// configuration and the joints that reached their limits, if s improves.
     fn step(
         &mut self,
         q: &[f64],
@@ -345,7 +345,7 @@ impl<'a> Ascent<'a> {
         if !self.restore(&mut next, &holds, 12) {
             return None;
         }
-        // Restoring may have pushed further joints onto their limits.
+        // Restoring may have moved further joints onto their limits.
         let at = self.at_limits(&next);
         hit.extend((0..next.len()).filter(|&i| at[i] && !holds[i]));
         let there = self.at(&next)?;

@@ -1,4 +1,4 @@
-//! The lines of whole walls, for any arm.
+//! The lines of whole walls for any arm.
 
 use super::solver::{LineExtremes, OptimizationSolver};
 use crate::error::Result;
@@ -7,11 +7,11 @@ use crate::progress::{Monitor, Progress};
 use crate::wall::WallLine;
 use glam::DVec3;
 
-/// What a chain reaches of some walls: one interval a line, as optimization finds it.
+/// The reachable part of some walls for a chain: one interval per line, found by optimization.
 ///
-/// For arms with a closed form [`ReachabilityMap`](crate::ReachabilityMap) is exact and proven, and quicker by a factor of
-/// thousands. Here an end may be too near if no start led to the farthest, and a hole between the ends is not seen; what the
-/// map says is reachable at an end has a configuration that shows it ([`Extreme::q`](super::Extreme::q)).
+/// For arms with a closed form [`ReachabilityMap`](crate::ReachabilityMap) is exact, proven and thousands of times faster.
+/// Here an end may be too near if no start led to the farthest one, and holes between the ends are not detected. Each end
+/// has a configuration that reaches it ([`Extreme::q`](super::Extreme::q)).
 ///
 /// ```
 /// use glam::DVec3;
@@ -35,11 +35,12 @@ pub struct ChainMap {
 }
 
 impl ChainMap {
-    /// Solves all lines of the walls, those of a plane one after the other, so that the ends of one are starts for the next
-    /// ([`OptimizationSolver::sweep`]). The monitor hears of planes and can stop it.
+    /// Solves all lines of the walls, those of a plane in sequence, so that the ends of one are starts for the next
+    /// ([`OptimizationSolver::sweep`]). The monitor is called per plane and can cancel.
     ///
     /// # Errors
-    /// No walls, NaN or infinity in one, more lines than fit; [`ReachabilityError::Cancelled`](crate::ReachabilityError::Cancelled) where the monitor stops it.
+    /// No walls, NaN or infinity in one, more lines than fit; [`ReachabilityError::Cancelled`](crate::ReachabilityError::Cancelled) if the monitor
+    /// stops it.
     pub fn build(
         solver: &OptimizationSolver,
         walls: Vec<WallGrid>,
@@ -61,17 +62,17 @@ impl ChainMap {
         Ok(Self { walls: own, lines })
     }
 
-    /// Every line with its extremes, wall by wall, plane by plane, height by height; `None` where nothing was found.
+    /// Every line with its extremes, wall by wall, plane by plane, height by height; `None` if nothing was found.
     pub fn lines(&self) -> impl ExactSizeIterator<Item = (&WallLine, Option<&LineExtremes>)> {
         self.lines
             .iter()
             .map(|(line, found)| (line, found.as_ref()))
     }
 
-    /// Is the point within what was found of the nearest line? `point_m` and the wall's outward normal (about horizontal, any
-    /// length) in the base frame.
+    /// Whether the point is in the interval of the nearest line. `point_m` and the wall's outward normal (about horizontal,
+    /// any length) in the base frame.
     ///
-    /// `None` where no line is near: for a heading further than 7.5 degrees from all walls, more than half a step outside the
+    /// `None` if no line is near: for a heading more than 7.5 degrees from all walls, more than half a step outside the
     /// planes or heights, or for NaN. Beyond the ends of a wall nothing is reachable.
     #[must_use]
     pub fn look_up(&self, point_m: DVec3, normal: DVec3) -> Option<bool> {
@@ -87,7 +88,7 @@ impl ChainMap {
             let is_on_wall = wall.grid.span_m.is_none_or(|span| span.contains(s_m));
             (!s_m.is_nan()).then_some((is_on_wall, along(wall), line, s_m))
         });
-        // Of pieces of one plane, that which the point is on.
+        // If one plane has several pieces, use the one that contains the point.
         let (is_on_wall, _, line, s_m) =
             near.max_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)))?;
         let (_, found) = self.lines.get(line)?;
@@ -95,8 +96,8 @@ impl ChainMap {
         Some(is_on_wall && is_found)
     }
 
-    /// Area of what was found within the walls' ends and between their first and last heights, m², of all their planes: the
-    /// lines' lengths by the trapezoidal rule, as [`PlaneMap::area_m2`](crate::PlaneMap::area_m2) counts.
+    /// Area found within the walls' ends and between their first and last heights, m², over all planes: the lines' lengths
+    /// by the trapezoidal rule, as in [`PlaneMap::area_m2`](crate::PlaneMap::area_m2).
     #[must_use]
     pub fn area_m2(&self) -> f64 {
         let area = |wall: &GridLines| -> f64 {

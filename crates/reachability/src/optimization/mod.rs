@@ -1,4 +1,4 @@
-//! The extremes of lines, and of all lines of walls, by constrained optimization, for any arm.
+//! The extremes of lines and walls by constrained optimization, for any arm.
 
 mod ascent;
 mod chain_map;

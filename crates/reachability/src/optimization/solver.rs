@@ -1,13 +1,12 @@
-//! The dissertation's way: the extremes of a line by constrained optimization, for any arm.
+//! The dissertation's method: the extremes of a line by constrained optimization, for any arm.
 //!
-//! It maximises and minimises `p_y(q)` under five equality constraints, for orientation, plane and
-//! height, with the joint limits as bounds, from several starts ([H-Wall], IV.8). Restated here
-//! without the tangent of the heading: the place s along the line instead of `p_y`, `n · p = d`
-//! instead of `p_x - tan γ p_y`.
+//! It maximises and minimises `p_y(q)` under five equality constraints, for orientation, plane and height,
+//! with the joint limits as bounds, from several starts ([H-Wall], IV.8). Restated here without the tangent
+//! of the heading: the position s along the line instead of `p_y`, `n · p = d` instead of `p_x - tan γ p_y`.
 //!
-//! Its limits are those of the method: two extremes show no hole between them, a local optimum looks
-//! like the global one, and nothing is proven. [`ExactSolver`](crate::line::ExactSolver) has none of these limits, for S-R-S
-//! arms; this one takes any arm that has a forward map and a Jacobian.
+//! Limitations of the method: it does not detect holes between the two extremes, cannot tell a local from a global optimum,
+//! and proves nothing. For S-R-S arms [`ExactSolver`](crate::line::ExactSolver) has none of these limitations; this one
+//! works for any arm with forward kinematics and a Jacobian.
 
 use super::ascent::Ascent;
 use crate::error::{ReachabilityError, Result};
@@ -21,14 +20,14 @@ use rand_pcg::Pcg64Mcg;
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
-/// The largest number of starts of one line.
+/// Maximum number of starts per line.
 const MOST_STARTS: usize = 100_000;
 
 /// Settings of the optimization.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OptimizationConfig {
-    /// Random starts on each line, each followed both ways; default 5. More starts find more of the
-    /// extremes: see the speed-against-error table.
+    /// Random starts per line, each followed in both directions; default 5. More starts find more
+    /// of the extremes: see docs/SPEED-AGAINST-ERROR.md.
     pub starts: usize,
     /// Seed of the starts; the same seed gives the same bits. More starts with the same seed
     /// repeat the earlier ones first, so they never find less.
@@ -41,7 +40,7 @@ pub struct OptimizationConfig {
     pub tolerance_m: f64,
     /// The same for the orientation, rad; default 1e-9.
     pub tolerance_rad: f64,
-    /// The largest number of steps of one ascent; default 100.
+    /// Maximum number of steps per ascent; default 100.
     pub max_steps: usize,
 }
 
@@ -59,18 +58,18 @@ impl Default for OptimizationConfig {
     }
 }
 
-/// One end that the optimization found.
+/// One end found by the optimization.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Extreme {
     /// Place along the line, m.
     pub s_m: f64,
-    /// The configuration there, within all limits; rad or m.
+    /// The configuration there, within all limits, rad or m.
     pub q: Vec<f64>,
     /// Distance from the line, by separate forward kinematics, m.
     pub residual_m: f64,
     /// Angle from the wanted orientation, rad.
     pub residual_rad: f64,
-    /// Did the ascent end at a stationary point? If not, it ran out of steps.
+    /// True if the ascent ended at a stationary point; otherwise it ran out of steps.
     pub stationary: bool,
 }
 
@@ -150,7 +149,7 @@ impl OptimizationSolver {
         })
     }
 
-    /// The extremes of one line, `None` where no start finds a feasible configuration.
+    /// The extremes of one line, `None` if no start finds a feasible configuration.
     ///
     /// # Errors
     /// NaN or infinity in the line.
@@ -160,9 +159,8 @@ impl OptimizationSolver {
         Ok(search.found())
     }
 
-    /// The extremes of neighbouring lines, in their order. Each line has its own random starts
-    /// (the same as in [`line`](Self::line)); then, up the list and down again, the extremes of each
-    /// line are starts for the next.
+    /// The extremes of neighbouring lines, in their order. Each line has its own random starts (the same as in
+    /// [`line`](Self::line)); then the extremes of each line are starts for the next, once up and once down the list.
     ///
     /// # Errors
     /// NaN or infinity in a line, or [`ReachabilityError::Cancelled`] where the monitor stops it.
@@ -218,7 +216,7 @@ struct MultiStart<'a> {
 impl<'a> MultiStart<'a> {
     fn new(solver: &'a OptimizationSolver, line: &WallLine) -> Result<Self> {
         finite("height_m", line.height_m)?;
-        // The line itself chooses its starts, so that its result does not depend on other lines.
+        // The starts depend only on the line, so that its result does not depend on other lines.
         let parts = [
             line.plane.heading_rad(),
             line.plane.distance_m(),
@@ -254,7 +252,7 @@ impl<'a> MultiStart<'a> {
         }
     }
 
-    /// Leads a configuration onto the line and ascends both ways.
+    /// Moves a configuration onto the line and ascends in both directions.
     fn start_from(&mut self, q: &[f64]) {
         let mut start = q.to_vec();
         if !self.ascent.restore(&mut start, &vec![false; q.len()], 80) {
@@ -281,7 +279,7 @@ impl<'a> MultiStart<'a> {
                 residual_rad,
                 stationary: end.stationary,
             };
-            // Wherever an ascent ends is a point of the line: it may widen the interval on either side.
+            // Every end of an ascent is a point of the line: it may extend the interval on either side.
             if self.lo.as_ref().is_none_or(|lo| s_m < lo.s_m) {
                 self.lo = Some(extreme.clone());
             }

@@ -1,10 +1,10 @@
-//! Steps that keep the constraints of a line, and steps that lead back to them.
+//! Steps that satisfy the constraints of a line, and steps back to them.
 
 use super::vector::{add, square};
 use hwall_kinematics::JointLimit;
 use hwall_numeric::dense::dot;
 
-/// Rows of the constraints whose part across the others is smaller than this are dependent.
+/// A constraint row whose component orthogonal to the others is smaller than this is dependent.
 const DEPENDENT: f64 = 1e-9;
 
 /// Most constraints: orientation 3, plane, height.
@@ -21,7 +21,7 @@ pub(super) struct Point {
     pub(super) gradient: Vec<f64>,
 }
 
-/// The projected gradient and a basis of the directions that keep the constraints.
+/// The projected gradient and a basis of the tangent space of the constraints.
 pub(super) struct Tangent {
     pub(super) projected: Vec<f64>,
     pub(super) basis: Vec<Vec<f64>>,
@@ -77,7 +77,7 @@ impl Tangent {
                 *w -= lambda * c;
             }
         }
-        // What the rows leave of the joints' own directions, the largest first.
+        // Components of the joint directions orthogonal to the rows, largest first.
         let free = held.iter().filter(|h| !**h).count();
         let mut basis: Vec<Vec<f64>> = Vec::new();
         while basis.len() + q.len() < free {
@@ -114,7 +114,7 @@ impl Tangent {
         square(&self.projected).sqrt()
     }
 
-    /// The held joint whose leaving its limit would increase s most (decrease it, downwards).
+    /// The held joint that would increase s most by leaving its limit (decrease it for a descent).
     pub(super) fn would_climb(
         &self,
         point: &Point,
@@ -123,14 +123,14 @@ impl Tangent {
         limits: &[JointLimit],
         sign: f64,
     ) -> Option<usize> {
-        // Only where the free joints have nothing left to gain do the multipliers mean anything.
+        // The multipliers are valid only where the projected gradient is about zero.
         if self.length() > 1e-6 {
             return None;
         }
         let gain = |i: usize| {
             let rows = point.rows.iter().zip(&self.multipliers);
             let slope = sign * point.gradient[i] - rows.map(|(row, l)| l * row[i]).sum::<f64>();
-            // Inwards is down from an upper limit; a joint without room cannot leave.
+            // Inwards is down from an upper limit; a joint with zero range cannot leave.
             if limits[i].max_rad <= limits[i].min_rad {
                 0.0
             } else if q[i] >= limits[i].max_rad {
@@ -147,7 +147,7 @@ impl Tangent {
     }
 }
 
-/// The smallest step of the free joints that meets the constraints, damped.
+/// The smallest step of the free joints that satisfies the constraints, damped.
 #[expect(clippy::needless_range_loop, reason = "rows and columns of one matrix")]
 pub(super) fn least_step(point: &Point, free: &[bool], damping: f64) -> Vec<f64> {
     let m = point.rows.len();

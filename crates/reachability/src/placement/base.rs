@@ -1,8 +1,8 @@
-//! Where to put the base: candidate places scored by how many contact targets they reach.
+//! Where to put the base: candidate positions scored by the number of contact targets reached.
 //!
-//! Each pose is first tested with joint 1 free. What is then out of reach is so at every heading, and
-//! a configuration found then serves each heading at which its joint 1 is within the limit; only the
-//! other headings are tested again. So all headings together cost little more than one.
+//! Each pose is first tested with joint 1 unlimited. If it is unreachable, it is so at every heading;
+//! a configuration found is valid for each heading at which its joint 1 is within the limit, and only
+//! the other headings are tested again. So all headings together cost little more than one.
 
 use super::config::PlacementConfig;
 use super::problem::PlacementProblem;
@@ -18,10 +18,10 @@ use hwall_numeric::check::finite;
 
 /// Scores every position and heading, and finds the best.
 ///
-/// A target is reached if the arm can hold the board there by the exact verdict, at any of the
-/// rolls: with the tool's z axis along the normal. Obstacles, the arm's own body among them, do
-/// not count. Where positions tie for the last places the worst margins decide, by branch and bound;
-/// margins of other positions are never computed. The result does not depend on the number of threads.
+/// A target is reached if the arm can hold the board there (exact verdict, tool z axis along the
+/// normal) at any of the rolls. Obstacles, including the arm's own body, are ignored. If positions tie
+/// for the last ranks, the worst margins decide, by branch and bound; margins of other positions are
+/// never computed. The result does not depend on the number of threads.
 ///
 /// ```
 /// use glam::DVec3;
@@ -41,8 +41,7 @@ use hwall_numeric::check::finite;
 /// ```
 ///
 /// # Errors
-/// No targets, headings or rolls, NaN or infinity, normals without direction or that are not
-/// horizontal, more candidates or targets than fit.
+/// No targets, headings or rolls, NaN or infinity, normals that are zero or not horizontal, too many candidates or targets.
 pub fn place_base(
     arm: &SrsArm,
     targets: &[Target],
@@ -62,7 +61,7 @@ pub fn place_base(
     })
 }
 
-/// Rejects what makes no sense or does not fit, before anything is allocated for it.
+/// Rejects invalid or too large requests before allocating anything.
 fn check(targets: &[Target], config: &PlacementConfig) -> Result<()> {
     for (what, is_empty) in [
         ("targets", targets.is_empty()),

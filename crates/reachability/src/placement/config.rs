@@ -1,10 +1,10 @@
-//! What a search for the base's place is asked for.
+//! Settings of the base placement search.
 
 use crate::line::Roll;
 use crate::steps::Steps;
 use std::f64::consts::FRAC_PI_4;
 
-/// Which places to try, and what counts as reached.
+/// Which positions to try, and what counts as reached.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlacementConfig {
     /// Positions of the base along the room's x axis, m.
@@ -13,22 +13,20 @@ pub struct PlacementConfig {
     pub y: Steps,
     /// Height of the base (floor or pedestal) in the room, m.
     pub z_m: f64,
-    /// Headings of the base, rad: its x axis is the room's turned by this about the vertical.
+    /// Headings of the base, rad: rotation of its x axis from the room's about the vertical.
     pub headings_rad: Vec<f64>,
-    /// How the board may be turned about the normal; default fixed at 0.
+    /// Allowed rolls of the board about the normal; default fixed at 0.
     pub roll: Roll,
-    /// How many positions to return with margins; default 10. Each costs about 1 ms for 100
-    /// targets.
+    /// Number of positions to return with margins; default 10. Each costs about 1 ms for 100 targets.
     pub best: usize,
-    /// Least distance of the base's axis behind the wall of each target that it serves, m;
-    /// default `None`. Walls are no obstacles here, so an arm may well reach a target from the
-    /// person's side, around the board. With `Some(0.3)` a target counts only for bases whose
-    /// `normal · (point - base)` is at least 0.3 m.
+    /// Minimum distance of the base axis behind the wall of each target it serves, m; default `None`. Walls
+    /// are not obstacles here, so an arm may reach a target from the person's side, around the board. With
+    /// `Some(0.3)` a target counts only for bases with `normal · (point - base)` of at least 0.3 m.
     pub least_behind_m: Option<f64>,
 }
 
 impl PlacementConfig {
-    /// Eight headings, the ten best, no rule about sides.
+    /// Eight headings, the ten best, no constraint on the side of the wall.
     #[must_use]
     pub fn new(x: Steps, y: Steps, z_m: f64) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! Verdicts and margins of one candidate place of the base; `base.rs` describes the method.
+//! Verdicts and margins of one candidate base position; `base.rs` describes the method.
 
 use super::config::PlacementConfig;
 use super::scores::Placement;
@@ -12,35 +12,34 @@ use hwall_kinematics::{JointLimit, Pose, PoseRegion, RegionVerdict, SrsArm};
 use hwall_numeric::check::all_finite;
 use std::f64::consts::TAU;
 
-/// Rounding of the distance from shoulder to wrist, relative, rounded up generously.
+/// Generous bound on the relative rounding of the shoulder-wrist distance.
 const HAIR: f64 = 1e-9;
 
-/// A heading is proven by a joint 1 that lies this far inside its limit, rad: a thousand times the rounding.
+/// A heading is accepted if joint 1 is this far inside its limit, rad: a thousand times the rounding.
 const INSIDE_RAD: f64 = 1e-9;
 
-/// Margins are found in steps of 1 %: one counts as better only if it is larger by this factor.
+/// Margins have steps of 1 %: a margin counts as better only if larger by this factor.
 pub(super) const BETTER: f64 = 1.005;
 
-/// The targets and the arm at each heading, made ready.
+/// The targets and the arm at each heading, prepared for queries.
 ///
-/// All poses keep the axes of the room: a base turned by a heading is one whose limits of joint 1
-/// are moved by it.
+/// All poses use the axes of the room: a base at a heading is one whose limits of joint 1 are shifted by it.
 pub(super) struct PlacementProblem<'a> {
     config: &'a PlacementConfig,
     targets: &'a [Target],
-    /// Their walls; a point's distance from them tells the side.
+    /// Their walls, to determine on which side a base is.
     walls: Vec<WallPlane>,
     /// Without the limit of joint 1.
     any_heading: ExactSolver,
     at_heading: Vec<ExactSolver>,
-    /// Middle of joint 1's range at each heading, in a turn from 0.
+    /// Middle of joint 1's range at each heading, in one turn from 0.
     middle_rad: Vec<f64>,
     /// Half of the range.
     half_rad: f64,
     /// Target by target, roll by roll.
     boards: Vec<Board>,
     rolls: usize,
-    /// Is each roll an arc of free rolls?
+    /// True if each roll is an arc of free rolls.
     has_arcs: bool,
     /// Squares of the distances between shoulder and wrist that are possible, m².
     range_m2: [f64; 2],
@@ -50,7 +49,7 @@ pub(super) struct PlacementProblem<'a> {
 struct Board {
     /// In the room.
     pose: Pose,
-    /// The wrist centre seen from the shoulder of a base at the room's origin, m.
+    /// The wrist centre relative to the shoulder of a base at the room's origin, m.
     wrist_m: DVec3,
 }
 
@@ -128,12 +127,12 @@ impl<'a> PlacementProblem<'a> {
         Ok(problem)
     }
 
-    /// What was asked for.
+    /// The settings.
     pub(super) const fn config(&self) -> &PlacementConfig {
         self.config
     }
 
-    /// How many targets.
+    /// Number of targets.
     pub(super) const fn target_count(&self) -> usize {
         self.targets.len()
     }
@@ -145,7 +144,7 @@ impl<'a> PlacementProblem<'a> {
         DVec3::new(x, self.config.y.at(position / columns), self.config.z_m)
     }
 
-    /// How many targets a position reaches, at each heading.
+    /// Number of targets that a position reaches, at each heading.
     pub(super) fn score(&self, position: usize) -> Result<Vec<u32>> {
         let base = self.base_m(position);
         let mut counts = vec![0; self.at_heading.len()];
@@ -199,7 +198,7 @@ impl<'a> PlacementProblem<'a> {
         });
     }
 
-    /// Does the base stand on the side that is asked for?
+    /// True if the base is on the required side of the target's wall.
     fn may_serve(&self, base: DVec3, target: usize) -> bool {
         let wall = &self.walls[target];
         let behind = || wall.normal().dot(self.targets[target].point_m - base);
@@ -208,7 +207,7 @@ impl<'a> PlacementProblem<'a> {
             .is_none_or(|least| behind() >= least)
     }
 
-    /// The boards at a target whose wrist is at a possible distance, seen from a base.
+    /// The boards at a target with a possible shoulder-wrist distance, relative to a base.
     fn poses(&self, base: DVec3, target: usize) -> impl Iterator<Item = Pose> {
         let boards = &self.boards[target * self.rolls..][..self.rolls];
         let [least, most] = self.range_m2;
@@ -235,14 +234,14 @@ impl<'a> PlacementProblem<'a> {
         Ok(poses.any(|pose| solver.arm().is_reachable(&pose)))
     }
 
-    /// Is a ball of positions proven reachable at some roll?
+    /// True if a ball of positions is proven reachable at some roll.
     fn has_margin(&self, base: DVec3, heading: usize, target: usize, margin_m: f64) -> bool {
         let arm = self.at_heading[heading].arm();
         let mut poses = self.poses(base, target);
         poses.any(|pose| is_proven(arm, pose, margin_m))
     }
 
-    /// The largest margin of the rolls, m; `None` where the target is out of reach.
+    /// The largest margin over the rolls, m; `None` if the target is unreachable.
     fn margin_m(&self, base: DVec3, heading: usize, target: usize) -> Result<Option<f64>> {
         if !self.may_serve(base, target) {
             return Ok(None);
@@ -259,8 +258,8 @@ impl<'a> PlacementProblem<'a> {
         Ok(reached.then_some(largest))
     }
 
-    /// The least margin of a candidate, or that it misses the bound `to_beat`; and the target that
-    /// decides. Targets are tested in the given order.
+    /// The smallest margin of a candidate, or the result that it misses the bound `to_beat`, with
+    /// the deciding target. Targets are tested in the given order.
     pub(super) fn worst_margin(
         &self,
         base: DVec3,
@@ -300,7 +299,7 @@ impl<'a> PlacementProblem<'a> {
             }
         }
         if worst.margin_m == f64::INFINITY {
-            // Reached by rounding only, and not when tested again.
+            // Reached only by rounding, not when tested again.
             worst.margin_m = 0.0;
         }
         Ok(worst)
@@ -332,7 +331,7 @@ impl<'a> PlacementProblem<'a> {
     }
 }
 
-/// Is every pose within this distance proven reachable?
+/// True if every pose within this distance is proven reachable.
 fn is_proven(arm: &SrsArm, pose: Pose, margin_m: f64) -> bool {
     let region = PoseRegion::ball(pose, margin_m, 0.0);
     matches!(arm.region_verdict(&region), RegionVerdict::Reachable(_))
@@ -341,8 +340,8 @@ fn is_proven(arm: &SrsArm, pose: Pose, margin_m: f64) -> bool {
 /// The worst margin of a candidate.
 pub(super) struct Worst {
     pub(super) margin_m: f64,
-    /// The target with the least margin, or the first that misses the bound.
+    /// The target with the smallest margin, or the first that misses the bound.
     pub(super) target: usize,
-    /// Does some target miss the bound?
+    /// True if some target misses the bound.
     pub(super) beaten: bool,
 }

@@ -1,39 +1,38 @@
-//! Places for the base and what they are worth.
+//! Base positions and their scores.
 
 use super::config::PlacementConfig;
 use hwall_kinematics::Pose;
 
-/// One place for the base, and what it is worth.
+/// One base pose and its scores.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placement {
     /// The base frame in the room.
     pub room_from_base: Pose,
-    /// Turn of the base about the vertical, rad, as it was asked for.
+    /// Configured heading: rotation of the base about the vertical, rad.
     pub heading_rad: f64,
     /// Targets reached.
     pub reachable: usize,
-    /// Targets in all.
+    /// Total number of targets.
     pub total: usize,
-    /// Least margin ([`position_margin_m`](crate::line::position_margin_m), at the roll that has most)
-    /// of the targets reached, m: zero if one of them has none that is proven, `None` where no
-    /// target is reached.
+    /// Smallest margin ([`position_margin_m`](crate::line::position_margin_m), at the roll with the largest)
+    /// of the targets reached, m: zero if one of them has no proven margin, `None` if no target is reached.
     pub worst_margin_m: Option<f64>,
     /// Mean margin of the targets reached, m.
     pub mean_margin_m: Option<f64>,
 }
 
 impl Placement {
-    /// Share of the targets reached, 0 to 1.
+    /// Fraction of the targets reached, 0 to 1.
     #[must_use]
     pub fn share(&self) -> f64 {
         self.reachable as f64 / self.total as f64
     }
 }
 
-/// The best of a position's headings, for a heat map.
+/// The best heading of a position, for a heat map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlacementCell {
-    /// The first of the headings that reach most targets, rad.
+    /// The first heading that reaches the most targets, rad.
     pub heading_rad: f64,
     /// Targets reached with it.
     pub reachable: usize,
@@ -63,7 +62,7 @@ impl PlacementScores {
         &self.config
     }
 
-    /// Targets in all.
+    /// Total number of targets.
     #[must_use]
     pub const fn total(&self) -> usize {
         self.total
@@ -75,7 +74,7 @@ impl PlacementScores {
         self.of_position(ix, iy)?.get(heading).map(|&n| n as usize)
     }
 
-    /// The best that position `(ix, iy)` gives; `None` outside the grid.
+    /// The best heading of position `(ix, iy)`; `None` outside the grid.
     #[must_use]
     pub fn cell(&self, ix: usize, iy: usize) -> Option<PlacementCell> {
         let counts = self.of_position(ix, iy)?;
@@ -87,8 +86,7 @@ impl PlacementScores {
         })
     }
 
-    /// The heat map: the largest share of targets, 0 to 1, of each position, row by row: all of `x`
-    /// for the first of `y`, and so on.
+    /// The heat map: the largest fraction of targets, 0 to 1, at each position, row by row (x fastest).
     #[must_use]
     pub fn shares(&self) -> Vec<f64> {
         let positions = self.counts.chunks_exact(self.config.headings_rad.len());

@@ -1,8 +1,7 @@
-//! The best places for the base: branch and bound on the worst margin.
+//! The best base positions: branch and bound on the worst margin.
 //!
-//! Computing the margins of a position takes hundreds of tests, rejecting one takes only a few: once
-//! as many positions are known as are wanted, another is rejected by a single target that has not
-//! the margin to beat. Targets that decided lately are tested first.
+//! Computing the margins of a position takes hundreds of tests, rejecting it only a few: once enough positions are known,
+//! a single target with less than the margin to beat rejects another. Targets that decided recently are tested first.
 
 use super::problem::{BETTER, PlacementProblem};
 use super::scores::{Placement, most};
@@ -10,10 +9,10 @@ use crate::error::Result;
 use crate::progress::{map_indexed, silent};
 use std::cmp::Reverse;
 
-/// At least this many positions are searched before the margin to beat is updated.
+/// Number of positions searched between updates of the margin to beat.
 const BATCH: usize = 16;
 
-/// A position that is still among the best.
+/// A position among the best so far.
 #[derive(Clone, Copy)]
 struct Searched {
     position: usize,
@@ -31,8 +30,7 @@ pub(super) fn best(problem: &PlacementProblem, counts: &[u32]) -> Result<Vec<Pla
     let Some(last) = wanted.checked_sub(1).map(|i| most_at(positions[i])) else {
         return Ok(Vec::new());
     };
-    // Positions above the last count are sure of their place; those with this count compete for the
-    // other places.
+    // Positions above the last count are certain to be included; those with exactly this count compete for the other ranks.
     let sure = positions.partition_point(|&p| most_at(p) > last);
     let total = positions.partition_point(|&p| most_at(p) >= last);
     let mut search = Search {
@@ -71,7 +69,7 @@ pub(super) fn best(problem: &PlacementProblem, counts: &[u32]) -> Result<Vec<Pla
 struct Search<'a> {
     problem: &'a PlacementProblem<'a>,
     counts: &'a [u32],
-    /// Targets, those that decided lately first.
+    /// Targets, those that decided recently first.
     order: Vec<usize>,
 }
 
@@ -80,7 +78,7 @@ impl Search<'_> {
     fn run(&mut self, positions: &[usize], wanted: usize) -> Result<Vec<Searched>> {
         let mut kept: Vec<Searched> = Vec::new();
         for batch in scattered(positions).chunks(BATCH.max(wanted)) {
-            // The same for a whole batch, so that the number of threads changes nothing.
+            // Constant within a batch, so that the result does not depend on the number of threads.
             let to_beat = match kept.get(wanted - 1) {
                 Some(last) => last.worst_m,
                 None => 0.0,
@@ -101,8 +99,7 @@ impl Search<'_> {
         Ok(kept)
     }
 
-    /// The best of the headings that tie at a position, if its worst margin is at least `to_beat`;
-    /// and the targets that decided.
+    /// The best of the tied headings of a position, if its worst margin is at least `to_beat`; and the deciding targets.
     fn best_heading(
         &self,
         position: usize,
@@ -139,7 +136,7 @@ impl Search<'_> {
     }
 }
 
-/// The positions in an order that soon visits every part of the grid: in steps of the golden section.
+/// The positions in steps of the golden section, so that every part of the grid is visited early.
 fn scattered(positions: &[usize]) -> Vec<usize> {
     let n = positions.len();
     let mut step = (n as f64 * 0.618) as usize + 1;

@@ -1,14 +1,14 @@
-//! Sizes that are refused before memory is taken.
+//! Size limits, checked before memory is allocated.
 
 use crate::error::{ReachabilityError, Result};
 
-/// More pairs of position and heading than this (64 megabytes of scores) are refused.
+/// Maximum number of position-heading pairs (64 megabytes of scores).
 pub(super) const MOST_CANDIDATES: u128 = 1 << 24;
 
-/// More boards (targets times rolls) than this, half a gigabyte, are refused.
+/// Maximum number of boards (targets times rolls): half a gigabyte.
 pub(super) const MOST_BOARDS: u128 = 1 << 22;
 
-/// More headings than this, ten to a degree, are refused.
+/// Maximum number of headings: ten per degree.
 pub(super) const MOST_HEADINGS: u128 = 3600;
 
 pub(super) fn refuse_above(limit: u128, what: &'static str, count: u128) -> Result<()> {

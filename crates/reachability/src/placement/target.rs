@@ -1,4 +1,4 @@
-//! Places that the arm is to reach.
+//! Contact targets of the arm.
 
 use super::size_limits::{MOST_BOARDS, refuse_above};
 use crate::error::Result;
@@ -7,19 +7,17 @@ use crate::wall::WallPlane;
 use glam::DVec3;
 use hwall_numeric::check::{finite, non_negative, positive};
 
-/// A place of a wall where the board is to be held: its middle and the wall's normal, room frame.
+/// A required board placement on a wall: its middle and the wall's normal, room frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Target {
     /// The board's middle (the tool point), m; z is up.
     pub point_m: DVec3,
-    /// Normal of the wall towards the person, horizontal (a lean up to 1 degree is dropped), of
-    /// any length but zero.
+    /// Normal of the wall towards the person, horizontal (a tilt up to 1 degree is ignored), of any length but zero.
     pub normal: DVec3,
 }
 
 impl Target {
-    /// Targets all over a rectangle of a wall, row by row, borders included: evenly spaced, and no
-    /// more than `spacing_m` apart.
+    /// Targets on a rectangle of a wall, row by row, borders included, evenly spaced and at most `spacing_m` apart.
     ///
     /// `middle_m` is halfway along the wall (its z is not used), `normal` points towards the
     /// person, `heights` are those of the lower and upper border; room frame. A width or height
@@ -27,7 +25,7 @@ impl Target {
     ///
     /// # Errors
     /// NaN or infinity, a normal that is not horizontal, a negative width, a spacing that is not
-    /// positive, or more targets than fit.
+    /// positive, or too many targets.
     pub fn on_wall(
         middle_m: DVec3,
         normal: DVec3,
@@ -41,7 +39,7 @@ impl Target {
         let (low, high) = (heights.lo_m, heights.hi_m);
         let height = finite("upper border", high)? - finite("lower border", low)?;
         let intervals = |extent: f64| {
-            // An interval that is too long by rounding only is not divided.
+            // An interval that is too long only by rounding is not divided.
             finite("extent in steps", extent.abs() / spacing_m).map(|n| (n - 1e-9).ceil().max(0.0))
         };
         let (across, up) = (intervals(width_m)?, intervals(height)?);

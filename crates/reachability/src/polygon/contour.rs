@@ -1,14 +1,13 @@
 //! The outline of the reachable part of a plane, from lines.
 //!
-//! Two neighbouring lines bound a strip. Where each end of the one line continues in one of the
-//! other, the straight chords between them are tested at places along them: the plane must be
-//! reachable just inside and not just outside. Chords that pass are kept. Otherwise the strip is cut
-//! in half, until it is lower than the accuracy; the line of the cut needs no search, its ends are
-//! bisected near the chords. Where ends do not continue, an interval begins, ends, parts or merges:
-//! there the line of the cut is solved as the first ones were, and a strip that is lower than the
-//! accuracy gets a level lid.
+//! Two neighbouring lines bound a strip. If each end of one line continues in an end of the other,
+//! the straight chords between them are tested at points along them: the plane must be reachable just
+//! inside and unreachable just outside. Chords that pass are kept. Otherwise the strip is halved
+//! until its height is below the accuracy; the new line needs no search, its ends are bisected near
+//! the chords. If ends do not continue, an interval begins, ends, splits or merges: then the new line
+//! is solved like the first ones, and a strip lower than the accuracy gets a horizontal lid.
 //!
-//! Where the plane looks the same in the mirror only the half at s > 0 is traced.
+//! If the plane is mirror symmetric, only the half at s > 0 is traced.
 
 use super::images::{Images, Stop};
 use super::rings::{Contour, Line, Link, connect, goes_on, join};
@@ -16,26 +15,25 @@ use crate::error::ReachabilityError;
 use crate::line::Interval;
 use crate::wall::WallPoint;
 
-/// Share of the accuracy by which chords may be off where they are tested; strips lower than this
-/// are not cut.
+/// Tolerance of the chord tests as a fraction of the accuracy; strips lower than this are not halved.
 ///
-/// Tested at a third and two thirds, an outline with one corner is off by at most 3/2 of this, an
-/// arc by 9/8: with the ends' own error that is less than the accuracy.
+/// With tests at one third and two thirds, the error is at most 3/2 of this for an outline with one
+/// corner and 9/8 for an arc: with the error of the ends this is less than the accuracy.
 const CHORD_SHARE: f64 = 0.6;
 
-/// Chords are tested at two places or more, this many accuracies apart: thorns of the outline with
-/// a narrower base may be missed, unless a line or a square of the proof meets them.
+/// Chords are tested at two or more points, this many accuracies apart: spikes with a narrower base
+/// may be missed, unless a line or a square of the proof meets them.
 const TESTS_APART: f64 = 20.0;
 
-/// Share of the accuracy for the ends of the lines.
+/// Accuracy of the ends of the lines as a fraction of the accuracy.
 pub(super) const LINE_SHARE: f64 = 1.0 / 16.0;
 
 /// In strips lower than `SAMPLED_SHARE` accuracies, stretches that end or begin are sampled at `SAMPLES`
-/// places: a tip narrower than their distance reaches beyond by `SAMPLED_SHARE / SAMPLES` accuracies at most.
+/// points: a tip narrower than their spacing extends beyond by at most `SAMPLED_SHARE / SAMPLES` accuracies.
 const SAMPLED_SHARE: f64 = 10.0;
 const SAMPLES: u32 = 32;
 
-/// More lines than this are refused: the outline of an arm's reach needs hundreds.
+/// Maximum number of lines: the outline of an arm's reach needs hundreds.
 const MOST_LINES: usize = 1 << 20;
 
 fn too_many() -> ReachabilityError {
@@ -46,23 +44,23 @@ fn too_many() -> ReachabilityError {
     }
 }
 
-/// The lines of a plane, as many as the accuracy asks for.
+/// The lines of a plane, as many as the accuracy requires.
 pub(super) struct Tracer<'a> {
     images: &'a Images,
-    /// How far chords may be off where they are tested; no lower strips are cut, m.
+    /// Tolerance of the chord tests, m; strips lower than this are not halved.
     tolerance: f64,
-    /// Ends are looked for no further than twice this from their chord, m.
+    /// Ends are searched within four times this of their chord, m.
     furthest: f64,
     /// Height of strips in which ends and beginnings are sampled, m.
     sampled: f64,
-    /// Distance of the places where chords are tested, m.
+    /// Spacing of the chord tests, m.
     tests_apart: f64,
-    /// Solved lines, upwards.
+    /// Solved lines, bottom to top.
     lines: Vec<Line>,
 }
 
 impl<'a> Tracer<'a> {
-    /// With lines no further than `spacing_m` apart at first.
+    /// Starts with lines at most `spacing_m` apart.
     pub(super) fn new(
         images: &'a Images,
         accuracy_m: f64,
@@ -92,7 +90,7 @@ impl<'a> Tracer<'a> {
         Ok(tracer)
     }
 
-    /// Puts in lines at more heights, sorted upwards, and what they lead to.
+    /// Inserts lines at further heights, sorted ascending, and refines around them.
     pub(super) fn insert(&mut self, heights: &[f64]) -> Result<(), Stop> {
         let mut heights = heights.iter().copied().peekable();
         let old = std::mem::take(&mut self.lines);
@@ -119,19 +117,19 @@ impl<'a> Tracer<'a> {
         Ok(())
     }
 
-    /// The outline of what the lines hold.
+    /// The outline of the intervals on the lines.
     pub(super) fn contour(&self) -> Contour {
         connect(&self.lines)
     }
 
-    /// The first of so many ends that has no mirror image before it.
+    /// Index of the first of `count` ends that has no mirror image before it.
     fn first_end(&self, count: usize) -> usize {
         if self.images.mirror() { count / 2 } else { 0 }
     }
 
-    /// Appends lines from the last one up to the given one, as many as it takes.
+    /// Appends as many lines as needed from the last one up to the given one.
     fn refine_to(&mut self, line: Line) -> Result<(), Stop> {
-        // Lines above the last one that are yet to be joined, the nearest at the end.
+        // Lines above the last one, not yet joined, the nearest at the end.
         let mut above = vec![line];
         while let (Some(lower), Some(upper)) = (self.lines.last(), above.last()) {
             let middle = 0.5 * (lower.z + upper.z);
@@ -152,7 +150,7 @@ impl<'a> Tracer<'a> {
         Ok(())
     }
 
-    /// Do the chords between two lines pass the test?
+    /// True if the chords between two lines pass the test.
     fn is_straight(&self, lower: &Line, upper: &Line) -> Result<bool, Stop> {
         if !goes_on(&lower.ends, &upper.ends) {
             return Ok(false);
@@ -161,7 +159,7 @@ impl<'a> Tracer<'a> {
         let first = self.first_end(lower.ends.len());
         for (i, (&a, &b)) in lower.ends.iter().zip(&upper.ends).enumerate().skip(first) {
             let length = rise.hypot(b - a);
-            // Along the line this is as far as the tolerance across the chord.
+            // Distance along the line that equals the tolerance across the chord.
             let aside = self.tolerance * length / rise;
             let inwards = if i % 2 == 0 { aside } else { -aside };
             let parts = 1.0 + (length / self.tests_apart).ceil().max(2.0);
@@ -178,15 +176,15 @@ impl<'a> Tracer<'a> {
         Ok(true)
     }
 
-    /// The line between two others without a search along all of it: ends that continue are bisected
-    /// near their chord, stretches that end in a low strip are sampled. `None` where that is not safe.
+    /// A line between two others without a search along its whole length: continuing ends are bisected
+    /// near their chord, stretches that end in a low strip are sampled. `None` if that is not safe.
     fn follow(&self, lower: &Line, upper: &Line, z: f64) -> Result<Option<Line>, Stop> {
         let rise = upper.z - lower.z;
         let (mut chords, mut lids) = (Vec::new(), Vec::new());
         let mut sides = [false; 2];
         let (low, up) = (&lower.ends[..], &upper.ends[..]);
         let (first_low, first_up) = (self.first_end(low.len()), self.first_end(up.len()));
-        // Stretches whose mirror image is not before them; the one in the middle is its own.
+        // Only stretches without a mirror image before them; the middle one is its own image.
         let mut lid = |line: &[f64], i: usize, first: usize| {
             if i + 1 >= first {
                 let from = if i < first { 0.0 } else { line[i] };
@@ -212,7 +210,7 @@ impl<'a> Tracer<'a> {
                 }
             },
         );
-        // A narrow part that leans may look like one that ends beside another that begins.
+        // A narrow inclined part may look like one that ends beside another that begins.
         if sides == [true; 2] || (sides != [false; 2] && rise > self.sampled) {
             return Ok(None);
         }
@@ -228,7 +226,7 @@ impl<'a> Tracer<'a> {
             for i in 0..samples {
                 let at = a + (f64::from(i) + 0.5) * step;
                 if self.images.is_reachable(WallPoint::new(at, z))? == is_interval {
-                    // In two parts: something begins within what ends.
+                    // Two parts: another stretch begins within the one that ends.
                     let last = found.map_or(if is_middle { a } else { at }, |f| f.1);
                     if at - last > 1.5 * step {
                         return Ok(None);
@@ -271,8 +269,8 @@ impl<'a> Tracer<'a> {
         Ok((in_order && apart && goes_on).then_some(Line { z, ends }))
     }
 
-    /// An end on a line, looked for in growing steps from `at` on: a lower one, with the reachable
-    /// side on the right, or an upper one.
+    /// Searches an end on a line in growing steps from `at`: a lower one, with the reachable side
+    /// on the right, or an upper one.
     fn end_near(
         &self,
         z: f64,

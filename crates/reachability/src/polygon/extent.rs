@@ -1,4 +1,4 @@
-//! How far from the base anything can be in reach.
+//! Bounds on the reachable part of a wall.
 
 use crate::error::Result;
 use crate::line::{ExactSolver, Interval};
@@ -13,8 +13,7 @@ pub(super) struct Extent {
     pub(super) heights: Interval,
 }
 
-/// A rectangle outside of which nothing can be in reach, its heights clipped; `None` where that leaves
-/// nothing.
+/// A rectangle that contains everything reachable, its heights clipped; `None` if that is empty.
 pub(super) fn extent(
     solver: &ExactSolver,
     plane: &WallPlane,
@@ -23,7 +22,7 @@ pub(super) fn extent(
     let family = solver.family();
     let arm = &family.wide;
     let longest = arm.shoulder_wrist_range().longest_m;
-    // A little more than it is, so that the rounding of the ends is covered.
+    // Slightly enlarged, to cover rounding of the ends.
     let longest = longest * (1.0 + 1e-13);
     let mut extent: Option<Extent> = None;
     for freedom in &family.freedoms {
@@ -33,7 +32,7 @@ pub(super) fn extent(
         if across > longest {
             continue;
         }
-        // A turn about the normal moves the wrist by no more than this, a rise by itself.
+        // Bound on the wrist displacement by the roll about the normal; a rise adds directly.
         let lever = wrist - (pose.position_m() - DVec3::Z * arm.geometry().d_bs_m);
         let swing = 2.0 * lever.length() * (0.5 * freedom.half_roll).sin();
         let half = ((longest - across) * (longest + across)).sqrt() + swing;

@@ -1,7 +1,7 @@
-//! A wall that stands for its images: for walls at other headings, and for the mirror images of all of them.
+//! A wall that represents its images: walls at other headings, and the mirror images of all of them.
 //!
-//! What holds for the narrowest and for the widest arm of the images holds for each of them. Where these two differ the
-//! images are asked one by one, and only images that really differ end the trace: each answer is proven for all.
+//! A verdict shared by the narrowest and the widest arm of the images holds for each of them. Where these two differ
+//! the images are tested one by one, and the trace ends only if images really differ: each verdict is proven for all.
 
 use super::rings::Line;
 use crate::error::{ReachabilityError, Result};
@@ -12,7 +12,7 @@ use hwall_kinematics::{Pose, PoseRegion, RegionVerdict, SrsArm};
 
 /// Why a trace ended early.
 pub(super) enum Stop {
-    /// The wall stands for images that are not all alike.
+    /// The images of the wall are not all alike.
     ImagesDiffer,
     Failed(ReachabilityError),
 }
@@ -23,10 +23,10 @@ impl<E: Into<ReachabilityError>> From<E> for Stop {
     }
 }
 
-/// Parts and gaps of a line no wider than this share of its accuracy are rounding.
+/// Parts and gaps of a line up to this fraction of its accuracy are rounding.
 const HAIR: f64 = 1e-3;
 
-/// A wall, and the tool poses at its origin of which one must be possible: one for each freedom.
+/// A wall, and the alternative tool poses at its origin: one per freedom.
 struct Wall {
     plane: WallPlane,
     poses: Vec<Pose>,
@@ -51,7 +51,7 @@ impl Wall {
             .any(|pose| arm.is_reachable(&pose.at(point_m)))
     }
 
-    /// Is all of a rectangle reachable, or none of it?
+    /// Whether all of a rectangle is reachable, or none; `None` if unproven.
     fn verdict(&self, solver: &ExactSolver, cell: Cell) -> Option<bool> {
         let (family, plane) = (solver.family(), self.plane);
         let along = plane.along();
@@ -64,7 +64,7 @@ impl Wall {
         let mut impossible = true;
         for (pose, free) in self.poses.iter().zip(&family.freedoms) {
             let pose = pose.at(plane.point_m(cell.middle));
-            // The middle of what is free, for all of the cell.
+            // The middle of the freedom, for the whole cell.
             let held = PoseRegion::rectangle(pose, sides(0.0, 0.0));
             match family.narrow.region_verdict_between(&family.wide, &held) {
                 RegionVerdict::Reachable(_) => return Some(true),
@@ -94,21 +94,21 @@ pub(super) struct Cell {
     pub(super) half: [f64; 2],
 }
 
-/// The wall that is traced, and what it stands for.
+/// The wall that is traced, and the images it represents.
 pub(super) struct Images {
     wall: Wall,
-    /// For the family of arms of all images, or the arm itself.
+    /// Solver of the family of arms of all images, or of the arm itself.
     solver: ExactSolver,
-    /// Other than the wall itself; their mirror images belong to them.
+    /// The other images, each including its mirror image.
     others: Vec<Wall>,
-    /// The arm itself.
+    /// Solver of the arm itself.
     direct: ExactSolver,
-    /// Must a part of the board or a freedom be searched at each point?
+    /// True if a part of the board or a freedom must be searched at each point.
     is_searched: bool,
 }
 
 impl Images {
-    /// A wall that stands for itself alone.
+    /// A wall without images.
     pub(super) fn none(solver: &ExactSolver, plane: WallPlane) -> Result<Self> {
         Ok(Self {
             wall: Wall::new(plane, solver)?,
@@ -119,8 +119,7 @@ impl Images {
         })
     }
 
-    /// The wall at heading 0 that stands for those at the given headings, rad, and for the mirror images of all of them,
-    /// if there may be such a one.
+    /// The wall at heading 0 that represents those at the given headings, rad, and the mirror images of all of them, if possible.
     pub(super) fn of_headings(
         solver: &ExactSolver,
         headings: &[f64],
@@ -149,7 +148,7 @@ impl Images {
         &self.wall.plane
     }
 
-    /// Is the half at s < 0 the mirror image of the other?
+    /// True if the half at s < 0 is the mirror image of the other.
     pub(super) fn mirror(&self) -> bool {
         !self.others.is_empty()
     }
@@ -203,7 +202,7 @@ impl Images {
         Ok(Line { z, ends })
     }
 
-    /// Is a point reachable?
+    /// True if a point is reachable.
     pub(super) fn is_reachable(&self, at: WallPoint) -> Result<bool, Stop> {
         if self.is_searched {
             return Ok(self
@@ -230,7 +229,7 @@ impl Images {
         }
     }
 
-    /// Is all of a rectangle reachable in every image, or none of it in any?
+    /// Whether all of a rectangle is reachable in every image, or none in any; `None` if unproven.
     pub(super) fn verdict(&self, cell: Cell) -> Option<bool> {
         let found = self.wall.verdict(&self.solver, cell);
         if found.is_some() || !self.solver.family().is_family {
@@ -255,7 +254,7 @@ fn mirrored(at: WallPoint) -> WallPoint {
     WallPoint::new(-at.s_m, at.z_m)
 }
 
-/// The ends of the intervals; parts and gaps no wider than `hair` are rounding.
+/// The ends of the intervals; parts and gaps up to `hair` are rounding.
 fn ends(found: &LineReachability, hair: f64) -> Vec<f64> {
     let mut ends: Vec<f64> = Vec::with_capacity(2 * found.intervals.len());
     for span in found.intervals.iter().map(|i| i.span) {
@@ -265,7 +264,7 @@ fn ends(found: &LineReachability, hair: f64) -> Vec<f64> {
             _ => {}
         }
     }
-    // Numbers next to zero would underflow in exact predicates.
+    // Values close to zero would underflow in exact predicates.
     for end in &mut ends {
         if end.abs() < f64::EPSILON * hair {
             *end = 0.0;

@@ -1,4 +1,4 @@
-//! A proof that a traced region holds between its lines, by squares.
+//! A proof by squares that a traced region is correct between its lines.
 
 use super::extent::Extent;
 use super::images::{Cell, Images};
@@ -6,29 +6,29 @@ use super::strips::{Strips, meets_square};
 use crate::line::Interval;
 use crate::wall::WallPoint;
 
-/// Sides of the first squares are at most this, in lengths of the stretched wrist.
+/// Maximum side of the first squares, relative to the longest shoulder-wrist distance.
 const FIRST_SIDE: f64 = 0.1;
 
-/// A square away from the outline of which nothing is proven is quartered at most this often
-/// beyond the smallest ones beside the outline.
+/// An undecided square away from the outline is quartered at most this often below the size of the
+/// smallest ones near the outline.
 const EXTRA_DEPTH: usize = 3;
 
-/// What is proven of a [`WallRegion`](super::WallRegion) by [`WallRegion::proof`](super::WallRegion::proof). The areas add
-/// up to that of a rectangle around all that the arm could reach.
+/// What is proven about a [`WallRegion`](super::WallRegion), from [`WallRegion::proof`](super::WallRegion::proof). The
+/// areas add up to a rectangle around everything reachable.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RegionProof {
-    /// Proven to be as the polygons say, m².
+    /// Polygons proven correct, m².
     pub proven_m2: f64,
-    /// Nearer to the outline than the given distance, m²: not looked at.
+    /// Closer to the outline than the given distance, m²: not tested.
     pub outline_m2: f64,
     /// Neither proven nor contradicted, m².
     pub unproven_m2: f64,
-    /// Proven to be other than the polygons say, m².
+    /// Polygons proven wrong, m².
     pub contradicted_m2: f64,
-    /// Middles of the contradicted squares: a part that lies between two lines. Polygons with a
-    /// smaller [`spacing_m`](super::PolygonConfig::spacing_m) will have it.
+    /// Middles of the contradicted squares: parts between two lines. A smaller
+    /// [`spacing_m`](super::PolygonConfig::spacing_m) resolves them.
     pub contradictions: Vec<WallPoint>,
-    /// Squares that were looked at.
+    /// Squares tested.
     pub squares: usize,
 }
 
@@ -44,16 +44,16 @@ impl RegionProof {
     }
 }
 
-/// A region that was traced along lines.
+/// A region traced along lines.
 pub(super) struct TracedRegion<'a> {
     pub(super) strips: &'a Strips,
     /// All edges of its rings.
     pub(super) edges: &'a [[WallPoint; 2]],
-    /// Nothing is in reach outside.
+    /// Contains everything reachable.
     pub(super) extent: Extent,
 }
 
-/// Compares a region with the arm wherever its outline is further than `beyond_m` away.
+/// Compares a region with the arm at points farther than `beyond_m` from its outline.
 pub(super) fn prove(images: &Images, region: &TracedRegion, beyond_m: f64) -> RegionProof {
     let TracedRegion {
         strips,
@@ -63,7 +63,7 @@ pub(super) fn prove(images: &Images, region: &TracedRegion, beyond_m: f64) -> Re
     let mut prover = Prover {
         images,
         strips,
-        // A square with a corner this near and a diagonal of the same length is near enough.
+        // A square within this distance and with a diagonal of the same length lies within `beyond_m`.
         margin: 0.5 * beyond_m,
         smallest: 0.5 * beyond_m / std::f64::consts::SQRT_2,
         edges: edges.to_vec(),
@@ -101,17 +101,17 @@ pub(super) fn prove(images: &Images, region: &TracedRegion, beyond_m: f64) -> Re
 struct Prover<'a> {
     images: &'a Images,
     strips: &'a Strips,
-    /// Nothing is tested nearer to the outline than this, m.
+    /// Nothing closer to the outline than this is tested, m.
     margin: f64,
-    /// Side of squares beside the outline, m.
+    /// Side of squares near the outline, m.
     smallest: f64,
-    /// All parts of the outline, then for each square around the present one those that may come near it.
+    /// All edges of the outline, then a stack: for each enclosing square the edges that may be near it.
     edges: Vec<[WallPoint; 2]>,
     proof: RegionProof,
 }
 
 impl Prover<'_> {
-    /// `first`: from there on the edges are all that may come near the cell.
+    /// `first`: edges from this index on are those that may be near the cell.
     fn visit(&mut self, cell: Cell, first: usize, depth: usize) {
         self.proof.squares += 1;
         let Cell { middle, half } = cell;
@@ -131,7 +131,7 @@ impl Prover<'_> {
         let is_near = self.edges.len() > end;
         let mut left = depth;
         if !is_near {
-            // All of the cell is inside, or all of it outside.
+            // The whole cell is inside or outside.
             let expected = self.strips.contains(middle);
             match self.images.verdict(cell) {
                 Some(verdict) if verdict == expected => {

@@ -16,10 +16,10 @@ use crate::wall::{WallPlane, WallPoint};
 use hwall_numeric::check::{finite, positive, that};
 use std::collections::{HashMap, HashSet};
 
-/// A plane is searched along at least this many lines.
+/// Minimum number of lines per plane.
 const LEAST_LINES: f64 = 16.0;
 
-/// Lines are added at most this often, each time where squares contradict the polygons.
+/// Maximum number of repairs, which add lines where squares contradict the polygons.
 const REPAIRS: usize = 4;
 
 /// The reachable part of a wall.
@@ -53,8 +53,8 @@ pub struct WallRegion {
 impl WallRegion {
     /// Traces many planes, on all cores with the feature `parallel`.
     ///
-    /// Planes at one distance are alike, but for the limits of joint 1: where these provably make no difference one of
-    /// them is traced for all. Corners may then differ from those of [`of_plane`](Self::of_plane), within the accuracy.
+    /// Planes at one distance differ only by the limits of joint 1: where these provably make no difference, one plane
+    /// is traced for all. Corners may then differ from those of [`of_plane`](Self::of_plane), within the accuracy.
     ///
     /// # Errors
     /// As [`of_plane`](Self::of_plane).
@@ -99,10 +99,10 @@ impl WallRegion {
             .collect())
     }
 
-    /// Traces what the solver's arm can reach of a plane.
+    /// Traces the part of a plane that the solver's arm can reach.
     ///
-    /// Where the plane provably looks the same in the mirror through base axis and normal, one half stands for the
-    /// other.
+    /// If the plane is provably symmetric under reflection in the plane of base axis and normal, one half
+    /// represents the other.
     ///
     /// # Errors
     /// Settings outside their ranges, a NaN or reversed height range, more than a million lines.
@@ -129,13 +129,12 @@ impl WallRegion {
         match Self::trace(&Images::none(&solver, *plane)?, config) {
             Ok(region) => Ok(region),
             Err(Stop::Failed(error)) => Err(error),
-            // Never: there are no images.
+            // Cannot occur: there are no images.
             Err(Stop::ImagesDiffer) => Err(ReachabilityError::Empty { what: "images" }),
         }
     }
 
-    /// The plane at heading 0 that stands for those at the given headings and for their mirror images; `None` where they
-    /// are not all alike.
+    /// The plane at heading 0 that represents those at the given headings and their mirror images; `None` if they are not all alike.
     fn of_images(
         solver: &ExactSolver,
         headings: &[f64],
@@ -167,7 +166,7 @@ impl WallRegion {
         let extent = extent(images.direct(), images.plane(), clip_m)?;
         let (mut contour, mut proof) = (Contour::default(), None);
         if let Some(extent) = extent {
-            // At least some lines where only little is in reach.
+            // Enough lines even if only little is reachable.
             let most_m = (extent.heights.length_m() / LEAST_LINES).max(accuracy_m);
             let spacing_m = spacing_m.min(most_m);
             let mut tracer = Tracer::new(images, accuracy_m, spacing_m, extent.heights)?;
@@ -222,7 +221,7 @@ impl WallRegion {
         self.plane
     }
 
-    /// The connected parts; empty where nothing, or only a point or a line, is in reach.
+    /// The connected parts; empty if nothing, or only a point or a line, is reachable.
     #[must_use]
     pub fn polygons(&self) -> &[WallPolygon] {
         &self.polygons
@@ -249,21 +248,20 @@ impl WallRegion {
         self.triangles.iter().map(area).sum()
     }
 
-    /// Is the point in one of the polygons? Their outlines belong to them; NaN is nowhere.
+    /// True if the point is in one of the polygons, outline included; false for NaN.
     #[must_use]
     pub fn contains(&self, at: WallPoint) -> bool {
         self.strips.contains(at)
     }
 
-    /// The point of the polygons nearest to `at`: itself where they contain it, `None` where there
+    /// The point of the polygons nearest to `at`: `at` itself if they contain it, `None` if there
     /// are no polygons, or for NaN.
     #[must_use]
     pub fn nearest(&self, at: WallPoint) -> Option<WallPoint> {
         self.strips.nearest(at)
     }
 
-    /// What was proven while the region was made, `None` if that was not asked for or nothing is
-    /// near enough to be in reach.
+    /// The proof made with the region; `None` if not requested or if nothing can be reachable.
     #[must_use]
     pub const fn proof(&self) -> Option<&RegionProof> {
         self.proof.as_ref()
@@ -281,7 +279,7 @@ fn key(plane: &WallPlane) -> [u64; 2] {
     [plane.heading_rad(), plane.distance_m()].map(f64::to_bits)
 }
 
-/// Different planes, those that may stand for each other together.
+/// Distinct planes, grouped by those that may represent each other.
 fn alike(planes: &[WallPlane]) -> Vec<Vec<&WallPlane>> {
     let mut seen = HashSet::new();
     let mut distances: Vec<Vec<&WallPlane>> = Vec::new();
@@ -341,7 +339,7 @@ mod tests {
         ExactSolver::new(&arm, &ExactConfig::default()).expect("valid")
     }
 
-    /// A half of one wall against all of each: same areas, same verdicts, same proof.
+    /// Half of one wall against each whole wall: same areas, same verdicts, same proof.
     #[test]
     fn a_half_stands_for_all_of_its_images() {
         let solver = solver(|_, limit| limit);
@@ -385,7 +383,7 @@ mod tests {
         }
     }
 
-    /// Limits that differ from their mirror images end the half; all of the wall is traced then.
+    /// Limits that are not mirror symmetric end the half trace; then the whole wall is traced.
     #[test]
     fn images_that_differ_are_traced_one_by_one() {
         let uneven = solver(|joint, limit| match joint {

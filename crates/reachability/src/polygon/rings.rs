@@ -1,7 +1,7 @@
 //! Rings of chords and lids between neighbouring lines.
 //!
-//! Chords of one strip keep the order of the ends on both of its lines and so cannot cross, and
-//! each end has one neighbour above and one below: the rings are simple, whatever the lines hold.
+//! Chords of one strip keep the order of the ends on both of its lines, so they cannot cross, and
+//! each end has one neighbour above and one below: the rings are simple for any lines.
 
 use super::strips::Strips;
 use crate::wall::WallPoint;
@@ -22,8 +22,7 @@ pub(super) struct Line {
     pub(super) ends: Vec<f64>,
 }
 
-/// Does each interval, and each gap between them, overlap its counterpart on the other line? (Also
-/// where both lines are empty.)
+/// True if each interval, and each gap between them, overlaps its counterpart on the other line (also if both are empty).
 pub(super) fn goes_on(a: &[f64], b: &[f64]) -> bool {
     let mut pairs = a.windows(2).zip(b.windows(2));
     a.len() == b.len() && pairs.all(|(a, b)| a[0].max(b[0]) < a[1].min(b[1]))
@@ -35,16 +34,15 @@ pub(super) enum Link {
         lower: usize,
         upper: usize,
     },
-    /// Of the stretch from this end of the lower line to the next.
+    /// Lid of the stretch from this end of the lower line to the next.
     LowerLid(usize),
     UpperLid(usize),
 }
 
 /// Joins the ends of two lines.
 ///
-/// Stretches (intervals) of both lines that overlap, directly or through others, belong together:
-/// their outermost ends are joined. Inside, the same holds for the gaps, and so on. A stretch that
-/// overlaps nothing gets a lid.
+/// Stretches (intervals) of both lines that overlap, directly or through others, form a group whose outermost ends
+/// are joined. Within it the same is done for the gaps, and so on. A stretch that overlaps nothing gets a lid.
 pub(super) fn join(
     lower: (&[f64], Range<usize>),
     upper: (&[f64], Range<usize>),
@@ -55,7 +53,7 @@ pub(super) fn join(
     while i < lower.end || k < upper.end {
         let (i0, k0) = (i, k);
         let mut hi = f64::INFINITY;
-        // The leftmost stretch, then all that overlap what is taken so far.
+        // Start with the leftmost stretch and add all that overlap the group.
         loop {
             let next_low = (i < lower.end).then(|| low[i]).filter(|&lo| lo < hi);
             let next_up = (k < upper.end).then(|| up[k]).filter(|&lo| lo < hi);
@@ -95,7 +93,7 @@ pub(super) fn connect(lines: &[Line]) -> Contour {
         .iter()
         .flat_map(|line| line.ends.iter().map(|&s| WallPoint::new(s, line.z)))
         .collect();
-    // The region lies on the left: upper ends run upwards, lower ends downwards.
+    // The region is on the left: upper ends run upwards, lower ends downwards.
     let mut next = vec![usize::MAX; points.len()];
     let mut strips = Strips::default();
     let nothing: &[f64] = &[];
@@ -138,7 +136,7 @@ pub(super) fn connect(lines: &[Line]) -> Contour {
             ring.push(points[at]);
             at = std::mem::replace(&mut next[at], usize::MAX);
         }
-        // Islands and holes that only one line met are left out.
+        // Omit islands and holes that only one line meets.
         if ring.len() > 2 {
             contour.rings.push(ring);
         }
@@ -152,7 +150,7 @@ mod tests {
     use crate::polygon::triangulation::triangulate;
     use hwall_testkit::Sampler;
 
-    /// Unrelated lines: every way to begin, end, part and merge.
+    /// Unrelated lines: every way to begin, end, split and merge.
     #[test]
     fn any_lines_make_simple_rings() {
         let mut sampler = Sampler::new(1);
@@ -205,7 +203,7 @@ mod tests {
             line(4.0, &[0.0, 9.0]),
         ];
         let contour = connect(&lines);
-        // An outline and a hole; the island on one line only is a sliver.
+        // An outline and a hole; the island on only one line is a sliver.
         let mut corners: Vec<usize> = contour.rings.iter().map(Vec::len).collect();
         corners.sort_unstable();
         assert_eq!(corners, [6, 10]);

@@ -2,15 +2,14 @@
 
 use crate::wall::WallPoint;
 
-/// Strips between neighbouring lines, upwards; in each a sorted row of trapezoids.
+/// Strips between neighbouring lines, bottom to top; each is a sorted row of trapezoids.
 ///
-/// Of the chords of a strip the even ones have the region on their right, the odd ones on
-/// their left.
+/// Even chords of a strip have the region on their right, odd ones on their left.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Strips {
     /// Height of each line, m.
     heights: Vec<f64>,
-    /// How many chords lie in the strips below each line.
+    /// Number of chords in the strips below each line.
     counts: Vec<usize>,
     /// `s` at the lower and at the upper line of a chord's strip, m.
     chords: Vec<[f64; 2]>,
@@ -37,7 +36,7 @@ impl Strips {
         })
     }
 
-    /// Index of the strip at height `z`: the lower one at a line, the nearest one outside of all.
+    /// Index of the strip at height `z`: the lower one on a line, the nearest one outside all.
     fn at_height(&self, z: f64) -> usize {
         let above = self.heights.partition_point(|&h| h < z);
         above.clamp(1, self.heights.len() - 1) - 1
@@ -64,7 +63,7 @@ impl Strips {
         }
         let start = self.at_height(at.z_m);
         let mut best: Option<(f64, WallPoint)> = None;
-        // Upwards and downwards, until the strips themselves are further away.
+        // Search up and down until the strips themselves are farther away.
         let upwards = start..self.heights.len() - 1;
         let downwards = (0..start).rev();
         for (indices, sign) in [
@@ -143,7 +142,7 @@ fn nearest_of_segment(from: WallPoint, to: WallPoint, at: WallPoint) -> WallPoin
     WallPoint::new(from.s_m + share * s, from.z_m + share * z)
 }
 
-/// Does a segment meet a rectangle (`middle` plus or minus `half`, with its border)?
+/// True if a segment meets a rectangle (`middle` plus or minus `half`, border included).
 pub(super) fn meets_square(segment: &[WallPoint; 2], middle: WallPoint, half: [f64; 2]) -> bool {
     let [a, b] = segment.map(|p| [p.s_m - middle.s_m, p.z_m - middle.z_m]);
     let apart =

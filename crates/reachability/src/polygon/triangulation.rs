@@ -5,7 +5,7 @@ use crate::wall::WallPoint;
 use spade::handles::FixedFaceHandle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 
-/// The triangles inside of rings that do not cross, counter-clockwise.
+/// The triangles inside rings that do not cross, counter-clockwise.
 ///
 /// Indices count the corners of all rings, one ring after the other. A triangle is inside if a path
 /// from it to the outside crosses an odd number of ring edges.
@@ -33,7 +33,7 @@ pub(super) fn triangulate<'a>(
     if conflicts > 0 || mesh.num_vertices() != count {
         return Err(failed());
     }
-    // From the outside inwards, by number of edges crossed.
+    // From the outside inwards, by the number of edges crossed.
     let mut inside = vec![None; mesh.num_all_faces()];
     let outer = mesh.outer_face().fix();
     let index = |face: FixedFaceHandle<_>| -> usize { face.index() };

@@ -34,7 +34,7 @@ pub(super) fn edges(ring: &[WallPoint]) -> impl Iterator<Item = [WallPoint; 2]> 
 
 /// Positive for rings that run counter-clockwise, m².
 pub(super) fn signed_area_m2(ring: &[WallPoint]) -> f64 {
-    // From the first corner, so that small rings far away keep their digits.
+    // Relative to the first corner, so that small distant rings keep their digits.
     let Some(&origin) = ring.first() else {
         return 0.0;
     };
@@ -46,7 +46,7 @@ pub(super) fn signed_area_m2(ring: &[WallPoint]) -> f64 {
     0.5 * ring.windows(2).map(cross).sum::<f64>()
 }
 
-/// Is a point that is no corner inside of a ring?
+/// True if a point that is not a corner is inside a ring.
 fn encloses(ring: &[WallPoint], at: WallPoint) -> bool {
     let mut inside = false;
     let mut a = ring[ring.len() - 1];
@@ -60,7 +60,7 @@ fn encloses(ring: &[WallPoint], at: WallPoint) -> bool {
     inside
 }
 
-/// Gives each hole to the smallest outline around it.
+/// Assigns each hole to the smallest outline around it.
 pub(super) fn nested(rings: Vec<Vec<WallPoint>>) -> Vec<WallPolygon> {
     let (outer, holes): (Vec<_>, Vec<_>) = rings.into_iter().partition(|r| signed_area_m2(r) > 0.0);
     let polygon = |outline: Vec<WallPoint>| {

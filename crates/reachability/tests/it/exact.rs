@@ -1,4 +1,4 @@
-//! The exact solver against the verdict of single poses: outside its bands it may never be wrong.
+//! The exact solver against the verdicts of single poses: it must be right everywhere outside its bands.
 
 use crate::common::lines::check_line;
 use crate::common::{exact_config, exact_solver, line};
@@ -16,7 +16,7 @@ fn solver(arm: &SrsArm, accuracy_m: f64) -> ExactSolver {
     exact_solver(arm, |c| c.accuracy_m = accuracy_m)
 }
 
-/// The answer of a 7-joint arm of common size, compared with its verdicts.
+/// Results for a 7-joint arm of typical size, compared with its verdicts.
 fn solved(
     arm: &SrsArm,
     solver: &ExactSolver,
@@ -69,7 +69,7 @@ fn random_lines_of_many_arms() {
 
 #[test]
 fn walls_beside_and_behind_the_arm() {
-    // ±90 degrees, where a tangent of the heading has no value, and beyond.
+    // ±90 degrees, where the tangent of the heading is undefined, and beyond.
     let arm = SrsArm::iiwa7();
     let solver = solver(&arm, 1e-6);
     let mut sampler = Sampler::new(SEED);
@@ -94,7 +94,7 @@ fn walls_beside_and_behind_the_arm() {
 
 #[test]
 fn full_stretch_is_found_in_closed_form() {
-    // Where only the length of the arm ends the line, the ends are known: no bands, no error.
+    // If only the arm's length limits the line, the ends are exact: no bands, no error.
     let arm = SrsArm::iiwa7();
     let reach = solver(&arm, 1e-6)
         .line(&line(0.0, 0.526, 0.34))
@@ -109,9 +109,8 @@ fn full_stretch_is_found_in_closed_form() {
 
 #[test]
 fn lines_that_only_touch_the_reachable_set() {
-    // At this height joint 2 must sit on its limit with the forearm straight down: the published
-    // grid's lowest line touches the reachable set in single points. The same for joint 6 where
-    // the wrist is 0.6 m behind the shoulder.
+    // At this height joint 2 must be at its limit with the forearm straight down: the published grid's lowest line
+    // touches the reachable set in single points. The same holds for joint 6 with the wrist 0.6 m behind the shoulder.
     let arm = SrsArm::iiwa7();
     let mut sampler = Sampler::new(SEED);
     for accuracy_m in [1e-4, 1e-6] {
@@ -127,7 +126,7 @@ fn lines_that_only_touch_the_reachable_set() {
             assert!(reach.length_m() < 1e-3, "{reach:?}");
         }
     }
-    // Lines that approach them: slivers down to nothing.
+    // Lines that approach them: ever narrower slivers.
     let solver = solver(&arm, 1e-6);
     for off in (2..14).flat_map(|exponent| [-1.0, 1.0].map(|s| s * 10.0_f64.powi(-exponent))) {
         for line in [line(0.0, 0.426, -0.26 + off), line(0.0, -0.474 + off, 0.34)] {
@@ -176,7 +175,7 @@ fn hard_limits() -> Vec<(&'static str, [JointLimit; 7])> {
         ("joint 7 within 5 degrees", with(6, deg(85.0, 95.0))),
         ("all shrunk", iiwa.map(|l| l.shrunk(1.2))),
         ("joint 1 free", with(0, JointLimit::FREE)),
-        // The reachable part of a line is what one fixed shoulder plane gives.
+        // One fixed shoulder plane determines the reachable part of a line.
         ("joint 1 locked", with(0, deg(17.0, 17.0))),
     ]
 }
@@ -214,7 +213,7 @@ fn every_accuracy_keeps_its_word() {
             let reach = solved(&arm, &solver, &line, &mut sampler, 100);
             let exact = truth.line(&line).expect("solved");
             for band in &reach.unknown {
-                // Bands about ends are narrower than the accuracy; tangencies may take a few.
+                // Bands at ends are narrower than the accuracy; tangencies may add a few.
                 assert!(
                     band.length_m() <= 40.0 * accuracy_m,
                     "{accuracy_m} {band:?}"
@@ -259,7 +258,7 @@ fn branches_hold_all_along_an_interval() {
         }
     }
     assert!(named > 150, "{named}");
-    // All of them, at the roll that has most: never fewer than were met on the way.
+    // All branches, at the roll with the most: never fewer than found during the search.
     let solver = exact_solver(&arm, |c| c.roll = Roll::quarter_turns());
     let line = line(0.0, 0.55, 0.9);
     let reach = solver.line(&line).expect("solved");
@@ -298,7 +297,7 @@ fn bad_settings_are_named() {
     refused(&|c| c.roll = Roll::Fixed(f64::NAN));
     refused(&|c| c.roll = Roll::AnyOf(vec![0.0, f64::INFINITY]));
     refused(&|c| c.roll = Roll::AnyOf(vec![]));
-    // A board of 1e160 m panicked.
+    // Regression: a board of 1e160 m caused a panic.
     for bad in [-0.1, 1e3, 1e160, 1e308, f64::INFINITY, f64::NAN] {
         for [half_width_m, half_height_m] in [[bad, 0.1], [0.1, bad], [bad, bad]] {
             let error = refused(&|c| {
@@ -328,7 +327,7 @@ fn bad_settings_are_named() {
     assert!(solver.line(&nan).is_err());
 }
 
-/// Lines at every distance and height are answered or refused.
+/// Lines at every distance and height give a result or an error.
 #[test]
 fn lines_out_of_this_world_do_not_panic() {
     let solver = ExactSolver::new(&SrsArm::iiwa7(), &ExactConfig::default()).unwrap();

@@ -1,4 +1,4 @@
-//! Rolls and parts of the board to choose from: reached by any of them is reached.
+//! Choices of roll and board part: a point is reached if any choice reaches it.
 
 use crate::common::lines::{check_line, places};
 use crate::common::{ANY_PART, exact_config, exact_solver, line};
@@ -53,7 +53,7 @@ fn a_free_roll_with_and_without_a_tilted_tool() {
             let reach = solver.line(&line).expect("solved");
             let mut found = 0;
             for s in places(&reach, 1.0, &mut sampler, 30) {
-                // A roll that reaches proves it; that none of 720 does is no proof.
+                // A single reaching roll is a proof; failure of 720 rolls is not.
                 let any = (0..720).any(|i| {
                     let roll = f64::from(i) * PI / 360.0;
                     arm.is_reachable(&line.board_pose(s, roll).expect("finite"))
@@ -101,7 +101,7 @@ fn any_part_of_the_board() {
             });
             assert!(!any || reach.contains(s), "{line:?} at {s}: {reach:?}");
             if reach.contains(s) && !any {
-                // The grid of offsets may miss a sliver: a finer look must find it.
+                // The grid of offsets may miss a sliver: a finer grid must find it.
                 assert!(
                     solver.is_reachable(&line, s).expect("finite"),
                     "{line:?} at {s}"
@@ -113,7 +113,7 @@ fn any_part_of_the_board() {
 
 #[test]
 fn any_part_of_the_board_is_proven_to_the_accuracy() {
-    // The height of the middle is searched: the bands at the ends must stay narrow all the same.
+    // The height of the middle is searched: the bands at the ends must still be narrow.
     let tool = Pose::from_translation(DVec3::Z * 0.05).expect("finite");
     let arm = SrsArm::iiwa14().with_tool(tool);
     for accuracy_m in [1e-3, 1e-6] {

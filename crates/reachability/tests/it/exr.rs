@@ -68,7 +68,7 @@ fn a_layer_a_plane_with_its_place_and_shares() {
         };
         let (reachable, unproven) = (channel("reachable"), channel("unproven"));
         for row in 0..rows {
-            // The highest on top, whichever way the heights count.
+            // The highest row on top, for ascending and descending heights.
             let height = if wall == 0 { rows - 1 - row } else { row };
             let index = LineIndex {
                 wall,

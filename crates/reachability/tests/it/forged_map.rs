@@ -1,4 +1,4 @@
-//! Maps whose checksum was made right again after somebody changed what they say.
+//! Forged maps: changed content with a corrected checksum.
 
 use glam::DVec3;
 use hwall_kinematics::SrsArm;
@@ -39,7 +39,7 @@ fn map() -> Vec<u8> {
     kept.unwrap().to_bytes()
 }
 
-/// The map with another number in the place of one, and the checksum of that.
+/// The map with one number replaced, and the matching checksum.
 fn forged(bytes: &[u8], from: f64, to: f64) -> Vec<u8> {
     let mut forged = bytes.to_vec();
     let from = from.to_le_bytes();

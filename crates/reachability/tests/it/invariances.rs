@@ -1,4 +1,4 @@
-//! Where an arm reaches on a wall depends on neither the heading, the handedness of the world, the unit of length nor the order of walls.
+//! Reachability on a wall does not depend on the heading, the handedness of the world, the unit of length or the order of walls.
 
 use crate::common::{exact_config, line};
 use glam::DVec3;
@@ -28,11 +28,11 @@ fn drawn(sampler: &mut Sampler) -> [f64; 3] {
     ]
 }
 
-/// Both lines have the same stretches, those of the second seen through a change of the place on it.
+/// Both lines have the same stretches, after mapping positions of the second line.
 fn same(a: &LineReachability, b: &LineReachability, place: impl Fn(f64) -> f64, size: f64) {
     let ends = |reach: &LineReachability, place: &dyn Fn(f64) -> f64| {
         let spans = reach.intervals.iter().map(|i| i.span);
-        // What only just is reached may be so within the accuracy or not.
+        // Points barely reached may differ within the accuracy.
         let long = spans.filter(|span| span.length_m() > 1e-3);
         let mut ends: Vec<f64> = long.flat_map(|s| [place(s.lo_m), place(s.hi_m)]).collect();
         ends.sort_by(f64::total_cmp);

@@ -1,5 +1,4 @@
-//! Keep-out boxes against hand computation, against independent proofs of overlap and of
-//! separation, and in the cases where axes degenerate.
+//! Keep-out boxes against hand computation, against independent proofs of overlap and separation, and with degenerate axes.
 
 use crate::common::solids::{Solid, distance_m, proven_overlap};
 use glam::{DMat3, DVec3};
@@ -154,7 +153,7 @@ fn boxes_by_hand() {
     let spans = blocked(&pedestal, &plate(BOARD), &low, 0.0);
     assert_span(&spans, -0.3, 0.3, 1e-12);
     assert!(blocked(&pedestal, &plate(BOARD), &line(-FRAC_PI_2, 0.3, 0.1), 0.0).is_empty());
-    // Two carried bodies that do not meet leave the way between them free.
+    // Two separate carried bodies leave the gap between them free.
     let apart = Carried {
         plate: Some(BOARD),
         last_link: Some(Capsule {
@@ -177,7 +176,7 @@ fn plates_against_proofs_of_overlap_and_separation() {
         let spans = blocked(&case.keep_out, &case.carried, &case.line, case.roll_rad);
         assert!(spans.len() <= 1);
         meet += spans.len();
-        // Random places, and both sides of each end.
+        // Random positions, and both sides of each end.
         let mut places = sampler.within(&[(-1.2, 1.2); 12]);
         for end in spans.iter().flat_map(|s| [s.lo_m, s.hi_m]) {
             places.extend([end - 1e-6, end + 1e-6, end - 1e-3, end + 1e-3]);
@@ -222,7 +221,7 @@ fn capsules_are_at_their_radius_at_both_ends() {
         for s in sampler.within(&[(-1.5, 1.5); 10]) {
             let inside = spans.iter().any(|span| span.lo_m < s && s < span.hi_m);
             let gap_m = gap(s);
-            // A segment inside the box has no depth by this measure, so zero radius is left open.
+            // A segment inside the box has zero depth by this measure, so zero radius is not tested.
             if gap_m.abs() > 1e-12 {
                 assert_eq!(inside, gap_m < 0.0, "s = {s}, {spans:?}, {gap_m:e}");
             }
@@ -266,7 +265,7 @@ fn face_to_face_is_a_touch_at_any_heading_place_and_size() {
         for offset in neighbours {
             let touching = place(wall_axes, offset);
             assert!(blocked(&touching, &plate(board), &along, 0.0).is_empty());
-            // A hundred-millionth nearer, and it overlaps all along the face.
+            // 1e-8 nearer, it overlaps along the whole face.
             let nearer = place(wall_axes, offset * (1.0 - 1e-8));
             let spans = blocked(&nearer, &plate(board), &along, 0.0);
             let reach = half.x + board.half_width_m;
@@ -317,7 +316,7 @@ fn almost_parallel_edges_change_nothing() {
 
 #[test]
 fn a_box_far_from_the_base_keeps_its_touch() {
-    // The positions round to 1e-13 there: the touch is relative to them, not to the gap.
+    // The positions round to 1e-13 there: the tolerance is relative to them, not to the gap.
     let along = line(0.7, 1e3, 0.2);
     let (n, t) = (along.plane.normal(), along.plane.along());
     let axes = DMat3::from_cols(t, DVec3::Z, n);
@@ -382,7 +381,7 @@ fn what_is_no_box_load_or_line_is_an_error() {
     ] {
         assert_out_of_range(load.validate());
     }
-    // Distances whose sum overflows are refused, the largest below that are not.
+    // Distances whose sum overflows are rejected, the largest below that are not.
     let huge = line(0.0, 1e308, 1e308);
     assert!(cube.blocked_on_line(&plate(BOARD), &huge, 0.0).is_err());
     let load = link(DVec3::ZERO, DVec3::X * 1e300, 1e299);

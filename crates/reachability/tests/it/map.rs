@@ -23,7 +23,7 @@ fn wall(heading_rad: f64, distances: Steps, heights: Steps) -> WallGrid {
     }
 }
 
-/// Few lines, all kinds of headings.
+/// Few lines, various headings.
 fn small_grid() -> Vec<WallGrid> {
     [-45.0, 0.0, 15.0, 90.0, 135.0, 180.0, -179.0_f64]
         .iter()
@@ -38,7 +38,7 @@ fn build(arm: &SrsArm, config: &ExactConfig, walls: Vec<WallGrid>) -> Reachabili
     ReachabilityMap::build(arm, config, walls).expect("built")
 }
 
-/// Every line of a map against the line solved for itself: where both are proven they agree.
+/// Every line of a map against the line solved alone: they agree where both are proven.
 fn check_against_lines(
     arm: &SrsArm,
     config: &ExactConfig,
@@ -149,7 +149,7 @@ fn look_ups_find_the_nearest_line() {
         agree += usize::from(map.is_reachable(point, normal).expect("finite") == up.reachable);
     }
     assert!(found > 5_000, "{found}");
-    // The nearest line is not the point itself: most, but not all.
+    // The nearest line is not the point itself: most verdicts agree, not all.
     assert!(
         agree * 100 > found * 90 && agree < found,
         "{agree} of {found}"
@@ -192,7 +192,7 @@ fn one_wall_of_a_scene_holds_its_own_heights_only() {
             .reachable
     );
     assert_eq!(map.look_up(DVec3::new(0.7, 0.3, 0.5), DVec3::X), None);
-    // Its left and right borders count too.
+    // Its left and right borders apply too.
     let (at, normal) = (DVec3::new(0.6, 0.0, 0.0), DVec3::X);
     let wall = WallGrid::for_wall(at, normal, Interval::new(0.2, 1.0), 0.05).expect("vertical");
     let corners = [DVec3::new(0.6, -0.1, 0.2), DVec3::new(0.6, 0.3, 1.0)];
@@ -219,7 +219,7 @@ fn the_nearest_reachable_point() {
     let arm = SrsArm::iiwa7();
     let solver = ExactSolver::new(&arm, &ExactConfig::default()).expect("valid");
     let plane = WallPlane::new(0.0, 0.526).expect("finite");
-    // Before the arm the reachable part is a disc of the stretched arm about the shoulder's foot.
+    // In front of the arm the reachable part is a disc of the stretched arm around the projected shoulder.
     let radius = (0.8_f64 * 0.8 - 0.4 * 0.4).sqrt();
     let mut sampler = Sampler::new(SEED);
     for _ in 0..50 {
@@ -234,7 +234,7 @@ fn the_nearest_reachable_point() {
             .expect("some");
         let pose = plane.board_pose(near, 0.0).expect("finite");
         assert!(arm.is_reachable(&pose));
-        // Below the base the disc is cut by limits: then the way is longer.
+        // Below the base joint limits cut the disc: the distance is longer.
         let distance = near.distance_m(at);
         assert!(distance > off - 1e-6, "{distance} {off}");
         if at.z_m > 0.34 {
@@ -256,7 +256,7 @@ fn the_nearest_reachable_point() {
             .nearest_reachable(&plane, WallPoint::new(f64::NAN, 0.0))
             .is_err()
     );
-    // From the lines of a map: half a step of height less exact.
+    // From the lines of a map: accurate to half a height step.
     let one = wall(0.0, steps(0.526, 0.05, 1), steps(-0.26, 0.05, 31));
     let map = build(&arm, &ExactConfig::default(), vec![one]);
     let at = WallPoint::new(0.9, 0.35);
@@ -402,7 +402,7 @@ fn boxes_are_kept_out_of() {
         }
     }
     assert!(blocked > 100 && kept > 500, "{blocked} {kept}");
-    // A second box with another load leaves the first as it was.
+    // A second box with another load does not change the first.
     let far = KeepOutBox::from_corners("far", DVec3::splat(5.0), DVec3::splat(6.0)).expect("solid");
     let twice = map
         .clone()
@@ -451,7 +451,7 @@ fn bad_files_are_named() {
         Err(ReachabilityError::MapFile(error)) => error,
         other => panic!("{other:?}"),
     };
-    // Every truncation, and a byte more.
+    // Every truncation, and one extra byte.
     for length in 0..bytes.len() {
         let error = refused(&bytes[..length]);
         let expected = match length {

@@ -1,4 +1,4 @@
-//! How far a pose is from the end of what is reached, and why points of a wall are not.
+//! Margins of poses, and reasons why points of a wall are unreachable.
 
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{Pose, SrsArm};

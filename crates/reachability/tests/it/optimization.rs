@@ -30,7 +30,7 @@ fn some_lines() -> Vec<WallLine> {
     lines
 }
 
-/// Residuals and limits of a result, measured again.
+/// Recomputes residuals and limits of a result.
 fn check(chain: &Chain, line: &WallLine, found: &LineExtremes, roll: Option<f64>) {
     for end in [&found.lo, &found.hi] {
         chain.check_limits(&end.q).expect("within limits");
@@ -108,7 +108,7 @@ fn go_on(_: Progress) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
-/// Maps were for arms with a closed form only; for others there were single lines.
+/// Maps of an arm without a closed form.
 #[test]
 fn a_map_of_walls_for_any_chain() {
     let facing = |x: f64, y: f64, width_m: f64| {
@@ -143,7 +143,7 @@ fn a_map_of_walls_for_any_chain() {
         }
     }
     assert!(asked > 800 && held > 300, "{held} of {asked}");
-    // The walls of an arm without a closed form: what is said to be held is held.
+    // The walls of an arm without a closed form: every reported configuration holds its pose.
     let chain = six_joints();
     let map = ChainMap::build(&solver(&chain, 40), vec![facing(0.5, 0.0, 1.0)], &go_on);
     let map = map.expect("a map");
@@ -200,7 +200,7 @@ fn a_map_of_walls_for_any_chain() {
 
 #[test]
 fn a_free_roll_reaches_at_least_as_far() {
-    // The last joint nearly locked: a fixed roll is hard, a free one is not.
+    // The last joint is nearly locked: a fixed roll is hard, a free one easy.
     let mut joints = Chain::iiwa7().joints().to_vec();
     joints[6].limit = JointLimit::symmetric_deg(10.0);
     let chain = Chain::new(joints, Chain::iiwa7().link_from_tip()).expect("valid");
@@ -223,7 +223,7 @@ fn a_free_roll_reaches_at_least_as_far() {
     assert!(longer >= 2, "{longer}");
 }
 
-/// Six joints in the manner of an industrial arm: no closed form here, no redundancy to climb in.
+/// Six joints like an industrial arm: no closed form here, no redundancy for the ascent.
 fn six_joints() -> Chain {
     let at = |x: f64, y: f64, z: f64| Pose::from_translation(DVec3::new(x, y, z)).expect("finite");
     let limit = JointLimit::symmetric_deg(170.0);
@@ -248,7 +248,7 @@ fn six_joints() -> Chain {
 #[test]
 fn six_joints_without_redundancy() {
     let chain = six_joints();
-    // Eight branches and no self-motion between them: each needs a start of its own.
+    // Eight branches without self-motion between them: each needs its own start.
     let solver = solver(&chain, 80);
     for (distance, height) in [(0.5, 0.5), (0.6, 0.2), (0.4, 0.8)] {
         let line = line(0.0, distance, height);
@@ -256,7 +256,7 @@ fn six_joints_without_redundancy() {
         check(&chain, &line, &found, Some(0.0));
         // Symmetric arm, symmetric line.
         assert!((found.lo.s_m + found.hi.s_m).abs() < 1e-6, "{found:?}");
-        // A pose a little further out has no solution that a numeric inverse could find.
+        // For a pose slightly further out, the numeric inverse finds no solution.
         for (s, wanted) in [(found.hi.s_m - 1e-4, true), (found.hi.s_m + 1e-4, false)] {
             let pose = line.board_pose(s, 0.0).expect("finite");
             let config = hwall_kinematics::NumericConfig::thorough();

@@ -1,4 +1,4 @@
-//! Base placement against brute force, in turned scenes, and at hard places.
+//! Base placement against brute force, in rotated scenes, and in hard cases.
 
 use crate::common::{exact_solver, place, scattered_targets, small_config, steps};
 use glam::{DMat3, DVec3};
@@ -28,7 +28,7 @@ fn place_of(placement: &Placement) -> (f64, f64) {
     (at.y, at.x)
 }
 
-/// The board in the frame of the base, turned with it.
+/// The board in the frame of the base.
 fn board_from_base(placement: &Placement, target: &Target, roll_rad: f64) -> Pose {
     let plane = WallPlane::through(target.point_m, target.normal).expect("a wall");
     let room = Pose::new(plane.board_rotation(roll_rad), target.point_m).expect("finite");
@@ -43,7 +43,7 @@ fn rolls(roll: &Roll) -> Vec<f64> {
     }
 }
 
-/// The slow way, one verdict after another: targets reached, worst margin, mean margin.
+/// Brute force, one verdict after another: targets reached, worst margin, mean margin.
 fn by_hand(
     arm: &SrsArm,
     targets: &[Target],
@@ -78,7 +78,7 @@ fn by_hand(
     (count, worst, sum / count as f64)
 }
 
-/// All counts, and the best list, against the slow way.
+/// All counts, and the list of the best, against brute force.
 fn check(arm: &SrsArm, targets: &[Target], config: &PlacementConfig) -> PlacementScores {
     let scores = place(arm, targets, config);
     let mut ranked: Vec<(usize, f64)> = Vec::new();

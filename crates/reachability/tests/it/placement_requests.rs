@@ -1,4 +1,4 @@
-//! What may be asked of base placement: requests, their refusal, and the shape of the answer.
+//! Base placement requests: validation, rejection, and the form of the result.
 
 use crate::common::{place, scattered_targets, small_config, steps};
 use glam::DVec3;
@@ -43,7 +43,7 @@ fn targets_cover_their_rectangle() {
     assert!((least - DVec3::new(0.5, 2.0, 0.5)).length() < 1e-12);
     assert!((most - DVec3::new(1.5, 2.0, 1.25)).length() < 1e-12);
     assert!(targets.iter().all(|t| t.normal == -DVec3::Y));
-    // Evenly, never wider than asked.
+    // Evenly, never wider than requested.
     assert_eq!(wall(1.0, (0.5, 0.5), 0.3).expect("valid").len(), 5);
     let single = wall(0.0, (0.5, 0.5), 0.3).expect("valid");
     assert_eq!(single.len(), 1);
@@ -118,7 +118,7 @@ fn bad_requests_are_typed_errors() {
             "{i}"
         );
     }
-    // Finite, but the way between is not.
+    // Finite, but their distance is not.
     let far = Target {
         point_m: DVec3::new(1e308, 0.0, 0.0),
         normal: DVec3::X,

@@ -1,4 +1,4 @@
-//! Planes at any inclination: a vertical one is a wall bit by bit, others are never wrong outside their bands.
+//! Planes at any inclination: a vertical one is bit-identical to a wall, others are right outside their bands.
 
 use crate::common::{ANY_PART, exact_solver};
 use glam::DVec3;
@@ -43,7 +43,7 @@ fn the_axes_of_a_plane_are_right_handed_and_meet_the_walls() {
     }
     let lying = Plane::through(DVec3::ZERO, DVec3::Z).unwrap();
     assert_eq!(lying.along(), DVec3::Y);
-    // As of a wall before the arm that leans back until it lies.
+    // Planes from a wall in front of the arm, tilted back until horizontal.
     assert_eq!(lying.up(), DVec3::NEG_X);
 }
 
@@ -108,7 +108,7 @@ fn a_ramp_is_looked_up_by_lines() {
     assert_eq!(map.look_up(DVec3::new(f64::NAN, 0.0, 0.0)), None);
 }
 
-/// Border lines counted whole: a plane had the area of one step more than it has.
+/// Regression: border lines counted fully, so the area was too large by one step.
 #[test]
 fn the_area_of_a_plane_is_that_between_its_first_and_last_line() {
     let arm = SrsArm::iiwa7();
@@ -127,7 +127,7 @@ fn the_area_of_a_plane_is_that_between_its_first_and_last_line() {
     let region = WallRegion::of_plane(&solver, &plane, &outline).unwrap();
     for step_m in [0.1, 0.05, 0.025] {
         let off_m2 = (area_m2(step_m) - region.area_m2()).abs();
-        // The error of the trapezoidal rule falls with the square of the step.
+        // The error of the trapezoidal rule is quadratic in the step.
         assert!(off_m2 < 0.3 * step_m * step_m, "{step_m} m: {off_m2}");
     }
     assert_eq!(area_m2(1.0), 0.0);

@@ -48,7 +48,7 @@ fn perimeter_m(region: &WallRegion) -> f64 {
     edges(region).iter().map(|[a, b]| a.distance_m(*b)).sum()
 }
 
-/// Nearest point of the outline, by trying every edge.
+/// Nearest point of the outline by brute force over all edges.
 fn nearest_edge_point(edges: &[[WallPoint; 2]], at: WallPoint) -> WallPoint {
     let foot = |edge: &[WallPoint; 2]| {
         let [a, b] = edge;
@@ -67,7 +67,7 @@ fn reachable(solver: &ExactSolver, plane: WallPlane, at: WallPoint) -> bool {
     solver.is_reachable(&plane.line(at.z_m), at.s_m).unwrap()
 }
 
-/// Places where verdicts change: on random lines, and up and down random columns.
+/// Points where verdicts change: on random lines and random columns.
 fn true_outline(
     solver: &ExactSolver,
     plane: WallPlane,
@@ -108,7 +108,7 @@ fn true_outline(
     points
 }
 
-/// True outline points are near the polygons' outline, and the other way round.
+/// True outline points are near the polygons' outline, and vice versa.
 fn check_hausdorff(solver: &ExactSolver, plane: WallPlane, accuracy_m: f64, lines: usize) {
     let region = region(solver, plane, accuracy_m);
     let edges = edges(&region);
@@ -133,7 +133,7 @@ fn check_hausdorff(solver: &ExactSolver, plane: WallPlane, accuracy_m: f64, line
     }
 }
 
-/// An arm of random limits and a wall that it may reach.
+/// An arm with random limits and a wall that it may reach.
 fn drawn(sampler: &mut Sampler) -> (ExactSolver, WallPlane) {
     let arm = SrsArm::iiwa7();
     let limits = arm.limits().map(|limit| JointLimit {
@@ -166,7 +166,7 @@ fn outlines_keep_the_asked_distance() {
     }
 }
 
-/// In one low strip two lobes begin and merge: the space between them was lost.
+/// Regression: two lobes begin and merge in one low strip; the gap between them was lost.
 #[test]
 fn a_notch_within_a_beginning_is_kept() {
     for accuracy_m in [3e-3, 1e-3, 3e-4, 1e-4] {
@@ -190,8 +190,8 @@ fn outlines_of_other_arms_and_rolls_keep_the_asked_distance() {
     check_hausdorff(&free, plane(0.0, 0.2), 1e-4, 80);
 }
 
-/// Arms with random limits have regions in many parts, with corners, thin necks and thorns. What
-/// the lines miss stays nearer to the outline than was proven.
+/// Arms with random limits have regions in many parts, with corners, thin necks and spikes. What
+/// the lines miss stays within the proven distance of the outline.
 #[test]
 fn random_limits_keep_what_is_proven() {
     let mut sampler = Sampler::new(11);
@@ -227,8 +227,7 @@ fn random_limits_keep_what_is_proven() {
     assert!(off_count <= 3, "{off_count} of 60000 points");
 }
 
-/// The proof finds what lies between two lines, and lines are added there: without them these
-/// limits lose an island.
+/// The proof finds parts between two lines, and lines are added there: without them an island is lost for these limits.
 #[test]
 fn proofs_repair() {
     let mut sampler = Sampler::new(11);
@@ -295,7 +294,7 @@ fn rings_are_nested_and_turn_the_right_way() {
     };
     assert!(area(&polygon.outline) > 1.5);
     assert!(area(&polygon.holes[0]) < -0.2);
-    // The base's axis is in the hole, both sides are not.
+    // The base axis is in the hole, both sides are not.
     assert!(!region.contains(WallPoint::new(0.0, 0.3)));
     assert!(region.contains(WallPoint::new(0.6, 0.3)));
     assert!(region.contains(WallPoint::new(-0.6, 0.3)));
@@ -313,7 +312,7 @@ fn planes_out_of_reach_are_empty() {
         assert!(!region.contains(WallPoint::new(0.0, 0.34)));
         assert_eq!(region.nearest(WallPoint::new(0.0, 0.34)), None);
     }
-    // A hair nearer there is a disc of 4.3 mm; its area is π ((0.8)² - (0.79999)²)... to 1e-3.
+    // Slightly nearer there is a disc of 4.3 mm; its area is π ((0.8)² - (0.79999)²)... to 1e-3.
     let region = region(&solver, plane(0.0, 0.926 - 1e-5), 1e-5);
     let radius = (0.8_f64.powi(2) - (0.8_f64 - 1e-5).powi(2)).sqrt();
     assert!(region.contains(WallPoint::new(0.9 * radius, 0.34)));

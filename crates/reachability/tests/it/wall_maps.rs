@@ -1,4 +1,4 @@
-//! The walls of a room: what is presented is reachable, what stands in is near.
+//! The walls of a room: presented points are reachable, substitutes are near.
 
 use glam::DVec3;
 use hwall_kinematics::{Pose, SrsArm};
@@ -32,7 +32,7 @@ fn maps(facets: &[WallFacet]) -> WallMaps {
     WallMaps::build(&arm(), facets, WallMapsConfig::default()).expect("built")
 }
 
-/// By the verdict on single poses.
+/// Reference: verdicts of single poses.
 fn is_held(point_m: DVec3, normal: DVec3) -> bool {
     let plane = WallPlane::through(point_m, normal).expect("a wall");
     (0..4).any(|quarter| {
@@ -99,13 +99,13 @@ fn places_without_a_wall_are_unknown() {
     ] {
         assert_eq!(near.present(point_m, normal), Presented::Unknown);
     }
-    // A wall further away than the arm is long is left out.
+    // A wall farther away than the arm's length is omitted.
     let far = maps(&[wall(0.0, 2.0)]);
     assert!(far.map().is_none() && far.stretches().is_empty());
     let there = DVec3::new(2.0, 0.0, 0.5);
     assert_eq!(far.present(there, DVec3::X), Presented::Unknown);
     assert!(maps(&[]).map().is_none());
-    // The facets that were near enough are kept as they were given.
+    // The facets that are near enough are kept unchanged.
     let both = [wall(0.0, 2.0), wall(0.3, 0.65)];
     assert_eq!(maps(&both).facets(), &both[1..]);
     assert!(far.facets().is_empty());

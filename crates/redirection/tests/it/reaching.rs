@@ -1,4 +1,4 @@
-//! Shifted reaches: both hands meet their surface at once, and nothing beyond the thresholds is shown.
+//! Shifted reaches: both hands meet their surfaces at the same instant, and shifts stay within the thresholds.
 
 use hwall_redirection::glam::DVec3;
 use hwall_redirection::{
@@ -67,7 +67,7 @@ fn the_virtual_hand_meets_its_point_exactly_when_the_real_one_meets_the_board() 
         assert_eq!((at_start.position_m, at_start.limited), (start, false));
         let at_board = reach.virtual_hand(board).unwrap();
         assert!(at_board.position_m.distance(seen) < 1e-12 && !at_board.limited);
-        // On the straight way nothing is limited, and both are as near to their planes, as shares of the way.
+        // On the straight path nothing is limited, and both hands have the same relative distance to their planes.
         for i in 1..20 {
             let share = f64::from(i) / 20.0;
             let real = start.lerp(board, share);
@@ -80,7 +80,7 @@ fn the_virtual_hand_meets_its_point_exactly_when_the_real_one_meets_the_board() 
             ];
             assert!(left.iter().all(|left| *left > 0.0));
         }
-        // Anywhere on the board: on the virtual wall, unless that would be noticed; behind the board: behind the wall.
+        // Anywhere on the board maps to the virtual wall, unless noticeable; behind the board maps to behind the wall.
         let along = normal.cross(DVec3::Z);
         let beside =
             board + along * sampler.uniform(-0.1, 0.1) + DVec3::Z * sampler.uniform(-0.1, 0.1);
@@ -109,7 +109,7 @@ fn nothing_beyond_the_thresholds_is_ever_shown() {
                 + sampler.unit_vector() * sampler.uniform(0.0, 0.3);
             let hand = reach.virtual_hand(real).unwrap();
             limited += usize::from(hand.limited);
-            // By hand: angles of both places about the reach, and their distances from the start.
+            // Independent computation: angles of both positions about the reach, and their distances from the start.
             let [a, b] = [real - start, hand.position_m - start];
             if hand.shift_m == DVec3::ZERO {
                 continue;
@@ -190,7 +190,7 @@ fn no_reach_and_numbers_that_make_no_sense_are_errors() {
         spoil(&mut wrong);
         assert!(wrong.validate().is_err(), "{wrong:?}");
     }
-    // Straight up and straight down are reaches too.
+    // Vertical reaches are valid, too.
     for way in [DVec3::Z, DVec3::NEG_Z] {
         let frame = ReachFrame::new(start, start + way * 0.3).unwrap();
         let shift = ReachShift {

@@ -44,7 +44,7 @@ fn presets_hold_what_they_name() {
         let beyond = orientations.snap(1.5).unwrap();
         assert!(!beyond.sampled && (beyond.heading_rad - orientations.end_rad()).abs() < 1e-12);
     }
-    // All round: nothing is beyond.
+    // Full circle: every heading is sampled.
     let round = SampledOrientations::new(PI / 8.0, PI).unwrap();
     assert!((0..1000).all(|i| round.snap(f64::from(i) * 0.01 - 5.0).unwrap().sampled));
 }
@@ -63,7 +63,7 @@ fn turning_by(change: impl FnOnce(&mut TurnConfig)) -> Result<AvatarTurn, Redire
     AvatarTurn::new(config)
 }
 
-/// Somebody who turns on the spot.
+/// A person turning on the spot.
 const TURNING: PersonMotion = PersonMotion {
     turn_rad_per_s: 1.0,
     speed_m_per_s: 0.0,
@@ -102,7 +102,7 @@ fn turns_stay_within_the_thresholds_in_rate_and_in_total() {
             assert!(step.turned_rad.abs() <= config.most_rad + 1e-12);
             let rate = step.injected_rad / dt_s.max(1e-12);
             assert!(rate.abs() <= config.most_rad_per_s + 1e-9);
-            // The gain by hand: virtual over real between 1 / 1.49 and 1 / 0.8, or the bend of the way.
+            // Independent computation: gain between 1 / 1.49 and 1 / 0.8, or curvature of the path.
             let t = motion.turn_rad_per_s + config.steered_share * motion.steered_turn_rad_per_s;
             let v =
                 motion.speed_m_per_s + config.steered_share * motion.steered_speed_m_per_s.abs();
@@ -123,7 +123,7 @@ fn the_published_shares_are_of_the_virtual_turn() {
     let real_over_virtual = [1.0 / (1.0 + least), 1.0 / (1.0 + most)];
     assert!((real_over_virtual[0] - 1.49).abs() < 1e-12);
     assert!((real_over_virtual[1] - 0.80).abs() < 1e-12);
-    // A turn to the other side has the bounds of the mirror image; a bend alone has both signs.
+    // A turn to the other side has mirrored bounds; curvature alone allows both signs.
     let mirrored = thresholds.turn_rates_rad_per_s(-1.0, 0.0).unwrap();
     assert_eq!(mirrored, [-most, -least]);
     let bend = thresholds.turn_rates_rad_per_s(0.0, 1.1).unwrap();
@@ -141,7 +141,7 @@ fn nobody_at_rest_is_turned_and_without_gain_nothing_is() {
         let step = none.step(1.0, &motion(&mut sampler), 0.1).unwrap();
         assert_eq!((step.turned_rad, step.residual_rad), (0.0, 1.0));
     }
-    // A steered movement that does not count hides nothing.
+    // A steered movement with share 0 hides nothing.
     let mut real = turning_by(|c| c.steered_share = 0.0).unwrap();
     let steered = PersonMotion {
         steered_turn_rad_per_s: 1.0,

@@ -1,7 +1,7 @@
-//! Up to four triangles of a leaf side by side, for the exact test of a ray against all of them at once.
+//! Up to four triangles of a leaf in structure-of-arrays form, to test a ray against all of them at once.
 //!
-//! A ray looks at the axes in an order of its own, so a triangle of nine numbers in a row would have to be taken apart
-//! for every ray: a quarter of all instructions of a ray cast.
+//! Each ray permutes the axes, so triangles stored as nine consecutive numbers would have to be shuffled for every
+//! ray: a quarter of all instructions of a ray cast.
 
 use super::triangle::Face;
 use glam::DVec3;
@@ -15,11 +15,11 @@ pub(super) type Lanes = [f64; LANES];
 /// The surface of a lane without a triangle.
 const NO_SURFACE: u32 = u32::MAX;
 
-/// In the frame of the part.
+/// Triangles in the frame of the part.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 pub(super) struct Block {
-    /// By axis and corner, m; not a number in lanes without a triangle, so that nothing meets them.
+    /// By axis and corner, m; NaN in lanes without a triangle, so that nothing hits them.
     pub(super) corners_m: [[Lanes; 3]; 3],
     surfaces: [u32; LANES],
 }
@@ -44,7 +44,7 @@ impl Block {
         block
     }
 
-    /// How many triangles there are, in the first lanes.
+    /// Number of triangles; they are in the first lanes.
     #[inline(always)]
     pub(super) fn len(&self) -> usize {
         let are = self.surfaces.iter().filter(|&&s| s != NO_SURFACE);

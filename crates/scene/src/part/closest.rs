@@ -6,8 +6,8 @@ use glam::DVec3;
 
 /// Closest point of the triangle, by the Voronoi region of `p` (Ericson 2005, section 5.1.5).
 ///
-/// Error: a few units in the last place of the distance and of the coordinates, whatever the shape of the triangle.
-/// Where its height is below a tenth of its longest side, the weights of the corners are computed with twice the digits.
+/// Error: a few units in the last place of the distance and of the coordinates, for any shape of the triangle. If its
+/// height is below a tenth of its longest side, the weights of the corners are computed in double-double precision.
 pub(crate) fn closest_point(p: DVec3, corners: &Triangle) -> DVec3 {
     let &[a, b, c] = corners;
     let (ab, ac, bc) = (b - a, c - a, c - b);
@@ -30,7 +30,7 @@ pub(crate) fn closest_point(p: DVec3, corners: &Triangle) -> DVec3 {
         return in_region(p, &corners, sliver::weights, sliver::inside);
     }
     in_region(p, corners, weights, |p, &[a, b, c], [_, wb, wc]| {
-        // By the normal a point of the plane is its own foot, to the last bit; the error grows with the distance.
+        // Computed along the normal, a point of the plane is its own foot exactly; the error grows with the distance.
         let normal = ab.cross(ac);
         let off = normal * (normal.dot(p - a) / normal.length_squared());
         if off.length_squared() <= longest {
@@ -41,7 +41,7 @@ pub(crate) fn closest_point(p: DVec3, corners: &Triangle) -> DVec3 {
     })
 }
 
-/// The region of `p` decides; `weights` are those of the corners at the foot of `p` in the plane of the triangle.
+/// Selects by the region of `p`; `weights` are those of the corners at the foot of `p` in the plane of the triangle.
 #[inline(always)]
 fn in_region(
     p: DVec3,
@@ -77,8 +77,8 @@ fn in_region(
     inside(p, corners, [wa, wb, wc])
 }
 
-/// Weights of the corners at the foot of `p`: error about 1e-14 of the distance over the size of a triangle that is
-/// no sliver.
+/// Weights of the corners at the foot of `p`: error about 1e-14 times distance over triangle size, unless the
+/// triangle is a sliver.
 #[inline(always)]
 fn weights(p: DVec3, &[a, b, c]: &Triangle) -> [f64; 3] {
     let (ab, ac, ap) = (b - a, c - a, p - a);
@@ -112,7 +112,7 @@ mod tests {
         }
     }
 
-    /// Height over side 1e-9: a formula of single differences was off by 1.56 m.
+    /// Height over side 1e-9: the formula in plain f64 was off by 1.56 m.
     #[test]
     fn the_closest_point_of_a_sliver() {
         let [a, b, c] = [
@@ -149,7 +149,7 @@ mod tests {
         }
     }
 
-    /// Planted feet: a foot plus a multiple of the normal, all in numbers that are exact.
+    /// Known feet: a foot plus a multiple of the normal, all exactly representable.
     #[test]
     fn feet_inside_slivers_of_every_height() {
         for exponent in 1..=39 {
@@ -172,7 +172,7 @@ mod tests {
         }
     }
 
-    /// Else a hand on a wall is off it by rounding, in any direction.
+    /// Otherwise a hand on a wall would be off it by rounding, in any direction.
     #[test]
     fn a_point_of_a_plain_triangle_is_its_own_foot() {
         for k in 0..3 {

@@ -1,17 +1,17 @@
-//! A hierarchy that halves the triangles, for meshes whose boxes overlap so much that the usual builder takes time in
-//! proportion to their square: a polygon of 40,000 corners cut as a fan took 41 s.
+//! A hierarchy that halves the triangles, for meshes whose boxes overlap so much that the default builder takes
+//! quadratic time: a polygon of 40,000 corners cut as a fan took 41 s.
 
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 
-/// Boxes of one neighbourhood. As many squared are a few milliseconds of the usual builder.
+/// Boxes per neighbourhood. The square of this is a few milliseconds of the default builder.
 const NEIGHBOURHOOD: usize = 2048;
-/// Mean area of a box over that of its neighbourhood. Triangles that tile a surface have one over their number, slats
-/// side by side a little more.
+/// Threshold of the mean area of a box over that of its neighbourhood. For triangles that tile a surface the ratio is
+/// one over their number, for parallel slats a little more.
 const OVERLAP: f32 = 0.02;
 
-/// Do boxes somewhere overlap so much that pairing the nearest ones is slow?
+/// True if boxes somewhere overlap so much that pairing the nearest ones is slow.
 pub(super) fn is_crowded(boxes: &[Aabb]) -> bool {
     if boxes.len() <= NEIGHBOURHOOD {
         return false;
@@ -34,7 +34,7 @@ pub(super) fn is_crowded(boxes: &[Aabb]) -> bool {
     false
 }
 
-/// One triangle a leaf.
+/// Builds the hierarchy, one triangle per leaf.
 pub(super) fn build(boxes: &[Aabb]) -> Bvh2 {
     let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
     let mut nodes = vec![Bvh2Node::new(union(boxes, &order), 0, 0)];
@@ -63,7 +63,7 @@ pub(super) fn build(boxes: &[Aabb]) -> Bvh2 {
     }
 }
 
-/// Sorts the half with the lower middles before the others, along the axis on which the middles differ most.
+/// Partitions at the median along the axis on which the middles differ most.
 fn halve(boxes: &[Aabb], part: &mut [u32]) -> usize {
     let mut middles = Aabb::empty();
     for &i in part.iter() {

@@ -1,18 +1,17 @@
-//! What a traversal does with the eight boxes of a node at once, by the vectors of the machine that runs it. Every
-//! machine computes the same numbers, so answers do not depend on it.
+//! Vectorised operations of a traversal on the eight boxes of a node. Every instruction set gives the same
+//! numbers, so results do not depend on it.
 
 use super::node::{BoxRay, CHILDREN, Node};
 use pulp::Simd;
 
-/// Boxes by distance: the bits of a distance that is not negative, in whose lowest three stands the lane. They are in
-/// order as whole numbers.
+/// Boxes by distance: the bits of a non-negative distance with the lane in the lowest three. They sort as integers.
 pub(super) type Keys = [u32; CHILDREN];
 
-/// The key of a box that is left out: above all others, and negative where the sign counts.
+/// The key of an excluded box: above all others, and negative as a signed integer.
 pub(super) const LEFT_OUT: u32 = u32::MAX;
 
 const LANE_BITS: u32 = CHILDREN as u32 - 1;
-/// Neither the lane nor the sign of a zero.
+/// Excludes the lane and the sign of a zero.
 const DISTANCE_BITS: u32 = !LANE_BITS & (u32::MAX >> 1);
 
 /// Key of a box at a distance.
@@ -21,48 +20,48 @@ pub(super) fn key(distance: f32, lane: usize) -> u32 {
     distance.to_bits() & DISTANCE_BITS | lane as u32
 }
 
-/// A distance up to seven units in the last place below that of a box: it leaves out nothing that matters.
+/// Lower bound of the distance of a box, by up to seven units in the last place: it never excludes a relevant box.
 #[inline(always)]
 pub(super) fn distance(key: u32) -> f32 {
     f32::from_bits(key & DISTANCE_BITS)
 }
 
-/// The boxes of a node that a traversal goes to.
+/// The boxes of a node that a traversal visits.
 pub(super) struct Next {
     pub(super) count: usize,
-    /// The child whose box is nearest, if there is one.
+    /// The child whose box is nearest, if any.
     pub(super) nearest: u32,
-    /// Farthest first, then what is left out.
+    /// Farthest first, then excluded boxes.
     pub(super) keys: Keys,
     pub(super) children: [u32; CHILDREN],
 }
 
-/// The vectors of a machine.
+/// A vector instruction set.
 pub(super) trait Machine: Copy {
-    /// Its vectors for plain arithmetic.
+    /// Its vectors for arithmetic.
     type Simd: Simd;
     fn simd(self) -> Self::Simd;
 
-    /// Boxes that a ray meets at a distance in `[0, max]`, by where it enters them.
+    /// Keys of the boxes that a ray enters at a distance in `[0, max]`.
     fn along(self, ray: &BoxRay, node: &Node, max: f32) -> Keys;
 
-    /// Boxes within a distance of a point, by the square of the distance.
+    /// Keys of the boxes within a distance of a point, by the squared distance.
     fn near(self, p: &[f32; 3], node: &Node, max_squared: f32) -> Keys;
 
-    /// In which order to go to the boxes of these keys.
+    /// Order in which to visit the boxes of these keys.
     fn next(self, keys: Keys, children: &[u32; CHILDREN]) -> Next;
 
-    /// Asks for something that is needed soon to be brought into the nearest cache, and does not wait for it.
+    /// Prefetches data into the L1 cache without waiting.
     fn fetch<T>(self, soon: &T);
 }
 
-/// What runs on a machine.
+/// A task that runs on an instruction set.
 pub(super) trait Task {
     type Output;
     fn run<M: Machine>(self, machine: M) -> Self::Output;
 }
 
-/// Runs a task with the widest vectors there are.
+/// Runs a task with the widest vectors available.
 #[inline(always)]
 pub(super) fn run<T: Task>(task: T) -> T::Output {
     #[cfg(target_arch = "x86_64")]
@@ -72,7 +71,7 @@ pub(super) fn run<T: Task>(task: T) -> T::Output {
     task.run(Portable)
 }
 
-/// Any machine: plain numbers, which compilers turn into what vectors it has.
+/// Portable scalar code, which the compiler may vectorise.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Portable;
 
@@ -137,12 +136,12 @@ impl Machine for Portable {
         }
     }
 
-    /// Plain code cannot ask.
+    /// Portable code cannot prefetch.
     #[inline(always)]
     fn fetch<T>(self, _: &T) {}
 }
 
-/// As one instruction does it.
+/// Same semantics as the vector instruction.
 #[inline(always)]
 fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
@@ -188,7 +187,7 @@ mod x86 {
         cast(m.select_u32x8(within, keys, m.splat_u32x8(LEFT_OUT)))
     }
 
-    /// Where a ray meets the nearer and the farther planes across an axis.
+    /// Where a ray meets the nearer and the farther planes of an axis.
     #[inline(always)]
     fn slab(m: V3, ray: &BoxRay, node: &Node, axis: usize) -> (f32x8, f32x8) {
         let side = ray.entered[axis] & 1;
@@ -199,7 +198,7 @@ mod x86 {
         (m.mul_f32x8(near, inverse), m.mul_f32x8(far, inverse))
     }
 
-    /// The square of how far a point is outside along an axis.
+    /// Squared distance of a point outside the boxes along an axis.
     #[inline(always)]
     fn outside_squared(m: V3, p: &[f32; 3], node: &Node, axis: usize) -> f32x8 {
         let p = m.splat_f32x8(p[axis]);
@@ -209,7 +208,7 @@ mod x86 {
         m.mul_f32x8(outside, outside)
     }
 
-    /// A stage of a sorting network: each lane against that of `$swapped`; `$second` marks those that keep the lower one.
+    /// A stage of a sorting network: compares each lane with that of `$swapped`; `$second` marks the lanes that keep the lower one.
     macro_rules! stage {
         ($m:ident, $keys:ident, $swapped:expr, $second:literal) => {{
             let swapped = $swapped;
@@ -261,7 +260,7 @@ mod x86 {
         fn next(self, keys: Keys, children: &[u32; CHILDREN]) -> Next {
             let m = self;
             let keys: u32x8 = cast(keys);
-            // The nearest does not wait for the order of the others, as the next node waits for it.
+            // Find the nearest before sorting, because the next node depends on it.
             let k = cast(keys);
             let low = m
                 .avx2
@@ -317,7 +316,7 @@ mod x86 {
                 count: CHILDREN - left_out.count_ones() as usize,
                 nearest: children[(low.0 & LANE_BITS) as usize],
                 keys: cast(k),
-                // The lowest three bits of a key are the lane, and the instruction looks at no others.
+                // The lowest three bits of a key are the lane, and the instruction ignores the others.
                 children: cast(m.avx2._mm256_permutevar8x32_epi32(cast(*children), k)),
             }
         }

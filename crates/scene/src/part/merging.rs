@@ -1,15 +1,14 @@
-//! Which nodes of a binary hierarchy become nodes of eight children: those that make the search cheapest.
+//! Chooses which nodes of a binary hierarchy become nodes of eight children, to minimise the search cost.
 //!
-//! A ray that meets a box opens it with a probability in proportion to the area of the box. The cheapest choice follows
-//! from the leaves up [Ylitie 2017, section 3.1].
+//! The probability that a ray hits a box is proportional to its area. The optimum is computed from the leaves up
+//! [Ylitie 2017, section 3.1].
 
 use super::node::CHILDREN;
 use obvhs::bvh2::Bvh2;
 
 pub(super) struct Merging<'a> {
     bvh: &'a Bvh2,
-    /// For each binary node the expected price of what is below it, where it may fill up to 1, 2, ... places of the node
-    /// above it.
+    /// For each binary node the expected cost of its subtree, if it may fill up to 1, 2, ... slots of its parent.
     prices: Vec<[f32; CHILDREN]>,
 }
 
@@ -28,10 +27,10 @@ impl<'a> Merging<'a> {
             bvh,
             prices: vec![[0.0; CHILDREN]; bvh.nodes.len()],
         };
-        // Children stand behind their parents.
+        // Children come after their parents.
         for index in order.into_iter().rev() {
             let node = &bvh.nodes[index as usize];
-            // The leaves are what they are, whatever nodes lead to them.
+            // The cost of the leaves does not depend on the nodes above.
             if node.is_leaf() {
                 continue;
             }
@@ -46,7 +45,7 @@ impl<'a> Merging<'a> {
         merging
     }
 
-    /// The least price if the two halves of a node share so many places, and how many of them the first half fills.
+    /// The minimum cost if the two halves of a node share `places` slots, and the number of slots that the first half fills.
     fn shared(&self, index: u32, places: usize) -> (f32, usize) {
         let first = self.bvh.nodes[index as usize].first_index as usize;
         let [a, b] = [&self.prices[first], &self.prices[first + 1]];
@@ -55,7 +54,7 @@ impl<'a> Merging<'a> {
             .unwrap_or((f32::INFINITY, 1))
     }
 
-    /// The up to eight binary nodes that are the children of one. A root without children stands for itself.
+    /// The up to eight binary nodes that are the children of one. A root without children is its own child.
     pub(super) fn children_of(&self, index: u32) -> [Option<u32>; CHILDREN] {
         let mut found = [None; CHILDREN];
         let mut count = 0;

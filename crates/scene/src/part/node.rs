@@ -1,11 +1,11 @@
-//! A node of the hierarchy: eight boxes, and what a ray needs to meet them.
+//! A node of the hierarchy: eight boxes, and a ray prepared to test them.
 
 use glam::DVec3;
 
 /// Children of a node.
 pub(super) const CHILDREN: usize = 8;
 
-/// Unused children have a box that nothing meets.
+/// Unused children have a box that nothing hits.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 pub(super) struct Node {
@@ -15,19 +15,19 @@ pub(super) struct Node {
     pub(super) children: [u32; CHILDREN],
 }
 
-/// Marks a leaf; below it stands its number.
+/// Flag of a leaf; the lower bits are its index.
 pub(super) const LEAF: u32 = 1 << 31;
 
-/// No node has the root for a child.
+/// The root is never a child, so its index marks unused slots.
 pub(super) const UNUSED: u32 = 0;
 
-/// The number of a leaf.
+/// The index of a leaf.
 #[inline(always)]
 pub(super) fn leaf_of(child: u32) -> usize {
     (child & !LEAF) as usize
 }
 
-/// A leaf, not a node?
+/// True for a leaf, false for a node.
 #[inline(always)]
 pub(super) fn is_leaf(child: u32) -> bool {
     child & LEAF != 0
@@ -48,15 +48,15 @@ impl Node {
 pub(super) struct BoxRay {
     pub(super) origin: [f32; 3],
     pub(super) inverse: [f32; 3],
-    /// By axis: which plane the ray meets first, 0 for the lower.
+    /// By axis: the plane that the ray meets first, 0 for the lower.
     pub(super) entered: [usize; 3],
 }
 
 impl BoxRay {
-    /// `inverse`: of each component of the direction.
+    /// `inverse`: reciprocal of each component of the direction.
     #[inline(always)]
     pub(super) fn new(origin: DVec3, inverse: DVec3) -> Self {
-        // The inverse of epsilon at most, so that no product of zero and infinity arises.
+        // At most 1/epsilon, to avoid products of zero and infinity.
         let limit = f64::from(1.0 / f32::EPSILON);
         let inverse = inverse.clamp(DVec3::splat(-limit), DVec3::splat(limit));
         Self {

@@ -1,8 +1,7 @@
 //! One rigid part: its triangles, their hierarchy, rays and closest points in its own frame.
 //!
-//! The hierarchy is single precision. Coordinates for it are taken relative to the middle of
-//! the part and divided by a power of two, so they lie in [-1, 1] whatever the size and place
-//! of the part.
+//! The hierarchy is single precision. Its coordinates are relative to the middle of the part and
+//! divided by a power of two, so they lie in [-1, 1] for any size and position of the part.
 
 use super::block::{Block, LANES};
 use super::closest::closest_point;
@@ -17,10 +16,10 @@ use std::ops::Range;
 /// Slack of single-precision distances to boxes, in units of the part.
 const DISTANCE_SLACK: f32 = 2.0 * PADDING;
 
-/// Two distances this close (relative) are a tie, as they are at a shared edge.
+/// Two distances this close (relative) are a tie, as at a shared edge.
 const TIE: f64 = 1e-12;
 
-/// Surfaces of a part that have a bit of their own in the hierarchy; the others share the rest.
+/// Number of surfaces of a part with their own bit in the hierarchy; the others share the remaining bits.
 const OWN_BITS: usize = 48;
 
 /// A ray in the frame of the part: finite, unit direction.
@@ -39,7 +38,7 @@ pub(crate) struct PartHit {
 
 #[derive(Clone)]
 pub(crate) struct Part {
-    /// One for each leaf.
+    /// One per leaf.
     pub(super) blocks: Vec<Block>,
     /// By surface: its bit in the hierarchy, zero for surfaces of other parts.
     bits: Vec<u64>,
@@ -50,8 +49,8 @@ pub(crate) struct Part {
 }
 
 impl Part {
-    /// Faces must be finite, none degenerate, and at least one; the origin of the frame is the
-    /// middle of their box, which is returned in the frame they were given in.
+    /// Needs at least one face, all finite and not degenerate. The origin of the part frame is the
+    /// middle of their box; returns it in the input frame.
     pub(crate) fn build(mut faces: Vec<Face>, quality: BuildQuality) -> (Self, DVec3) {
         let corners = faces.iter().flat_map(|f| f.corners_m);
         let (min, max) = corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| {
@@ -62,7 +61,7 @@ impl Part {
             *corner -= middle;
         }
         let half_extent_m = (max - middle).max(middle - min);
-        // A power of two: scaling is exact.
+        // A power of two, so that scaling is exact.
         let unit_m = half_extent_m.max_element().log2().ceil().exp2();
         (
             Self::in_frame(&faces, unit_m, half_extent_m, quality),
@@ -98,26 +97,25 @@ impl Part {
         }
     }
 
-    /// All triangles, leaf by leaf, with their numbers: four times that of the leaf, and the place in it.
+    /// All triangles, leaf by leaf, with their numbers: four times the leaf index plus the lane.
     pub(crate) fn faces(&self) -> impl Iterator<Item = (usize, Face)> + '_ {
         let lanes = |(leaf, block): (usize, &Block)| (0..block.len()).map(move |lane| (leaf, lane));
         let all = self.blocks.iter().enumerate().flat_map(lanes);
         all.map(|(leaf, lane)| (LANES * leaf + lane, self.blocks[leaf].face(lane)))
     }
 
-    /// The triangle of a number.
+    /// The triangle with a number.
     #[inline(always)]
     pub(crate) fn face(&self, number: usize) -> Face {
         self.blocks[number / LANES].face(number % LANES)
     }
 
-    /// What marks a surface in the hierarchy: other surfaces may have the same bit, a surface of
-    /// another part has none.
+    /// The bit of a surface in the hierarchy: other surfaces may share it; a surface of another part has none.
     pub(crate) fn bit(&self, surface: usize) -> u64 {
         self.bits.get(surface).copied().unwrap_or(0)
     }
 
-    /// Bytes on the heap.
+    /// Heap size, bytes.
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(&*self.blocks) + size_of_val(&*self.bits) + self.tree.bytes()
     }
@@ -131,7 +129,7 @@ impl Part {
         })
     }
 
-    /// Is there a hit at a distance in `[0, max_m)`? Stops at the first.
+    /// True if there is a hit at a distance in `[0, max_m)`. Stops at the first.
     pub(crate) fn any_hit(&self, ray: &PartRay, max_m: f64) -> bool {
         machine::run(Hit::<true> {
             part: self,
@@ -141,7 +139,7 @@ impl Part {
         .is_some()
     }
 
-    /// The nearest hit, or any.
+    /// The nearest hit, or any hit.
     #[inline(always)]
     fn hit<const ANY: bool, M: Machine>(
         &self,
@@ -189,14 +187,14 @@ impl Part {
         })
     }
 
-    /// Up to where boxes matter for hits nearer than this.
+    /// Largest box distance relevant for hits nearer than this.
     #[inline(always)]
     pub(super) fn bound(&self, distance_m: f64) -> f32 {
         (distance_m * self.per_unit) as f32 + DISTANCE_SLACK
     }
 
     /// Moves the start of the ray to just before the box of the part, in f64, so that single
-    /// precision never sees a large number. `None` when the ray misses the box.
+    /// precision never gets large numbers. `None` if the ray misses the box.
     pub(super) fn clip(&self, ray: &PartRay, max_m: f64) -> Option<Clipped> {
         let slack_m = f64::from(DISTANCE_SLACK) * self.unit_m;
         let half = self.half_extent_m + DVec3::splat(slack_m);
@@ -204,20 +202,20 @@ impl Part {
         let (mut enter, mut leave) = (0.0_f64, max_m);
         let (to_low, to_high) = (-half - ray.origin_m, half - ray.origin_m);
         for axis in 0..3 {
-            // Along the slab these are infinite, of one sign where the ray runs outside. NaN (on
-            // its very border) changes nothing.
+            // For a ray parallel to the slab these are infinite, with the same sign if the ray is
+            // outside. NaN (exactly on the border) has no effect.
             let (a, b) = (to_low[axis] * inverse[axis], to_high[axis] * inverse[axis]);
             let (first, last) = if a < b { (a, b) } else { (b, a) };
             enter = if first > enter { first } else { enter };
             leave = if last < leave { last } else { leave };
         }
-        // Far away the slab bounds are rounded by more than the slack.
+        // For distant origins the rounding of the slab bounds exceeds the slack.
         let rounding_m = 4.0 * f64::EPSILON * (ray.origin_m.abs().max_element() + enter);
         if enter > leave + rounding_m || !enter.is_finite() {
             return None;
         }
         let skipped_m = (enter - slack_m).max(0.0);
-        // Where the ray enters is on the box; what leads off it is rounding of a far origin.
+        // The entry point is on the box; any deviation is rounding from a distant origin.
         let reach = half + DVec3::splat(slack_m);
         let start_m = (ray.origin_m + ray.direction * skipped_m).clamp(-reach, reach);
         Some(Clipped {
@@ -227,10 +225,10 @@ impl Part {
         })
     }
 
-    /// Closest point to `p`, nearer than `max_m`, among the triangles of the surfaces that
-    /// `accept` names; `wanted` must hold their [`bit`](Self::bit)s.
+    /// Closest point to `p`, nearer than `max_m`, among the triangles of the surfaces accepted by
+    /// `accept`; `wanted` must contain their [`bit`](Self::bit)s.
     ///
-    /// Of several triangles at one distance (a shared edge) the one that faces `p` most wins.
+    /// Of several triangles at the same distance (a shared edge) the one that faces `p` most directly wins.
     pub(crate) fn closest(
         &self,
         p: DVec3,
@@ -248,7 +246,7 @@ impl Part {
     }
 }
 
-/// The nearest hit of a ray, or any.
+/// The nearest hit of a ray, or any hit.
 struct Hit<'a, const ANY: bool> {
     part: &'a Part,
     ray: &'a PartRay,
@@ -301,7 +299,7 @@ impl<F: Fn(usize) -> bool> Task for Closest<'_, F> {
     }
 }
 
-/// A bit for each surface that occurs: the largest have one of their own, the rest share.
+/// A bit for each surface that occurs: the largest have their own, the rest share.
 fn surface_bits(faces: &[Face]) -> Vec<u64> {
     let count = faces.iter().map(|f| f.surface as usize + 1).max();
     let count = count.unwrap_or(0);
@@ -323,10 +321,10 @@ fn surface_bits(faces: &[Face]) -> Vec<u64> {
     bits
 }
 
-/// A ray from where it enters the box of the part.
+/// A ray starting where it enters the box of the part.
 pub(super) struct Clipped {
     pub(super) start_m: DVec3,
-    /// Of each component of the direction.
+    /// Reciprocal of each component of the direction.
     pub(super) inverse: DVec3,
     pub(super) skipped_m: f64,
 }
@@ -334,7 +332,7 @@ pub(super) struct Clipped {
 /// The closest point so far.
 struct Nearest {
     distance_squared: f64,
-    /// How squarely the triangle faces the point: decides ties.
+    /// How directly the triangle faces the point: breaks ties.
     facing: f64,
     found: Option<(usize, DVec3)>,
 }
@@ -348,7 +346,7 @@ impl Nearest {
         }
     }
 
-    /// Squared distance beyond which nothing matters any more.
+    /// Squared distance beyond which nothing is relevant.
     fn bound(&self) -> f64 {
         self.distance_squared * (1.0 + TIE)
     }

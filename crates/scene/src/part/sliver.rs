@@ -1,12 +1,12 @@
-//! Triangles that are much longer than high: their weights with twice the digits.
+//! Barycentric weights of slivers in double-double arithmetic.
 //!
-//! Numbers are unevaluated sums of two f64; sums and products are those of Dekker (1971) and Knuth, good to about 1e-31.
+//! Numbers are unevaluated sums of two f64; sums and products after Dekker (1971) and Knuth, accurate to about 1e-31.
 
 use super::triangle::Triangle;
 use glam::DVec3;
 use std::ops::{Add, Mul, Sub};
 
-/// A sum of two numbers, the second below the last digit of the first.
+/// An unevaluated sum of two numbers, the second below the last digit of the first.
 #[derive(Clone, Copy)]
 struct Twofold {
     high: f64,
@@ -28,7 +28,7 @@ impl Twofold {
         }
     }
 
-    /// Exact, unless it over- or underflows.
+    /// Exact unless it overflows or underflows.
     fn product(a: f64, b: f64) -> Self {
         let ((a1, a2), (b1, b2)) = (halves(a), halves(b));
         let high = a * b;
@@ -113,7 +113,7 @@ pub(super) fn weights(p: DVec3, &[a, b, c]: &Triangle) -> [f64; 3] {
 
 /// The foot of `p`, which lies inside; the first side must be the longest.
 ///
-/// Along that side it does not depend on the weights, and across it only by the height.
+/// Along that side it does not depend on the weights; across it the error is scaled by the small height.
 pub(super) fn inside(p: DVec3, &[a, b, c]: &Triangle, [_, _, wc]: [f64; 3]) -> DVec3 {
     let (ab, ac) = (from_to(a, b), from_to(a, c));
     let foot_of_c = dot(&ab, &ac).ratio(dot(&ab, &ab));

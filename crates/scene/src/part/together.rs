@@ -1,9 +1,8 @@
 //! Many rays through one hierarchy.
 //!
-//! A ray alone waits at every box for the one before it, and the processor often guesses wrong whether a node or a leaf
-//! comes next. Here rays take turns: first all that stand at a node, then all that stand at a leaf. What they need is brought
-//! into the nearest cache before, which a ray alone, that learns where it goes only on arrival, cannot ask for. Each goes the very
-//! way that it would go alone, so its hit is the same to the last bit.
+//! A single ray waits at every box for the previous one, and branch prediction often fails on whether a node or a leaf comes next.
+//! Here rays take turns: first all that are at a node, then all that are at a leaf. Their data is prefetched, which is impossible for
+//! a single ray, because it learns its next node only on arrival. Each ray takes the same path as alone, so its hit is bit-identical.
 
 use super::block::LANES;
 use super::machine::{self, Machine, Task, distance};
@@ -11,20 +10,20 @@ use super::node::{BoxRay, CHILDREN, is_leaf, leaf_of};
 use super::rigid_part::{Part, PartHit, PartRay};
 use super::watertight::WatertightRay;
 
-/// Rays that take turns: enough to wait for none of them, few enough for their stacks to stay in the nearest cache.
+/// Number of rays that take turns: enough to hide latency, few enough for their stacks to stay in the L1 cache.
 const TURNS: usize = 32;
 
-/// Fewer rays are faster one by one.
+/// With fewer rays, one by one is faster.
 const WORTHWHILE: usize = TURNS;
 
-/// Children that a ray can leave for later; deeper trees are searched by one ray after the other.
+/// Stack size of a ray; deeper trees are searched one ray at a time.
 const STACK: usize = 120;
 
-/// What lies below all children on a stack. No tree has so many leaves.
+/// Sentinel at the bottom of a stack. No tree has this many leaves.
 const END: u32 = u32::MAX;
 
 impl Part {
-    /// The nearest hits of many rays. `rays` tells each and where it ends, `found` is told of those that meet something.
+    /// The nearest hits of many rays. `rays` returns each ray and its end; `found` is called for each hit.
     pub(crate) fn ray_casts(
         &self,
         count: usize,
@@ -49,7 +48,7 @@ impl Part {
     }
 }
 
-/// Casts many rays. `rays` tells each and where it ends, `found` is told of those that meet something.
+/// Casts many rays. `rays` returns each ray and its end; `found` is called for each hit.
 pub(super) struct Together<'a, R, F> {
     pub(super) part: &'a Part,
     pub(super) count: usize,
@@ -71,7 +70,7 @@ impl<R: Fn(usize) -> (PartRay, f64), F: FnMut(usize, PartHit)> Task for Together
             now.nodes.push_if(traveller.at != END, place);
         }
         while now.nodes.len + now.leaves.len > 0 {
-            // All that this turn looks at comes in while its first rays are served.
+            // Prefetch all data of this turn while its first rays are processed.
             for place in now.nodes.iter() {
                 machine.fetch(tree.node(travellers[place].at));
             }
@@ -115,7 +114,7 @@ impl<R: Fn(usize) -> (PartRay, f64), F: FnMut(usize, PartHit)> Task for Together
 }
 
 impl<R: Fn(usize) -> (PartRay, f64), F> Together<'_, R, F> {
-    /// Sends a traveller along the next ray that meets the box of the part; returns which comes after it.
+    /// Starts a traveller on the next ray that meets the box of the part; returns the index of the ray after it.
     #[inline(always)]
     fn begin(&self, mut ray: usize, traveller: &mut Traveller) -> usize {
         while ray < self.count {
@@ -141,15 +140,15 @@ impl<R: Fn(usize) -> (PartRay, f64), F> Together<'_, R, F> {
     }
 }
 
-/// A ray under way.
+/// A ray in progress.
 struct Traveller {
-    /// Which of the rays it is.
+    /// Index of the ray.
     ray: usize,
     boxes: BoxRay,
     exact: WatertightRay,
-    /// From the origin of the ray to where it enters the box of the part, m.
+    /// Distance from the origin of the ray to its entry into the box of the part, m.
     skipped_m: f64,
-    /// From there to the nearest hit so far, or to the end of the ray, m.
+    /// Distance from there to the nearest hit so far, or to the end of the ray, m.
     best_m: f64,
     /// The same for boxes.
     max: f32,
@@ -157,14 +156,14 @@ struct Traveller {
     best: Option<usize>,
     /// Node or leaf.
     at: u32,
-    /// What is left for later.
+    /// Stack of pending children.
     keys: [u32; STACK],
     children: [u32; STACK],
     top: usize,
 }
 
 impl Traveller {
-    /// At its end.
+    /// A traveller without a ray.
     #[inline(always)]
     fn new() -> Self {
         Self {
@@ -182,7 +181,7 @@ impl Traveller {
         }
     }
 
-    /// Looks for a nearer hit in a leaf.
+    /// Searches a leaf for a nearer hit.
     #[inline(always)]
     fn look<M: Machine>(&mut self, machine: M, part: &Part) {
         let leaf = leaf_of(self.at);
@@ -200,7 +199,7 @@ impl Traveller {
         }
     }
 
-    /// To the nearest child that still matters, else to the end, also where rounding has put the bound before the origin.
+    /// Moves to the nearest relevant child, else to the end, also if rounding puts the bound before the origin.
     #[inline(always)]
     fn go_on(&mut self) {
         loop {
@@ -214,7 +213,7 @@ impl Traveller {
     }
 }
 
-/// Which travellers stand where.
+/// Queues of travellers at nodes and at leaves.
 #[derive(Default)]
 struct Places {
     nodes: Queue,
@@ -238,7 +237,7 @@ struct Queue {
 }
 
 impl Queue {
-    /// Without a branch. No traveller is in a queue twice, so what is beyond the last place is never pushed.
+    /// Branch-free push. No traveller is in a queue twice, so the queue cannot overflow.
     #[inline(always)]
     fn push_if(&mut self, condition: bool, place: usize) {
         self.places[self.len % TURNS] = place as u8;

@@ -1,8 +1,8 @@
 //! The hierarchy of a rigid part: boxes of its triangles, tested eight at a time.
 //!
-//! The binary hierarchy comes from `obvhs`; here its nodes are merged eight at a time, so that
-//! one sequence of vector instructions tests eight boxes. Everything is in units of the part,
-//! with coordinates in [-1, 1], in single precision.
+//! The binary hierarchy comes from `obvhs`; here its nodes are merged into nodes of eight children,
+//! so that one sequence of vector instructions tests eight boxes. All values are in units of the
+//! part, with coordinates in [-1, 1], in single precision.
 
 use super::block::LANES;
 use super::even_tree;
@@ -16,64 +16,64 @@ use obvhs::bvh2::{Bvh2, leaf_collapser::collapse};
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use std::ops::Range;
 
-/// Least growth of every box, in units of the part.
+/// Minimum padding of every box, in units of the part.
 ///
 /// Rounding of the corners (1/2 epsilon), of the origin of a ray (1/2), of the inverse of its
-/// direction (1/2 over a length below 4), of a component of the direction that is lifted to
-/// epsilon (4) and of the box test itself (3 epsilon of a distance below 2) add up to less than
-/// 13 epsilon. For a point within [`NEAR`], its rounding (2 epsilon) and that of its distance to
-/// a box (2 epsilon of a distance below 6) add up to less than 15.
+/// direction (1/2 over a length below 4), of a component of the direction that is raised to epsilon
+/// (4) and of the box test itself (3 epsilon of a distance below 2) add up to less than 13 epsilon.
+/// For a point within [`NEAR`], its rounding (2 epsilon) and that of its distance to a box (2
+/// epsilon of a distance below 6) add up to less than 15.
 pub(super) const PADDING: f32 = 16.0 * f32::EPSILON;
 
-/// Coordinates of points up to which distances to boxes are computed in single precision.
+/// Largest coordinate of points for which distances to boxes are computed in single precision.
 const NEAR: f64 = 2.0;
 
-/// Triangles of a leaf at most.
+/// Maximum triangles per leaf.
 const LEAF_TRIANGLES: u32 = LANES as u32;
 
-/// Size of the stack for traversals of usual trees: 16 levels.
+/// Stack size for traversals of typical trees: 16 levels.
 const USUAL_STACK: usize = 120;
 
 /// All surfaces.
 pub(crate) const ALL: u64 = u64::MAX;
 
-/// How much work goes into the hierarchy that queries search. Answers do not depend on it.
+/// Effort spent on building the search hierarchy. Query results do not depend on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub enum BuildQuality {
-    /// For scenes that live shorter than it takes to build them well.
+    /// For short-lived scenes.
     Fast,
-    /// What every constructor uses.
+    /// Default of every constructor.
     #[default]
     Balanced,
-    /// For scenes that are built once and queried all day.
+    /// For scenes that are built once and queried very often.
     Best,
 }
 
-/// Triangles that a tree can count.
+/// Maximum number of triangles in a tree.
 pub(crate) const MAX_TRIANGLES: u64 = 1 << 29;
 
 #[derive(Clone)]
 pub(super) struct Tree {
     nodes: Vec<Node>,
-    /// For each child of each node the surfaces below it, as bits that several may share.
+    /// For each child of each node the surfaces below it, as bits that surfaces may share.
     surfaces: Vec<[u64; CHILDREN]>,
-    /// No traversal holds more open nodes.
+    /// Maximum stack depth of a traversal.
     stack: usize,
 }
 
-/// What the leaves of a tree hold.
+/// The triangles of the leaves of a tree.
 #[derive(Default)]
 pub(super) struct Leaves {
-    /// Of one leaf after the other.
+    /// Triangle indices, leaf by leaf.
     pub(super) triangles: Vec<u32>,
-    /// For each leaf its part of them, of one to [`LANES`].
+    /// Range of each leaf in `triangles`, one to [`LANES`] long.
     pub(super) ranges: Vec<Range<usize>>,
 }
 
 impl Tree {
-    /// Triangles in units of the part, with the bits of their surfaces; at least one. Returns
-    /// what the leaves hold.
+    /// Builds from at least one triangle in units of the part, with the bits of their surfaces.
+    /// Returns the contents of the leaves.
     pub(super) fn build(
         triangles: &[[Vec3; 3]],
         bits: &[u64],
@@ -121,7 +121,7 @@ impl Tree {
             }
             tree.nodes[index] = node;
         }
-        // Each level leaves at most seven open; the last one writes eight.
+        // Each level leaves at most seven pending; the last one writes eight.
         tree.stack = (CHILDREN - 1) * depth + CHILDREN;
         tree.mark(bits, &leaves);
         (tree, leaves)
@@ -151,7 +151,7 @@ impl Tree {
         size_of_val(&*self.nodes) + size_of_val(&*self.surfaces)
     }
 
-    /// No traversal holds more open children.
+    /// Maximum stack depth of a traversal.
     pub(super) fn stack(&self) -> usize {
         self.stack
     }
@@ -169,7 +169,7 @@ impl Tree {
     }
 
     /// Calls `leaf` with the numbers of the leaves that a ray meets at a distance up to `max`,
-    /// nearest first as far as boxes tell; it returns what `max` shall be from there on.
+    /// nearest box first; it returns the new `max`.
     #[inline(always)]
     pub(super) fn visit_along<M: Machine>(
         &self,
@@ -188,9 +188,8 @@ impl Tree {
         );
     }
 
-    /// Calls `leaf` with the numbers of the leaves that may hold one of the `wanted` surfaces within a distance
-    /// of `p`, nearest first as far as boxes tell. `within_squared`: square of that distance;
-    /// `leaf` returns what it shall be from there on.
+    /// Calls `leaf` with the numbers of the leaves that may contain one of the `wanted` surfaces within a distance
+    /// of `p`, nearest box first. `within_squared`: square of that distance; `leaf` returns its new value.
     #[inline(always)]
     pub(super) fn visit_near<M: Machine>(
         &self,
@@ -212,8 +211,8 @@ impl Tree {
                 leaf,
             );
         } else {
-            // Far away all distances look alike to single precision: what is handed on is how
-            // much larger their squares are than that of the distance to the part.
+            // Single precision cannot resolve distances of far points, so subtract the squared
+            // distance to the part from their squares.
             let least = DVec3::splat(1.0 + f64::from(PADDING) * 2.0);
             let offset = p.distance_squared(p.clamp(-least, least));
             let keys = |node: &Node, max: f32| {
@@ -255,7 +254,7 @@ impl Tree {
             |index, max| {
                 let node = &self.nodes[index];
                 let mut keys = near(node, max);
-                // An unlimited search accepts even the boxes of unused lanes.
+                // An unlimited search would accept even the boxes of unused lanes.
                 for (key, &child) in keys.iter_mut().zip(&node.children) {
                     *key = if child == UNUSED { LEFT_OUT } else { *key };
                 }
@@ -284,8 +283,7 @@ impl Tree {
         leaf: impl FnMut(u32, f32) -> f32,
     ) {
         let (mut usual, mut deep) = ([[0; 2]; USUAL_STACK], Vec::new());
-        // Deeper trees come from thousands of faces in one place only. The traversal is called from one place, so that
-        // the compiler merges `leaf` into it.
+        // Deeper trees occur only with thousands of faces in one spot. The traversal has a single call site, so that the compiler inlines `leaf`.
         let stack = if self.stack <= USUAL_STACK {
             usual.as_flattened_mut()
         } else {
@@ -296,7 +294,7 @@ impl Tree {
         self.visit_on(machine, keys, children, max, boxes, leaf);
     }
 
-    /// `boxes` tells which children of a node matter and how far they are.
+    /// `boxes` returns the relevant children of a node and their distances.
     ///
     /// The stack holds children and their keys.
     #[inline(always)]
@@ -309,7 +307,7 @@ impl Tree {
         boxes: impl Fn(usize, f32) -> Keys,
         mut leaf: impl FnMut(u32, f32) -> f32,
     ) {
-        // The root has no distance yet.
+        // The root needs no distance test.
         let (mut child, mut top) = (0, 0);
         loop {
             if child & LEAF == 0 {
@@ -339,11 +337,11 @@ impl Tree {
     }
 }
 
-/// The square of a distance in single precision, less an offset, rounded up.
+/// A squared distance minus an offset, in single precision, rounded up.
 #[inline(always)]
 fn upwards(within_squared: f64, offset: f64) -> f32 {
     let more = ((within_squared - offset) as f32).next_up();
-    // The difference of two infinities: so far away that nothing can be told apart.
+    // The difference of two infinities: too far away to distinguish anything.
     if more.is_nan() { f32::INFINITY } else { more }
 }
 
@@ -362,9 +360,8 @@ fn boxes(triangles: &[[Vec3; 3]]) -> Vec<Aabb> {
 
 /// Between 1 and 2 on each axis, different for each box.
 ///
-/// The builder pairs the two boxes of the smallest union. Where thousands of boxes coincide
-/// all unions tie, it pairs one couple a round, and both its time and the depth of the tree
-/// grow out of bounds; unequal padding breaks the ties.
+/// The builder pairs the two boxes with the smallest union. If thousands of boxes coincide, all unions tie
+/// and it merges one pair per round, so that time and tree depth explode; unequal padding breaks the ties.
 fn jitter(i: usize) -> Vec3A {
     let fraction = |multiplier: u64| {
         let hash = (i as u64 + 1).wrapping_mul(multiplier);
@@ -401,8 +398,7 @@ fn build_bvh(boxes: &[Aabb], quality: BuildQuality) -> Bvh2 {
     );
     let mut reinsertion = ReinsertionOptimizer::default();
     reinsertion.run(&mut bvh, reinsertion_ratio, None);
-    // The price of a node in triangles, high enough that leaves are as full as they may be: rays test all triangles of a
-    // leaf at once.
+    // Cost of a node in triangles, high enough that leaves are filled: rays test all triangles of a leaf at once.
     collapse(&mut bvh, LEAF_TRIANGLES, 3.0);
     reinsertion.run(&mut bvh, 2.0 * reinsertion_ratio, None);
     bvh

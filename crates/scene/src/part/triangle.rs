@@ -2,11 +2,10 @@
 
 use glam::DVec3;
 
-/// Largest coordinate of a vertex, m. Beyond it, products of areas lose their
-/// precision or overflow; no room is larger than the distance to the moon.
+/// Largest coordinate of a vertex, m. Beyond it, products of areas lose precision or overflow.
 pub const COORDINATE_LIMIT_M: f64 = 1e9;
 
-/// Within [`COORDINATE_LIMIT_M`]; NaN is not.
+/// True within [`COORDINATE_LIMIT_M`]; false for NaN.
 pub(crate) fn is_usable(coordinate: f64) -> bool {
     coordinate.abs() <= COORDINATE_LIMIT_M
 }
@@ -30,24 +29,23 @@ pub(crate) fn area_m2([a, b, c]: &Triangle) -> f64 {
     0.5 * (*b - *a).cross(*c - *a).length()
 }
 
-/// Is the area so small that the normal would be rounding noise?
+/// True if the area is so small that the normal would be rounding noise.
 ///
-/// Height over the longest side below 1e-12 of that side: ten bits above the rounding of
-/// coordinates that are about as large as the triangle.
+/// The height is below 1e-12 of the longest side: ten bits above the rounding of coordinates as large as the triangle.
 pub(crate) fn is_degenerate([a, b, c]: &Triangle) -> bool {
     let longest_squared = (*b - *a)
         .length_squared()
         .max((*c - *b).length_squared().max((*a - *c).length_squared()));
-    // Twice the area is side times height. NaN compares false, so it has no area either.
+    // Twice the area is side times height. NaN compares false, so it counts as no area.
     let twice_area = (*b - *a).cross(*c - *a).length();
     let has_area = twice_area > 1e-12 * longest_squared;
     !has_area
 }
 
-/// Is the triangle so low that moving it within a scene of this reach would leave nothing of its shape?
+/// True if the triangle is so thin that rounding in a scene of this extent destroys its shape.
 ///
-/// Corners are kept from the middle of their part on, which rounds them by the reach times 1e-16. Height below 1024
-/// times that.
+/// Corners are stored relative to the middle of their part, rounded by the extent times 1e-16. Limit: a height of
+/// 1024 times that.
 pub(crate) fn is_lost([a, b, c]: &Triangle, reach_m: f64) -> bool {
     let longest = (*b - *a)
         .length()

@@ -1,4 +1,4 @@
-//! Rays that meet triangles without gaps at edges.
+//! Ray-triangle intersection without gaps at edges.
 
 use super::block::{Block, LANES, Lanes};
 use super::triangle::Triangle;
@@ -7,20 +7,20 @@ use pulp::Simd;
 
 /// A ray prepared for the watertight test of Woop, Benthin and Wald 2013 (JCGT 2:1), in f64.
 ///
-/// Space is sheared so that the ray becomes the z axis; a triangle is hit when its three
-/// edge functions agree in sign there. Two triangles that share an edge compute the very
-/// same products for it, so the ray cannot pass between them, whatever the rounding.
+/// Space is sheared so that the ray becomes the z axis; a triangle is hit when its three edge
+/// functions agree in sign there. Two triangles that share an edge compute identical products for
+/// it, so the ray cannot pass between them, whatever the rounding.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct WatertightRay {
     /// Largest component of the direction last, the other two before it in cyclic order.
     axes: [usize; 3],
-    /// In the order of `axes`, as is the shear.
+    /// In the order of `axes`, like the shear.
     origin: [f64; 3],
     shear: [f64; 3],
 }
 
 impl WatertightRay {
-    /// `inverse`: of each component of the direction, which must be finite and not zero.
+    /// `inverse`: reciprocal of each component of the direction, which must be finite and not zero.
     pub(crate) fn new(origin: DVec3, direction: DVec3, inverse: DVec3) -> Self {
         let z = direction.abs().max_position();
         let axes = [(z + 1) % 3, (z + 2) % 3, z];
@@ -54,15 +54,15 @@ impl WatertightRay {
         (weights, [az, bz, cz])
     }
 
-    /// Distance to the triangle in lengths of the direction, negative behind the origin; both
-    /// sides count. `None` for a miss or a triangle seen edge-on.
+    /// Distance to the triangle in lengths of the direction, negative behind the origin; two-sided.
+    /// `None` for a miss or a triangle seen edge-on.
     #[cfg(test)]
     pub(crate) fn intersect(&self, corners: &Triangle) -> Option<f64> {
         let ([u, v, w], [az, bz, cz]) = self.edges(corners);
         let negative = (u < 0.0) | (v < 0.0) | (w < 0.0);
         let positive = (u > 0.0) | (v > 0.0) | (w > 0.0);
         let sum = u + v + w;
-        // Without short cuts: half of them would be mispredicted.
+        // No short-circuit: half of the branches would be mispredicted.
         if (negative & positive) | (sum == 0.0) {
             None
         } else {
@@ -70,8 +70,8 @@ impl WatertightRay {
         }
     }
 
-    /// The nearest triangle of a block at a distance in `[least, most)` and that distance, bit by bit as
-    /// [`intersect`](Self::intersect) finds them; of several equally near ones the first.
+    /// The nearest triangle of a block at a distance in `[least, most)` and that distance, bit-identical
+    /// to [`intersect`](Self::intersect); the first one on ties.
     #[inline(always)]
     pub(super) fn intersect_block<S: Simd>(
         &self,
@@ -96,7 +96,7 @@ impl WatertightRay {
         let mut any = false;
         let per = S::F64_LANES;
         for (i, to) in S::as_mut_simd_f64s(&mut distances).0.iter_mut().enumerate() {
-            // The corners seen along the ray, and how far they are.
+            // The corners in the sheared frame of the ray, and their distances.
             let mut seen = [[zero; 3]; 3];
             for corner in 0..3 {
                 let depth = simd.sub_f64s(z[corner][i], oz);
@@ -123,7 +123,7 @@ impl WatertightRay {
                 simd.add_f64s(simd.mul_f64s(u, az), simd.mul_f64s(v, bz)),
                 simd.mul_f64s(w, cz),
             );
-            // Not a number where all weights are zero: no comparison holds.
+            // NaN if all weights are zero: all comparisons fail.
             let distance = simd.div_f64s(weighed, sum);
             let hit = simd.and_m64s(
                 one_sign,
@@ -147,7 +147,7 @@ impl WatertightRay {
         Some(nearest)
     }
 
-    /// Where a ray that meets the triangle does so, as a point of the triangle.
+    /// The intersection with a triangle that the ray hits, as a point of the triangle.
     #[inline(always)]
     pub(crate) fn point_on(&self, corners: &Triangle) -> DVec3 {
         let ([u, v, w], _) = self.edges(corners);

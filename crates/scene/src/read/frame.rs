@@ -1,15 +1,15 @@
-//! What the coordinates of an OBJ mean.
+//! Unit and axes of an OBJ's coordinates.
 
 use super::mesh::SurfaceMesh;
 use hwall_geometry::{ArgumentError, Pose};
 use hwall_numeric::check::positive;
 
-/// Unit and axes of an OBJ. Its sidecar has its axes, but metres.
+/// Unit and axes of an OBJ. Its sidecar uses the same axes, but metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FileFrame {
     /// Length of a unit, m; default 1.
     pub metres_per_unit: f64,
-    /// Does y point up? Then the scene has the axes of [`Pose::Z_UP_FROM_Y_UP`]: the file's -z becomes x. Default: z does.
+    /// True if y is up; the scene is then converted by [`Pose::Z_UP_FROM_Y_UP`]: the file's -z becomes x. Default false: z is up.
     pub y_up: bool,
 }
 
@@ -23,7 +23,7 @@ impl Default for FileFrame {
 }
 
 impl FileFrame {
-    /// Brings what a file says into metres and z up.
+    /// Converts meshes to metres and z up.
     pub(crate) fn apply(&self, meshes: &mut [SurfaceMesh]) -> Result<(), ArgumentError> {
         let metres = positive("metres per unit", self.metres_per_unit)?;
         for mesh in meshes.iter_mut().filter(|_| self.y_up) {

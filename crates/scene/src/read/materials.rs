@@ -4,10 +4,10 @@ use super::text::{LoadLimits, read_text};
 use std::collections::{HashMap, HashSet};
 use std::path::{Component, Path, PathBuf};
 
-/// The libraries that an OBJ names, each read once.
+/// The libraries named by an OBJ, each read once.
 ///
-/// An OBJ may come from anywhere, so a library is a plain file in the folder of the OBJ or below it: names that lead
-/// elsewhere, and what is no file (a pipe would be waited for), count as missing.
+/// An OBJ may be untrusted, so a library must be a regular file in the folder of the OBJ or below it: paths that
+/// lead elsewhere, and anything that is not a file (a pipe would block), count as missing.
 #[derive(Default)]
 pub(super) struct Libraries<'a> {
     directory: Option<&'a Path>,
@@ -26,7 +26,7 @@ impl<'a> Libraries<'a> {
         }
     }
 
-    /// Reads the libraries that one statement names: the one of this whole name, else each name that ends in `.mtl` or at the end.
+    /// Reads the libraries named by one statement: a library with the whole text as its name, else each name that ends in `.mtl` or at the end.
     pub(super) fn read_all(&mut self, names: &str, limits: &LoadLimits) {
         if self.path(names).is_some() {
             return self.read(names, limits);
@@ -43,7 +43,7 @@ impl<'a> Libraries<'a> {
         self.read(names[begin..].trim(), limits);
     }
 
-    /// Reads a library, unless it was read already.
+    /// Reads a library unless already read.
     fn read(&mut self, name: &str, limits: &LoadLimits) {
         if !self.asked_for.insert(name.to_owned()) {
             return;
@@ -58,7 +58,7 @@ impl<'a> Libraries<'a> {
         }
     }
 
-    /// Where a library is, if it may be read.
+    /// The path of a library, if it may be read.
     fn path(&self, name: &str) -> Option<PathBuf> {
         let name = Path::new(name);
         let below = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
@@ -77,7 +77,7 @@ impl<'a> Libraries<'a> {
     }
 }
 
-/// No colour of fewer than three numbers, on which `tobj` would panic.
+/// False for a colour with fewer than three numbers, on which `tobj` would panic.
 fn has_whole_color(line: &str) -> bool {
     let mut words = line.split_whitespace();
     let color = matches!(words.next(), Some("Ka" | "Kd" | "Ks" | "Ke"));

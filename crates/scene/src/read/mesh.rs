@@ -1,4 +1,4 @@
-//! Triangles on their way into a scene: checks and repairs.
+//! Checks and repairs of triangles when a scene is loaded.
 
 use crate::error::{Result, SceneError};
 use crate::part::triangle::{self, Triangle, is_usable};
@@ -15,38 +15,38 @@ pub struct SurfaceMesh {
     pub triangles_m: Vec<[DVec3; 3]>,
 }
 
-/// What was left out or patched up on the way from a file to a scene. All zero for a clean file.
+/// What was dropped or repaired when loading a scene. All zero for a clean file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct LoadReport {
-    /// Faces without area, or with less than the rounding of a scene of this size, left out.
+    /// Dropped faces with an area of zero or below the rounding of the scene.
     pub degenerate_faces: usize,
-    /// Faces with the corners of an earlier one (in any order, on any surface that moves with it), left out.
+    /// Dropped faces with the same corners as an earlier one (in any order, on any surface that moves with it).
     pub duplicate_faces: usize,
-    /// Polygons that cross themselves, or have more than 256 corners and are not convex; cut as a fan, so pieces may overlap.
+    /// Polygons that cross themselves, or are not convex and have more than 256 corners; cut as a fan, so pieces may overlap.
     pub concave_polygons: usize,
-    /// Points, lines and faces of fewer than three corners, left out.
+    /// Dropped points, lines and faces with fewer than three corners.
     pub points_and_lines: usize,
-    /// Lines whose keyword means nothing to this reader, left out.
+    /// Dropped lines with an unknown keyword.
     pub ignored_lines: usize,
-    /// Surfaces of which faces were left out, degenerate ones or duplicates.
+    /// Surfaces that lost degenerate or duplicate faces.
     pub thinned_surfaces: Vec<String>,
-    /// Surfaces that had no face left, left out.
+    /// Dropped surfaces without any remaining face.
     pub empty_surfaces: Vec<String>,
     /// Material libraries that are missing or malformed.
     pub missing_material_libraries: Vec<String>,
-    /// Materials that are used but defined nowhere.
+    /// Materials that are used but not defined.
     pub missing_materials: Vec<String>,
 }
 
 impl LoadReport {
-    /// Was nothing left out and nothing mended?
+    /// True if nothing was dropped or repaired.
     #[must_use]
     pub fn is_clean(&self) -> bool {
         *self == Self::default()
     }
 }
 
-/// Checks every number, drops faces that cannot be used and surfaces that have none left.
+/// Checks every number, drops unusable faces and surfaces without faces.
 pub(crate) fn repaired(
     meshes: Vec<SurfaceMesh>,
     report: &mut LoadReport,
@@ -54,7 +54,7 @@ pub(crate) fn repaired(
     let all = meshes
         .iter()
         .flat_map(|mesh| coordinates(&mesh.triangles_m));
-    // What cannot be used is refused below.
+    // Unusable coordinates are rejected below.
     let reach_m = all
         .filter(|x| is_usable(*x))
         .fold(0.0, |most: f64, x| most.max(x.abs()));
@@ -85,7 +85,7 @@ pub(crate) fn repaired(
             report.degenerate_faces += usize::from(degenerate);
             !degenerate
         });
-        // A door moves, so only faces that move together can coincide for good.
+        // A door moves, so only faces that move together coincide permanently.
         if surface.kind.range().is_some() {
             seen.clear();
         }
@@ -120,7 +120,7 @@ fn coordinates(triangles: &[Triangle]) -> impl Iterator<Item = f64> + '_ {
     triangles.iter().flatten().flat_map(|p| p.to_array())
 }
 
-/// The same for every order of the corners.
+/// A key independent of the order of the corners.
 fn key(triangle: &Triangle) -> [[u64; 3]; 3] {
     // Adding zero turns -0 into 0.
     let mut corners = triangle.map(|p| p.to_array().map(|x| (x + 0.0).to_bits()));

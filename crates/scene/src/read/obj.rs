@@ -10,11 +10,10 @@ use glam::DVec3;
 use std::collections::HashMap;
 use std::path::Path;
 
-/// Name of the surface of faces outside all groups, as `tobj` calls it.
+/// Surface name of faces outside all groups, as in `tobj`.
 pub const UNNAMED: &str = "unnamed_object";
 
-/// Groups of the OBJ as surfaces, in the order of their first face; material libraries are
-/// looked for in `directory`.
+/// Groups of the OBJ as surfaces, in the order of their first face; material libraries are searched in `directory`.
 pub(crate) fn parse(
     text: &str,
     directory: Option<&Path>,
@@ -33,7 +32,7 @@ pub(crate) fn parse(
         libraries: Libraries::new(directory),
         ..Check::default()
     };
-    // A backslash at the end of a line continues it; `tobj` does not know that.
+    // A backslash at the end of a line continues it; `tobj` does not support that.
     let mut joined = String::new();
     let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text);
     let line_end = if text.contains('\n') { '\n' } else { '\r' };
@@ -65,7 +64,7 @@ fn name_after(line: &str) -> Option<&str> {
     Some(name.trim())
 }
 
-/// Reads line by line, without what the scene does not use (normals, texture coordinates, vertex colours).
+/// Reads line by line, ignoring data that the scene does not use (normals, texture coordinates, vertex colours).
 #[derive(Default)]
 struct Check<'a> {
     limits: LoadLimits,
@@ -73,23 +72,23 @@ struct Check<'a> {
     vertices: Vec<DVec3>,
     triangles: u64,
     polygon: Vec<usize>,
-    /// Names of materials in the order of their first use, and where they stand in it.
+    /// Names of materials in the order of their first use, and their index.
     materials_used: Vec<String>,
     place_of_material: HashMap<String, usize>,
-    /// Of the faces that follow: index into `materials_used`, and the group's name.
+    /// For the following faces: index into `materials_used`, and the group's name.
     material: Option<usize>,
     group: Option<String>,
-    /// Where the mesh of the present group stands in `groups`, once it has a face.
+    /// Index of the current group's mesh in `groups`, once it has a face.
     open: Option<usize>,
     groups: Vec<Group>,
     place_of_group: HashMap<String, usize>,
     report: LoadReport,
 }
 
-/// The faces of one name, however often the group or its material changes in between.
+/// All faces of one group name, even if the group or material changes in between.
 struct Group {
     mesh: SurfaceMesh,
-    /// Indices into `materials_used`, in the order of the faces, without repetition in a row.
+    /// Indices into `materials_used`, in face order, without consecutive repetitions.
     materials: Vec<usize>,
 }
 
@@ -117,7 +116,7 @@ impl Check<'_> {
                 None => self.report.ignored_lines += 1,
             },
             "l" | "p" => self.report.points_and_lines += 1,
-            // Not needed: normals follow from the winding, smoothing only changes the shading.
+            // Not needed: normals follow from the winding, and smoothing only affects shading.
             "vn" | "vt" | "s" => {}
             _ if keyword.starts_with('#') => {}
             _ => self.report.ignored_lines += 1,
@@ -164,7 +163,7 @@ impl Check<'_> {
         &mut self.groups[place]
     }
 
-    /// Colours and materials of the surfaces; what is missing.
+    /// Assigns colours and materials to the surfaces and reports missing ones.
     fn finish(self) -> (Vec<SurfaceMesh>, LoadReport) {
         let Self {
             groups,
@@ -198,7 +197,7 @@ impl Check<'_> {
             .map(str::parse)
             .collect::<Result<_, _>>()
             .map_err(|_| malformed())?;
-        // x y z, or with a weight, or with a colour, which scanners write with its opacity.
+        // x y z, optionally with a weight or a colour; scanners add opacity to the colour.
         let (&[x, y, z], rest) = numbers.split_first_chunk().ok_or_else(malformed)?;
         let weight = match *rest {
             [] | [_, _, _] | [_, _, _, _] => 1.0,
@@ -217,7 +216,7 @@ impl Check<'_> {
         let vertices = self.vertices.len();
         self.polygon.clear();
         for corner in corners {
-            // Corner `v/vt/vn`: only the vertex matters.
+            // Corner `v/vt/vn`: only the vertex is used.
             let index: i64 = corner
                 .split('/')
                 .next()
@@ -257,7 +256,7 @@ impl Check<'_> {
             false => None,
         };
         let material = self.material;
-        // Taken and put back: the group borrows everything else.
+        // Take and put back: the group borrows everything else.
         let (polygon, vertices) = (
             std::mem::take(&mut self.polygon),
             std::mem::take(&mut self.vertices),
@@ -281,8 +280,8 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// The polygon cut into ears: corners as places in the polygon. Bridges to holes, which pass two corners twice, are cut as any other
-    /// edge. `None`, and counted: it crosses itself so that no ear is left, or has more corners than are cut in reasonable time.
+    /// Ear clipping of the polygon: corners as indices into it. Bridges to holes, which visit two corners twice, are treated like any
+    /// other edge. `None`, and counted, if it crosses itself so that no ear is left, or has too many corners.
     fn ears(&mut self) -> Option<Vec<[usize; 3]>> {
         let corners: Vec<DVec3> = self.polygon.iter().map(|&v| self.vertices[v]).collect();
         let ears = (corners.len() <= MOST_CORNERS).then(|| ears(&corners));
@@ -291,7 +290,7 @@ impl Check<'_> {
         ears
     }
 
-    /// Does cutting the polygon as a fan from its first corner turn a triangle over?
+    /// True if a fan from the first corner would flip a triangle.
     fn fan_folds(&self) -> bool {
         let corner = |i: usize| self.vertices[self.polygon[i]];
         let area = |i: usize| (corner(i) - corner(0)).cross(corner(i + 1) - corner(0));
@@ -303,16 +302,16 @@ impl Check<'_> {
     }
 }
 
-/// Cutting ears takes time in proportion to the cube of the corners.
+/// Ear clipping takes time proportional to the cube of the corner count.
 const MOST_CORNERS: usize = 256;
 
-/// A flat polygon cut into triangles of the same winding, ear by ear; `None` if it crosses itself so that no ear is left.
+/// Triangulates a flat polygon by ear clipping, keeping the winding; `None` if it crosses itself so that no ear is left.
 fn ears(corners: &[DVec3]) -> Option<Vec<[usize; 3]>> {
     let pairs = corners.iter().zip(corners.iter().cycle().skip(1));
     let normal: DVec3 = pairs
         .map(|(a, b)| (*a - corners[0]).cross(*b - corners[0]))
         .sum();
-    // Twice the area of a triangle, positive where it winds as the whole does.
+    // Twice the area of a triangle, positive if it has the winding of the polygon.
     let area = |[a, b, c]: [usize; 3]| {
         let [a, b, c] = [a, b, c].map(|i| corners[i]);
         (b - a).cross(c - a).dot(normal)
@@ -337,7 +336,7 @@ fn ears(corners: &[DVec3]) -> Option<Vec<[usize; 3]>> {
         };
         let is_ear = |k: &usize| {
             let ear = ear_at(*k);
-            // A corner on the line between its neighbours is cut off without area.
+            // A corner collinear with its neighbours is clipped without area.
             let is_flat = area(ear).abs() <= rounding;
             let others = left.iter().filter(|point| !ear.contains(point));
             is_flat || area(ear) > 0.0 && !others.into_iter().any(|point| is_inside(ear, *point))

@@ -1,4 +1,4 @@
-//! The TOML file beside an OBJ, which says what its surfaces are.
+//! The TOML file beside an OBJ, which describes its surfaces.
 
 use super::mesh::SurfaceMesh;
 use crate::error::{Result, SceneError};
@@ -36,10 +36,10 @@ struct Entry {
     kind: Option<Kind>,
     roughness: Option<f64>,
     contact_stiffness_n_per_m: Option<f64>,
-    // What moves.
+    // Moving surfaces.
     restitution: Option<f64>,
     detents: Option<Vec<DetentEntry>>,
-    // What turns.
+    // Rotating surfaces.
     hinge_point_m: Option<[f64; 3]>,
     hinge_axis: Option<[f64; 3]>,
     range_deg: Option<[f64; 2]>,
@@ -48,7 +48,7 @@ struct Entry {
     stiffness_n_m_per_rad: Option<f64>,
     damping_n_m_s_per_rad: Option<f64>,
     friction_n_m: Option<f64>,
-    // What slides.
+    // Sliding surfaces.
     direction: Option<[f64; 3]>,
     range_m: Option<[f64; 2]>,
     rest_m: Option<f64>,
@@ -56,7 +56,7 @@ struct Entry {
     stiffness_n_per_m: Option<f64>,
     damping_n_s_per_m: Option<f64>,
     friction_n: Option<f64>,
-    // What is pressed.
+    // Buttons.
     click: Option<ClickEntry>,
 }
 
@@ -80,7 +80,7 @@ struct ClickEntry {
     force_n: f64,
 }
 
-/// Gives the surfaces the properties the sidecar names.
+/// Applies the properties in the sidecar to the surfaces.
 pub(crate) fn apply(text: &str, meshes: &mut [SurfaceMesh]) -> Result<()> {
     let Sidecar {
         default_kind,
@@ -110,7 +110,7 @@ pub(crate) fn apply(text: &str, meshes: &mut [SurfaceMesh]) -> Result<()> {
     }
 }
 
-/// What the parser said, and where, in one line.
+/// The parser's message and its position, in one line.
 fn in_line(text: &str, error: &toml::de::Error) -> String {
     let message = error.message().trim();
     let before = error.span().and_then(|span| text.get(..span.start));
@@ -124,7 +124,7 @@ fn in_line(text: &str, error: &toml::de::Error) -> String {
     }
 }
 
-/// A kind that needs no keys.
+/// A kind without required keys.
 fn plain(kind: Kind) -> SurfaceKind {
     if kind == Kind::Untouchable {
         SurfaceKind::Untouchable
@@ -133,7 +133,7 @@ fn plain(kind: Kind) -> SurfaceKind {
     }
 }
 
-/// A key and whether an entry has it.
+/// A key and whether the entry has it.
 type Key = (&'static str, bool);
 
 impl Kind {
@@ -158,7 +158,7 @@ impl Kind {
 }
 
 impl Entry {
-    /// The first key that a kind has no use for.
+    /// The first key that a kind does not use.
     fn stray(&self, kind: Kind) -> Option<&'static str> {
         let moving: &[Key] = &[
             ("restitution", self.restitution.is_some()),
@@ -262,7 +262,7 @@ impl DetentEntry {
 }
 
 impl Entry {
-    /// Of a kind that has been checked for stray keys: what is there is for it.
+    /// For a kind already checked for stray keys: all present keys apply to it.
     fn mechanics(&self, faults: &Faults) -> Result<Mechanics> {
         let detents = self.detents.iter().flatten();
         Ok(Mechanics {

@@ -1,15 +1,15 @@
-//! Text files, read within limits.
+//! Reading of text files within limits.
 
 use crate::error::{Result, SceneError};
 use std::io::Read as _;
 use std::path::Path;
 
-/// Limits of what is read. The defaults need at most about two gigabytes of memory.
+/// Limits of files to read. The defaults need at most about two gigabytes of memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LoadLimits {
     /// Bytes of the OBJ, of its sidecar and of each material library; default 256 MiB.
     pub max_bytes: u64,
-    /// Triangles after polygons are cut up; default four million.
+    /// Triangles after triangulation; default four million.
     pub max_triangles: u64,
 }
 
@@ -22,10 +22,11 @@ impl Default for LoadLimits {
     }
 }
 
-/// Reads a text file, as the files of a scene are read. Text that is not UTF-8 is read as Latin-1, and without a byte order mark.
+/// Reads a text file of a scene, without a byte order mark. Text that is not UTF-8 is read as Latin-1.
 ///
 /// # Errors
-/// A file that cannot be read, has more bytes than the limit, or is neither UTF-8 nor free of control bytes; named.
+/// A file that cannot be read, is larger than the limit, or is neither UTF-8 nor free of control bytes; the error
+/// names the file.
 pub fn read_text(path: &Path, limits: &LoadLimits) -> Result<String> {
     let io = |e: std::io::Error| SceneError::Io {
         path: path.display().to_string(),

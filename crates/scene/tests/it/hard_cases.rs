@@ -58,7 +58,7 @@ fn closest_points_at_edges_corners_and_on_faces() {
     }
 }
 
-/// Beyond a few sizes of the scene distances are compared in another way.
+/// Far from the scene distances are compared by another method.
 #[test]
 fn closest_points_of_a_far_hand() {
     let scene = bumpy(20, 35, 2.0, DVec3::ZERO);
@@ -105,7 +105,7 @@ fn grazing_rays() {
             assert_close!(hit.point_m.x, 1.0, Tol::abs(1e-15));
         }
     }
-    // In the plane of the wall there is no side to see.
+    // In the plane of the wall there is no visible side.
     for direction in [DVec3::Y, DVec3::NEG_Z, DVec3::new(0.0, 1.0, 1.0)] {
         let origin = DVec3::new(1.0, 0.5, 0.5) - 2.0 * direction;
         assert_eq!(scene.ray_cast(origin, direction), Ok(None));
@@ -113,7 +113,7 @@ fn grazing_rays() {
     }
 }
 
-/// From a point just found on a surface: the surface itself at no distance, or what comes next.
+/// From a point just found on a surface: the surface itself at zero distance, or the next one.
 #[test]
 fn rays_that_start_on_a_surface() {
     let scene = two_walls();
@@ -161,7 +161,7 @@ fn rays_that_start_on_a_surface() {
     }
 }
 
-/// More surfaces than a hierarchy can tell apart by itself.
+/// More surfaces than bits in the hierarchy.
 #[test]
 fn two_hundred_surfaces() {
     let mut sampler = Sampler::new(42);
@@ -199,7 +199,7 @@ fn two_hundred_surfaces() {
     }
 }
 
-/// The quality of the build changes times, never answers.
+/// The build quality affects times, never results.
 #[test]
 fn every_build_quality_gives_the_same_answers() {
     let mut scene = soup(43, 600, 1.0, DVec3::ZERO);

@@ -1,5 +1,4 @@
-//! What a ray meets and what is near depends on neither the place, the turn, the handedness and the unit of the world, nor on the
-//! order of triangles and surfaces.
+//! Ray hits and closest points do not depend on translation, rotation, handedness and unit of the world, or on the order of triangles and surfaces.
 
 use crate::common::{Triangle, plain_surface};
 use glam::{DMat3, DVec3};
@@ -29,13 +28,13 @@ fn changed(meshes: &[SurfaceMesh], of: impl Fn(&Triangle) -> Triangle) -> Vec<Su
     meshes
 }
 
-/// Asks two scenes, the second with what a map makes of each question, and compares the answers.
+/// Queries two scenes, the second with mapped queries, and compares the results.
 fn compare(here: &[SurfaceMesh], there: Vec<SurfaceMesh>, linear: DMat3, shift: DVec3) {
     let of = |meshes: Vec<SurfaceMesh>| Scene::from_meshes(meshes).unwrap().0;
     let (here, there) = (of(here.to_vec()), of(there));
     let map = |p: DVec3| linear * p + shift;
     let scale = linear.determinant().abs().cbrt();
-    // Of coordinates far from the origin the last digits are lost.
+    // Coordinates far from the origin lose their last digits.
     let close = 1e-12 * scale + 1e-14 * shift.length();
     let alike = |a: Option<Hit>, b: Option<Hit>| match (a, b) {
         (None, None) => false,
@@ -126,7 +125,7 @@ fn facets_are_those_of_the_turned_mirrored_and_shuffled_wall() {
     for (linear, back) in [(turn, false), (mirror, true), (mirror * turn, true)] {
         let shift = DVec3::new(3.0, -20.0, 0.5);
         let map = |p: DVec3| linear * p + shift;
-        // Of a mirror image the faces wind the other way round, unless the file is mirrored, too.
+        // A mirror image reverses the winding of the faces, unless the file is mirrored, too.
         let mut there = changed(&here, |&[a, b, c]| match back {
             true => [map(c), map(b), map(a)],
             false => [map(b), map(c), map(a)],

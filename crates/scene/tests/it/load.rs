@@ -1,4 +1,4 @@
-//! What becomes of meshes and of OBJ files: clean ones, repairable ones and bad ones.
+//! Loading of meshes and OBJ files: clean, repairable and invalid ones.
 
 use crate::common::plain_surface;
 use crate::common::temp_file::TempFile;
@@ -72,7 +72,7 @@ fn bad_numbers_and_indices_are_named_with_their_line() {
             "{bad}"
         );
     }
-    // Indices count what stands above the face.
+    // Indices refer to vertices above the face.
     assert_eq!(error("f 1 2 3\nv 0 0 0\n"), out_of_range(1, 1, 0));
 }
 
@@ -211,8 +211,8 @@ fn colours_come_from_the_library_and_a_bad_library_is_reported() {
     }
 }
 
-/// A group keeps the first material of its faces; a material outlives its group.
-/// All names of a statement were taken for one.
+/// A group keeps the first material of its faces; a material stays active beyond its group.
+/// Regression: all names of a statement were read as one.
 #[test]
 fn one_statement_names_several_libraries() {
     let named = |file: &TempFile| file.0.file_name().unwrap().to_str().unwrap().to_owned();
@@ -307,7 +307,7 @@ fn a_file_ten_kilometres_off_keeps_its_digits() {
     assert!((hit.point_m.x - 10_000.000_1).abs() < 1e-11, "{hit:?}");
 }
 
-/// They made the tree builder of the hierarchy recurse 5,000 deep.
+/// Regression: the tree builder recursed 5,000 levels deep.
 #[test]
 fn thousands_of_identical_triangles() {
     let t = [DVec3::ZERO, DVec3::X, DVec3::Y];
@@ -320,7 +320,7 @@ fn thousands_of_identical_triangles() {
     assert_eq!(hit.distance_m, 1.0);
 }
 
-/// No two are identical, but in single precision all their boxes are.
+/// No two are identical, but all their boxes are equal in single precision.
 #[test]
 fn thousands_of_coinciding_boxes() {
     let n = 20_000;
@@ -343,7 +343,7 @@ fn thousands_of_coinciding_boxes() {
     }
 }
 
-/// One stray vertex makes the rest of the scene a single point for single precision.
+/// One stray vertex collapses the rest of the scene to a point in single precision.
 #[test]
 fn detail_far_below_single_precision_stays_closest_exactly() {
     let small = |i: i32| {

@@ -19,7 +19,7 @@ const PLACES: [(f64, DVec3); 6] = [
     (1e3, FAR),
 ];
 
-/// Errors may be this large: of the coordinates (f64 in the file and in the answer) and of the size.
+/// Allowed error from the coordinates (f64 in file and result) and the size.
 fn tolerance(scale: f64, offset: DVec3) -> f64 {
     1e-14 * offset.length() + 1e-13 * scale
 }
@@ -29,15 +29,14 @@ fn ray(sampler: &mut Sampler, scale: f64, offset: DVec3) -> (DVec3, DVec3) {
     let away = [0.5, 2.0, 100.0][sampler.index(3)];
     let origin = sampler.unit_vector() * away * scale;
     let target = sampler.point_in_box(DVec3::splat(-1.0), DVec3::ONE) * scale;
-    // Any length of the direction will do.
+    // The direction may have any length.
     (
         offset + origin,
         (target - origin) * sampler.uniform(0.1, 10.0),
     )
 }
 
-/// Compares `n` rays with brute force; returns how many disagree on hit or miss or on which
-/// face is nearest.
+/// Compares `n` rays with brute force; returns the number that disagree on hit or miss or on the nearest face.
 fn compare_rays(scene: &Scene, n: usize, seed: u64, scale: f64, offset: DVec3) -> usize {
     let all = triangles(scene);
     let plain: Vec<Triangle> = all.iter().map(|&(_, t)| t).collect();
@@ -51,7 +50,7 @@ fn compare_rays(scene: &Scene, n: usize, seed: u64, scale: f64, offset: DVec3) -
         match (hit, expected) {
             (None, None) => {}
             (Some(hit), Some(t)) => {
-                // Along a ray that grazes a face the distance is as uncertain as the face is oblique.
+                // For a grazing ray the uncertainty of the distance grows with the obliqueness of the face.
                 let oblique = hit.normal.dot(-direction.normalize()).max(1e-6);
                 let far = 100.0 * scale + offset.length();
                 let error = (hit.distance_m - t).abs();
@@ -130,7 +129,7 @@ fn closest_points_are_those_of_brute_force() {
             let projected = scene.project_on(door, p).unwrap();
             let expected = brute_closest(&all, p, |id| id == door);
             assert_close!(projected.distance_m, expected, tol);
-            // The limit excludes what lies beyond it and nothing else.
+            // The limit excludes only what is beyond it.
             let (near, wide) = (
                 any.distance_m * 0.999,
                 any.distance_m * 1.001 + 2.0 * tol.abs,
@@ -210,7 +209,7 @@ fn the_room_is_seen_as_brute_force_sees_it() {
     }
 }
 
-/// What blocks a line is what a ray along it meets before its end.
+/// A line is blocked by what a ray along it hits before its end.
 #[test]
 fn any_hit_and_visible_agree_with_the_ray() {
     let scene = soup(12, 300, 1.0, DVec3::ZERO);

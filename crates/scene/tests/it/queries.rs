@@ -45,7 +45,7 @@ fn a_person_in_the_room_finds_what_is_there() {
     assert_eq!(name, "door");
     assert_close!(hit.normal, DVec3::new(0.8, 0.6, 0.0), Tol::abs(1e-14));
 
-    // Pushed open by 15 degrees the door has turned towards the arm, behind what it was.
+    // Opened by 15 degrees, the door has turned towards the arm, behind its closed position.
     let door = room.find("door").unwrap();
     room.set_opening(door, 15_f64.to_radians()).unwrap();
     let (name, open) = look(&room, DVec3::new(0.5, 0.36, 0.4));
@@ -62,7 +62,7 @@ fn a_person_in_the_room_finds_what_is_there() {
     let touchable = room.closest_touchable(hand, 1.0).unwrap().unwrap();
     let names = [any, touchable].map(|hit| room.surface(hit.surface).name.as_str());
     assert_eq!(names, ["floor", "front_wall"]);
-    // Behind the wall the person's side is the far one.
+    // From behind the wall, the person's side is the far one.
     let behind = room
         .closest_touchable(DVec3::new(0.6, 0.0, 0.4), 1.0)
         .unwrap()
@@ -101,7 +101,7 @@ fn facets_of_the_room() {
     };
     assert_close!(door.normal, DVec3::new(0.8, 0.6, 0.0), Tol::abs(1e-14));
     assert_close!(door.width_m, 0.8, Tol::abs(1e-12));
-    // Beyond and above the door: one plane, joined at a corner, with the doorway left out.
+    // Beside and above the door: one plane, joined at a corner, without the doorway.
     let [door_wall] = of("door_wall")[..] else {
         panic!("one facet")
     };
@@ -111,7 +111,7 @@ fn facets_of_the_room() {
     assert!(of("floor").is_empty() && of("pedestal").is_empty() && of("shelf_top").is_empty());
 }
 
-/// A wall with a window: the centre of area is air, the point of the facet is wall.
+/// A wall with a window: the centroid is in the window, the point of the facet is on the wall.
 #[test]
 fn the_point_of_a_facet_lies_on_it() {
     let obj = "v 0 0 0\nv 0 3 0\nv 0 3 3\nv 0 0 3\nv 0 1 1\nv 0 2 1\nv 0 2 2\nv 0 1 2
@@ -178,7 +178,7 @@ fn a_sliding_panel_slides() {
         DVec3::new(1.0, 1.5, 0.0),
         Tol::abs(1e-15)
     );
-    // Placing turns the direction with the scene.
+    // Placing rotates the direction with the scene.
     let placed = scene.placed(&Pose::from_yaw(1.0, DVec3::ZERO).unwrap());
     let SurfaceKind::Sliding { direction, .. } = placed.surface(panel).kind else {
         panic!()
@@ -214,7 +214,7 @@ fn bad_queries_are_errors() {
         Err(SceneError::UnknownSurface { .. })
     ));
     assert!(scene.triangles_m(SurfaceId(1)).is_err());
-    // Extreme but meaningful.
+    // Extreme but valid.
     let ray = |origin, direction| {
         let hit = scene.ray_cast(origin, direction).unwrap();
         hit.map(|h| h.distance_m)
@@ -234,7 +234,7 @@ fn bad_queries_are_errors() {
     assert!(closest.outside);
 }
 
-/// A real indoor scene, where the data lie beside the project.
+/// A real indoor scene, if the data are beside the project.
 #[test]
 fn the_small_house() {
     let Some(path) = hwall_testkit::shared("data/scene/small_house_collision.obj") else {

@@ -1,4 +1,4 @@
-//! What becomes of sidecars, which say what surfaces are: read whole, found beside their files, mistakes named.
+//! Sidecars: read completely, found beside their files, mistakes reported by name.
 
 use crate::common::temp_file::TempFile;
 use hwall_scene::{Mechanics, Scene, SceneError, SurfaceClick, SurfaceDetent, SurfaceKind};
@@ -132,14 +132,14 @@ fn the_mechanics_of_all_kinds_are_read() {
         force: 4.0,
     };
     assert_eq!(kind.mechanics().unwrap().click, Some(click));
-    // Files from before say nothing of it.
+    // Older files do not have it.
     let kind =
         read("[surface.wall]\nkind = \"sliding_panel\"\ndirection = [0, 2, 0]\nrange_m = [0, 1]");
     assert_eq!(kind.mechanics(), Some(&Mechanics::default()));
     assert_eq!(SurfaceKind::Static.mechanics(), None);
 }
 
-/// What is wrong with a kind, and what the error names.
+/// Faults of a kind, and the expected error text.
 const MISTAKES: &str = r#"
 door   | inertia_kg_m2 = 0 | inertia_kg_m2
 door   | inertia_kg_m2 = nan | inertia_kg_m2
@@ -218,7 +218,7 @@ fn the_sidecar_beside_a_file_is_found() {
     assert!(matches!(missing, SceneError::Io { .. }), "{missing}");
 }
 
-/// They named the OBJ, or no file.
+/// Regression: errors named the OBJ, or no file.
 #[test]
 fn errors_name_the_file_they_are_in() {
     let obj = TempFile::new("named.obj", TRIANGLE.as_bytes());

@@ -1,4 +1,4 @@
-//! Many rays at once: every hit is that of the ray alone, to the last bit.
+//! Many rays at once: every hit is bit-identical to that of the single ray.
 
 use crate::common::{assert_non_finite, bumpy, plain_surface, soup, triangles};
 use glam::DVec3;
@@ -43,7 +43,7 @@ fn alone(scene: &Scene, rays: &[Ray]) -> Vec<Option<Hit>> {
     rays.iter().map(cast).collect()
 }
 
-/// Slices of all lengths about those at which the search changes; returns how many rays hit.
+/// Slices of all lengths around the thresholds of the search; returns the number of hits.
 fn compare(scene: &Scene, seed: u64) -> usize {
     let rays = rays(scene, seed, 2000);
     let alone = alone(scene, &rays);
@@ -76,7 +76,7 @@ fn in_plain_scenes_of_every_size_and_place() {
     }
 }
 
-/// Several parts, of which now this and now that one is in front.
+/// Several parts, with varying ones in front.
 #[test]
 fn past_a_door_that_opens() {
     let mut scene = soup(73, 240, 1.0, DVec3::new(3.0, 1.0, -2.0));
@@ -88,7 +88,7 @@ fn past_a_door_that_opens() {
     }
 }
 
-/// Slivers, specks, a pile of faces whose boxes coincide, and every face twice on its own edge.
+/// Slivers, tiny faces, faces with coinciding boxes, and every face twice on its own edge.
 #[test]
 fn in_degenerate_scenes() {
     let mut sampler = Sampler::new(74);
@@ -116,7 +116,7 @@ fn in_degenerate_scenes() {
     assert!(compare(&one, 76) > 400);
 }
 
-/// Wherever the bad ray stands.
+/// For any position of the invalid ray.
 #[test]
 fn a_bad_ray_is_an_error_and_leaves_no_hits() {
     let scene = bumpy(8, 77, 2.0, DVec3::ZERO);
@@ -140,7 +140,7 @@ fn a_bad_ray_is_an_error_and_leaves_no_hits() {
     }
 }
 
-/// From so far away rounding puts the bound of a search before its origin; a door is a part of its own behind the hit.
+/// From far away rounding puts the search bound before its origin; a door is a separate part behind the hit.
 #[test]
 fn from_very_far_away() {
     let text = "o wall\nv 0.7 -1 0\nv 0.7 1 0\nv 0.7 1 2\nv 0.7 -1 2\nf 1 2 3 4\n\

@@ -5,7 +5,7 @@ use glam::DVec3;
 use hwall_scene::Scene;
 use hwall_testkit::Sampler;
 
-/// How many rays aimed at corners and edges of a sheet, from above, do not hit it.
+/// Number of rays aimed from above at corners and edges of a sheet that miss it.
 fn leaks(scene: &Scene, scale: f64, offset: DVec3, rays: usize, seed: u64) -> usize {
     let faces = triangles(scene);
     let mut sampler = Sampler::new(seed);
@@ -18,7 +18,7 @@ fn leaks(scene: &Scene, scale: f64, offset: DVec3, rays: usize, seed: u64) -> us
             1 => a.lerp(b, 0.5),
             _ => a.lerp(b, sampler.uniform(0.0, 1.0)),
         };
-        // Past a crest near the rim a ray may rightly leave the sheet.
+        // Past a crest near the rim a ray may correctly miss the sheet.
         let rim = (target - offset).truncate().abs().max_element() > 0.3 * scale;
         if rim {
             continue;

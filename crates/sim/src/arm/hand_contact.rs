@@ -5,7 +5,7 @@ use glam::DVec3;
 use hwall_kinematics::{Pose, Wrench};
 use hwall_numeric::check::{all_finite, non_negative, positive};
 
-/// A fingertip pressing on a square board: a spring and a damper that only push, no friction.
+/// A fingertip pressing on a square board: a unilateral spring and damper, no friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HandContact {
     /// Stiffness of finger and hand, N/m. Default 500.
@@ -14,8 +14,8 @@ pub struct HandContact {
     pub damping_n_s_per_m: f64,
     /// Half the edge of the board, m. Default 0.1, a board of 200 x 200 mm.
     pub half_extent_m: f64,
-    /// A tip further behind the face than this is past the board and does not press it, m. Default
-    /// 0.06: a hand that presses aims a few centimetres beyond the face.
+    /// A tip deeper behind the face than this does not press the board, m. Default 0.06: a pressing
+    /// hand aims a few centimetres beyond the face.
     pub max_depth_m: f64,
 }
 
@@ -31,14 +31,12 @@ impl Default for HandContact {
 }
 
 impl HandContact {
-    /// What the fingertip exerts on the board, base axes, about the board's origin; `None`
-    /// without contact.
+    /// The wrench of the fingertip on the board, base axes, about the board's origin; `None` without contact.
     ///
     /// `base_from_board` has its origin in the middle of the face and z out of it, towards the
-    /// hand. It should be the arm's tool frame, so that the wrench is the one about the tool
-    /// origin. `tip_m` is where the tip would be if nothing stopped it and
-    /// `tip_velocity_m_per_s` its velocity relative to the board, both in base axes. The force
-    /// is `max(0, k depth - b v_z)` along -z of the board.
+    /// hand; pass the arm's tool frame to get the wrench about the tool origin. `tip_m` is the
+    /// unobstructed position of the tip and `tip_velocity_m_per_s` its velocity relative to the
+    /// board, both in base axes. The force is `max(0, k depth - b v_z)` along -z of the board.
     ///
     /// # Errors
     /// NaN or infinity, or a setting outside its range.

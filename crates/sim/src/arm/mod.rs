@@ -2,17 +2,16 @@
 //!
 //! # The arm at servo level
 //!
-//! A command takes effect 22 ms after it was given. Commands that come every few milliseconds are a stream, and a stream within the
-//! limits is followed with that delay alone: 0.2 µs per millisecond, below 1e-9 rad. What cannot be followed (a step, a leap, a ramp
-//! that is too fast) is approached joint by joint on the time-optimal way within limits of velocity, acceleration and jerk
-//! (`hwall_motion::JointPoint`), without overshooting the place where the commands come to rest. `Hold` brakes as hard as the limits
-//! allow. Velocities are the manufacturer's, accelerations those of Drake's description of the arm (5.4 to 13.8 rad/s²); full
-//! acceleration after 10 ms is an assumption. `cargo bench -p hwall-sim` prints time and error.
+//! A command takes effect 22 ms after it was given. Commands every few milliseconds are a stream; a stream within the limits is
+//! followed with only that delay: 0.2 µs of computation per millisecond, error below 1e-9 rad. Infeasible commands (a step, a jump,
+//! a ramp that is too fast) are approached joint by joint on the time-optimal trajectory within limits of velocity, acceleration and
+//! jerk (`hwall_motion::JointPoint`), without overshooting the position where the commands come to rest. `Hold` brakes as hard as
+//! the limits allow. Velocity limits are the manufacturer's, acceleration limits those of Drake's description of the arm (5.4 to
+//! 13.8 rad/s²); full acceleration after 10 ms is an assumption. `cargo bench -p hwall-sim` prints time and error.
 //!
 //! # The arm at torque level
 //!
-//! `TorqueArm` takes the commands of `ServoArm`, and `Torque`. What is on the way from a command to a motion, and what is
-//! assumed of a real arm:
+//! `TorqueArm` accepts the commands of `ServoArm`, and `Torque`. The path from a command to a motion, and the assumptions about a real arm:
 //!
 //! ```text
 //! command -> delay -> servo (Position, Hold) ----------------------\
@@ -25,7 +24,7 @@
 //! | command delay | in force at the first control period (1 ms) that begins after it | 5 ms | assumed, for FRI |
 //! | servo | acceleration feedforward, PD on the reference motion of a `ServoArm`, model torques | 10 Hz, critically damped | assumed |
 //! | overlay | added to gravity and friction compensation; no Coriolis torques | 1 N m in 1 ms | rate: usual clients of the torque interface |
-//! | saturation | of what the motors are asked for | efforts of the chain: 176, 176, 110, 110, 110, 40, 40 N m | KUKA |
+//! | saturation | limit of the commanded motor torques | efforts of the chain: 176, 176, 110, 110, 110, 40, 40 N m | KUKA |
 //! | inner torque loop | pure delay and first-order lag, both exact whatever the step | 1 ms, 2 ms (80 Hz) | assumed |
 //! | rotors | inertia on the diagonal of the mass matrix, no gyroscopic torques, stiff gears | 3.4, 3.4, 3.4, 3.4, 1.3, 1.2, 1.2 kg m² | Drake's estimate for the iiwa 14 |
 //! | hidden share | part of it that the torque loop hides, `(1 - s) B` is felt | 0.8 | assumed; (Ott 2008) says that torque feedback does this |
@@ -35,13 +34,12 @@
 //! | external torque | momentum observer, no friction in it, first-order low pass | 25 Hz at -3 dB, time constant 6.4 ms | assumed |
 //! | stops | at the joint limits, without rebound; their torque counts as external | on | |
 //!
-//! `TorqueConfig::ideal()` leaves only the rigid bodies, the stops and the observer. The controller may know another model
-//! than the real one (`with_controller_model`). Angles and velocities in the state are exact. Gears are stiff: no joint
-//! elasticity, so no resonance of it.
+//! `TorqueConfig::ideal()` keeps only the rigid bodies, the stops and the observer. The controller may use a model that differs from the real
+//! one (`with_controller_model`). Angles and velocities in the state are exact. Gears are stiff: no joint elasticity and no resonance from it.
 //!
-//! Friction and stops are solved as set-valued laws in every step: a joint under less than its breakaway torque stays where
-//! it is to the last bit, nothing chatters, and neither friction nor stop does positive work. Integration: semi-implicit Euler
-//! in steps of 0.25 ms, or Runge-Kutta with steps cut where a joint comes to rest or meets a stop.
+//! Friction and stops are solved as set-valued laws in every step: a joint below its breakaway torque stays exactly at rest,
+//! nothing chatters, and neither friction nor stops do positive work. Integration: semi-implicit Euler in steps of 0.25 ms, or
+//! Runge-Kutta with steps split where a joint comes to rest or reaches a stop.
 //!
 //! | checked (`tests/`) | result |
 //! | --- | --- |
@@ -52,8 +50,8 @@
 //! | hand of 0.2 to 1 kg and 500 to 2000 N/m at 2 m/s, 1 kHz | stable, no energy gained |
 //! | one second of 1 kHz control (`cargo bench -p hwall-sim --bench torque`) | 5.5 ms; Runge-Kutta 18 ms |
 //!
-//! `HandBody` is a mass on the arm's spring and damper behind a finger that only pushes, with Coulomb friction along the face.
-//! Its step gives the mean force over the same millisecond for which the arm then gets it:
+//! `HandBody` is a mass on the spring and damper of the human arm behind a finger that only pushes, with Coulomb friction
+//! along the face. Its step returns the mean force over the millisecond in which it is then applied to the arm:
 //!
 //! ```rust
 //! use hwall_haptics::{Arm, ArmCommand};
@@ -84,13 +82,13 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! References: (Armstrong 1994) Armstrong-Hélouvry, Dupont, Canudas de Wit, A survey of models, analysis tools and compensation
-//! methods for the control of machines with friction, Automatica 30(7). (De Luca 2006) De Luca, Albu-Schäffer, Haddadin, Hirzinger,
-//! Collision detection and safe reaction with the DLR-III lightweight manipulator arm, IROS. (Ott 2008) Ott, Cartesian impedance
-//! control of redundant and flexible-joint robots, Springer. Stewart, Trinkle, An implicit time-stepping scheme for rigid body
-//! dynamics with inelastic collisions and Coulomb friction, Int. J. Numer. Methods Eng. 39, 1996. (Hajian 1997) Hajian, Howe,
-//! Identification of the mechanical impedance at the human finger tip, J. Biomech. Eng. 119(1). (Tsuji 1995) Tsuji, Morasso, Goto,
-//! Ito, Human hand impedance characteristics during maintained posture, Biol. Cybern. 72. ISO/TS 15066:2016, annex A. What is taken from measurements of hands are orders of magnitude.
+//! References: (Armstrong 1994) Armstrong-Hélouvry, Dupont, Canudas de Wit, A survey of models, analysis tools and compensation methods for the
+//! control of machines with friction, Automatica 30(7). (De Luca 2006) De Luca, Albu-Schäffer, Haddadin, Hirzinger, Collision detection and safe
+//! reaction with the DLR-III lightweight manipulator arm, IROS. (Ott 2008) Ott, Cartesian impedance control of redundant and flexible-joint robots,
+//! Springer. Stewart, Trinkle, An implicit time-stepping scheme for rigid body dynamics with inelastic collisions and Coulomb friction, Int. J.
+//! Numer. Methods Eng. 39, 1996. (Hajian 1997) Hajian, Howe, Identification of the mechanical impedance at the human finger tip, J. Biomech. Eng.
+//! 119(1). (Tsuji 1995) Tsuji, Morasso, Goto, Ito, Human hand impedance characteristics during maintained posture, Biol. Cybern. 72. ISO/TS
+//! 15066:2016, annex A. Measurements of hands are used only as orders of magnitude.
 
 mod config;
 mod hand_contact;

@@ -16,31 +16,30 @@ use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
 use std::sync::Arc;
 
-/// Longest step of the integration, s; also how finely a target is tracked.
+/// Longest integration step, s; also the resolution of target tracking.
 const MAX_STEP_S: f64 = 1e-3;
-/// A commanded angle may lie this far outside its limit, rad, and is then set to the limit.
+/// A commanded angle up to this far outside its limit is clamped to the limit, rad.
 const LIMIT_SLACK_RAD: f64 = 1e-9;
-/// Commands that the queue holds for each second of delay.
+/// Queue capacity, commands per second of delay.
 const COMMANDS_PER_S: f64 = 10_000.0;
 
-/// A simulated arm with a clock of its own.
+/// A simulated arm with its own clock.
 ///
-/// A command takes effect exactly `reaction_delay_s` after it was given, in the order given, and
-/// stays in force until the next one; at first the arm holds. Commands that come within 20 ms of each other are a
-/// stream: as long as it is within the limits, every joint is at the time of effect where it was commanded to be, so
-/// the arm lags by the delay and nothing else. Otherwise, and after a step or a leap, every joint by itself
-/// takes the time-optimal way back to what is asked, within its limits of velocity, acceleration and jerk, and without
-/// passing the place where the commands would come to rest. `Hold` brakes as hard as the limits allow. Angles are
-/// the true ones, without sensor noise; only the external torque carries noise, drawn anew by every
-/// [`advance`](Self::advance).
+/// A command takes effect exactly `reaction_delay_s` after it was given, in order, and stays in force until the next
+/// one; initially the arm holds. Commands within 20 ms of each other are a stream. While a stream is within the
+/// limits, every joint is at its commanded position at the time of effect, so the arm lags only by the delay.
+/// Otherwise, and after a step or a jump, each joint independently follows the time-optimal trajectory back to the
+/// commands, within its limits of velocity, acceleration and jerk, without overshooting the position where the
+/// commands would come to rest. `Hold` brakes as hard as the limits allow. Angles are exact; only the external torque
+/// has noise, drawn anew by every [`advance`](Self::advance).
 ///
 /// Error on feasible streams planned with half the servo's jerk (tests/it/following.rs): below 1e-9 rad with commands
 /// every 1 ms, 1e-4 rad every 4 ms, 5e-4 rad every 8 ms or at irregular times. Between commands more than 1 ms apart the
-/// motion is interpolated; there a joint may exceed its acceleration by 0.6 % for each further millisecond. A stream
-/// that stops while it moves is overshot, since no joint can stop at once, and come back to. With a delay
-/// shorter than the period of a stream the servo has to guess how the stream goes on and is less exact.
+/// motion is interpolated; there a joint may exceed its acceleration limit by 0.6 % per further millisecond. If a stream
+/// stops abruptly, the joints overshoot and return, since no joint can stop at once. If the delay is shorter than the
+/// period of a stream, the servo must extrapolate and is less exact.
 ///
-/// Nothing is allocated after construction.
+/// Does not allocate after construction.
 #[derive(Debug)]
 pub struct ServoArm {
     tool: Tool,
@@ -89,27 +88,26 @@ impl ServoArm {
         Ok(servo)
     }
 
-    /// Moves the clock on by `dt_s`, in steps of at most 1 ms that also end where a command takes
-    /// effect.
+    /// Advances the clock by `dt_s`, in steps of at most 1 ms that also end when a command takes effect.
     ///
     /// # Errors
-    /// A time step that is not finite and above zero, or so long that the clock overflows.
+    /// A time step that is not finite and positive, or so long that the clock overflows.
     pub fn advance(&mut self, dt_s: f64) -> Result<(), SimError> {
         positive("dt_s", dt_s)?;
         let end_s = self.t_s + dt_s;
         positive("t_s", end_s)?;
-        // The sum of the steps within a delay agrees with the delay only to some roundings of the clock.
+        // The sum of the steps within a delay equals the delay only to rounding of the clock.
         let rounding_s = (256.0 * f64::EPSILON * end_s).min(1e-6);
         while self.t_s < end_s {
             let asked = self.stream.advance_to(self.t_s, rounding_s).copied();
             let event_s = self.stream.next_event_s().min(end_s);
-            // At rest nothing happens until the next event, however long that is.
+            // At rest nothing happens until the next event: skip to it.
             let next_s = if self.is_settled(asked.as_ref()) {
                 event_s
             } else {
                 event_s.min(self.t_s + MAX_STEP_S)
             };
-            // A clock too large to resolve a millisecond takes the whole step at once.
+            // If the clock is too large to resolve a millisecond, take the whole step at once.
             let is_end = next_s <= self.t_s || end_s - next_s <= rounding_s;
             let next_s = if is_end { end_s } else { next_s };
             self.step(asked.as_ref(), next_s, rounding_s);
@@ -119,8 +117,7 @@ impl ServoArm {
         Ok(())
     }
 
-    /// Sets the wrench that the outside exerts on the tool, base axes, about the tool origin; it stays
-    /// until it is set again.
+    /// Sets the external wrench on the tool, base axes, about the tool origin; it stays until set again.
     ///
     /// The servo is stiff: the wrench appears in the external torques and does not move the arm.
     ///
@@ -166,14 +163,14 @@ impl ServoArm {
         &self.tool.arm
     }
 
-    /// Puts the joints somewhere else, within limits and speeds: where an arm was moved by others.
+    /// Sets joint positions and velocities, clamped to the limits: for an arm that was moved externally.
     pub(super) fn place(&mut self, q: &JointPositions, qd: &JointVelocities) {
         for (i, (joint, tracking)) in self.joints.iter_mut().zip(&self.tracking).enumerate() {
             *joint = tracking.within_range(JointPoint::new(q[i], qd[i], 0.0));
         }
     }
 
-    /// Is every joint at rest, where it was asked to be if it was?
+    /// True if every joint is at rest, and at its commanded position if there is one.
     fn is_settled(&self, asked: Option<&Segment>) -> bool {
         if asked.is_some_and(Segment::is_moving) {
             return false;
@@ -210,7 +207,7 @@ impl ServoArm {
     }
 
     fn draw_noise(&mut self) {
-        // Seven numbers for any arm: a seed means the same noise on the same joint.
+        // Draw seven numbers for any arm, so that a seed gives the same noise on the same joint.
         let joints = self.tool.arm.joint_count();
         for (joint, noise) in self.noise.iter_mut().enumerate() {
             let drawn = self.generator.sample::<f64, _>(StandardNormal);
@@ -253,7 +250,7 @@ impl Arm for ServoArm {
     }
 }
 
-/// The angles; those within the slack beyond a limit are moved onto it.
+/// The angles, clamped to the limits if outside by at most the slack.
 fn within_limits(
     arm: &dyn ArmKinematics,
     what: &'static str,

@@ -1,33 +1,31 @@
-//! What the commands ask for: the motion that a stream of positions describes.
+//! The commanded motion, interpolated from a stream of positions.
 
 use hwall_kinematics::JointPositions;
 use hwall_motion::{JointBounds, JointPoint};
 use std::collections::VecDeque;
 
-/// Commands that follow each other within this are a stream, s: a position interface at 8 ms, with
-/// room for a late one.
+/// Commands within this interval are a stream, s: a position interface at 8 ms, with tolerance for a late command.
 const STREAM_S: f64 = 0.02;
-/// Where the velocity of a stream changes by more than this many times what the joint can do, it has a corner.
+/// A stream has a corner where its velocity changes by more than this many times what the joint can do.
 const CORNER: f64 = 4.0;
-/// And by more than a displacement by this would make of a straight one, rad: noise.
+/// The change must also exceed that caused by a displacement of this size, rad: noise.
 const CORNER_RAD: f64 = 5e-5;
-/// Past commands over which a stream that has a corner at every command is averaged, s.
+/// Averaging time of a stream with a corner at every command, s.
 const AVERAGE_S: f64 = 8e-3;
-/// Rounding of clocks and angles that a feasible stream may show, as a share of the limits of velocity and acceleration;
-/// a hundred times that in jerk.
+/// Rounding of clocks and angles allowed in a feasible stream, as a fraction of the velocity and acceleration limits; a hundred times that for jerk.
 const ROUNDING: f64 = 1e-6;
-/// Place of the command in force; the two before it are kept for their slopes.
+/// Index of the command in force; the two before it are kept for their slopes.
 const IN_FORCE: usize = 2;
 
-/// A command, when it takes effect, and how it goes with its neighbours.
+/// A command, its time of effect, and its relation to its neighbours.
 #[derive(Debug, Clone, Copy)]
 struct Knot {
     effect_s: f64,
     /// `None` brakes to rest.
     target: Option<JointPositions>,
-    /// Does it continue a stream?
+    /// True if it continues a stream.
     joined: bool,
-    /// One bit for each joint: here the stream begins, ends or has a corner.
+    /// One bit per joint: the stream begins, ends or has a corner here.
     corners: u8,
 }
 
@@ -48,15 +46,15 @@ impl Knot {
     }
 }
 
-/// What is asked of the joints from the command in force on.
+/// The commanded motion from the command in force on.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Segment {
     pub(super) start_s: f64,
-    /// When the next command takes effect, or the slope of the last one counts no more.
+    /// When the next command takes effect, or when extrapolation of the last one ends.
     pub(super) end_s: f64,
     /// Coefficients of powers of the time since the start.
     cubics: [[f64; 4]; 7],
-    /// One bit for each joint: the commands around it, taken as samples, are within the limits.
+    /// One bit per joint: the surrounding commands, as samples, are within the limits.
     feasible: u8,
     moving: bool,
 }
@@ -72,7 +70,7 @@ impl Segment {
         }
     }
 
-    /// Is the same place asked for all the time?
+    /// True if the commanded position changes during the segment.
     pub(super) const fn is_moving(&self) -> bool {
         self.moving
     }
@@ -92,14 +90,13 @@ impl Segment {
     }
 }
 
-/// The commands given so far, by the time they take effect.
+/// The commands, ordered by their time of effect.
 ///
-/// Between two commands of a stream the motion asked for is a cubic through both, with slopes from four commands where
-/// the stream is smooth. So it starts towards a command when the one before it takes effect: a command of a stream
-/// says where to be, and not when to start.
+/// Between two commands of a stream the commanded motion is a cubic through both, with slopes from four commands where the stream is smooth.
+/// So the motion towards a command starts when the previous one takes effect: a stream command gives the position at its time of effect.
 #[derive(Debug)]
 pub(super) struct Stream {
-    /// Two past commands, the one in force, those to come.
+    /// Two past commands, the one in force, the pending ones.
     knots: VecDeque<Knot>,
     capacity: usize,
     delay_s: f64,
@@ -111,7 +108,7 @@ pub(super) struct Stream {
 }
 
 impl Stream {
-    /// No command; at most `capacity` of them may wait.
+    /// Empty, with at most `capacity` pending commands.
     pub(super) fn new(capacity: usize, delay_s: f64, bounds: [JointBounds; 7]) -> Self {
         let mut knots = VecDeque::with_capacity(capacity + IN_FORCE + 1);
         knots.extend([Knot::NONE; IN_FORCE + 1]);
@@ -126,7 +123,7 @@ impl Stream {
         }
     }
 
-    /// Adds a command; `false` if too many wait. Of two commands at one instant the later one counts.
+    /// Adds a command; `false` if too many are pending. Of two commands at one instant the later one wins.
     pub(super) fn push(&mut self, effect_s: f64, target: Option<JointPositions>) -> bool {
         if self.waiting().is_some() && self.knots.back().is_some_and(|k| k.effect_s == effect_s) {
             self.knots.pop_back();
@@ -153,7 +150,7 @@ impl Stream {
         true
     }
 
-    /// Joints for which the slope changes by more at a knot than any joint can.
+    /// Joints whose slope at a knot changes by more than the joint can follow.
     fn corners(&self, before: &Knot, knot: &Knot, after: &Knot) -> u8 {
         if !(knot.joined && after.joined) {
             return !0;
@@ -177,7 +174,7 @@ impl Stream {
         self.knots.get(IN_FORCE + 1)
     }
 
-    /// Puts commands in force that take effect up to a time, and says what is asked from then on; `None`: to hold.
+    /// Applies the commands that take effect up to a time and returns the commanded motion from then on; `None` means hold.
     pub(super) fn advance_to(&mut self, t_s: f64, rounding_s: f64) -> Option<&Segment> {
         while self
             .waiting()
@@ -195,7 +192,7 @@ impl Stream {
         self.segment.as_ref()
     }
 
-    /// When something else will be asked for, s.
+    /// Time of the next change of the commanded motion, s.
     pub(super) fn next_event_s(&self) -> f64 {
         let effect_s = self.waiting().map_or(f64::INFINITY, |next| next.effect_s);
         let end_s = self.segment.map_or(f64::INFINITY, |s| s.end_s);
@@ -228,7 +225,7 @@ impl Stream {
             return Some(Segment::resting(start_s, next.effect_s, &q));
         }
         let mut segment = Segment::resting(start_s, next.effect_s, &q);
-        // Past and future knots that are too few leave corners, and are not looked at.
+        // If past or future knots are missing there is a corner, so they are not read.
         let after = self.knots.get(IN_FORCE + 2).unwrap_or(next);
         let [first, before] = [&self.knots[IN_FORCE - 2], &self.knots[IN_FORCE - 1]];
         let periods = [
@@ -259,8 +256,8 @@ impl Stream {
         Some(segment)
     }
 
-    /// What is asked when no command waits. If the delay is too short for the next command of a stream to be known, the
-    /// stream is taken to go on for one more period.
+    /// The commanded motion when no command is pending. If the delay is too short to know the next command of a stream,
+    /// the stream is extrapolated by one period.
     fn open(&self, start_s: f64, t_s: f64, q: &JointPositions) -> Segment {
         let (before, now) = (&self.knots[IN_FORCE - 1], &self.knots[IN_FORCE]);
         let period_s = start_s - before.effect_s;
@@ -280,7 +277,7 @@ impl Stream {
         segment
     }
 
-    /// Slope and curvature of a joint at a knot that continues a stream, from the commands before it.
+    /// Slope and curvature of a joint at a knot that continues a stream, from the previous commands.
     fn last_slope(&self, place: usize, joint: usize) -> (f64, f64) {
         let knots = [place - 2, place - 1, place].map(|place| &self.knots[place]);
         let [q0, q1, q2] = knots.map(|knot| knot.q_rad(joint));
@@ -296,12 +293,12 @@ impl Stream {
         (secant + bend * h1, 2.0 * bend)
     }
 
-    /// What is known of the way of a joint up to the next corner, or up to the newest command.
+    /// The known commanded motion of a joint up to the next corner, or up to the latest command.
     pub(super) fn ahead(&self, segment: &Segment, joint: usize, t_s: f64) -> Ahead {
         let mut from = segment.at(joint, t_s);
         let mut least_s = 0.0;
         if !segment.is_feasible(joint) {
-            // Differences of noisy commands say nothing about accelerations unless they are taken over some time.
+            // Noisy commands need a minimum interval for acceleration differences.
             least_s = NOISE_S;
             from.qdd_rad_per_s2 = 0.0;
         }
@@ -324,10 +321,10 @@ impl Stream {
     }
 }
 
-/// Times from which accelerations of commands that no joint could follow are taken, s.
+/// Minimum interval for acceleration differences of infeasible commands, s.
 const NOISE_S: f64 = 5e-3;
 
-/// Finite differences along the way of one joint.
+/// Finite differences along the commanded motion of one joint.
 struct Way {
     end: JointPoint,
     /// Slope and length of the last piece, rad/s and s.
@@ -354,7 +351,7 @@ impl Way {
         self.end.qd_rad_per_s = slope;
         if let Some([before, before_s]) = self.piece {
             let qdd = 2.0 * (slope - before) / (before_s + period_s);
-            // Known in the middle of each two pieces, and carried on to the end.
+            // The difference is valid midway between two pieces; extrapolate it to the end.
             let per_s = self
                 .qdd_rad_per_s2
                 .map_or(0.0, |last| (qdd - last) / before_s);
@@ -390,13 +387,13 @@ impl Way {
     }
 }
 
-/// What is known of the way of a joint from now on.
+/// The known commanded motion of a joint from now on.
 pub(super) struct Ahead {
-    /// Where it would come to rest if it stopped at the end, rad.
+    /// Where it would come to rest if it braked at the end, rad.
     pub(super) rest_rad: f64,
-    /// Its acceleration in the next milliseconds, rad/s².
+    /// Acceleration in the next milliseconds, rad/s².
     pub(super) qdd_rad_per_s2: f64,
-    /// Least and largest acceleration up to its end, rad/s².
+    /// Smallest and largest acceleration up to its end, rad/s².
     pub(super) range_rad_per_s2: [f64; 2],
 }
 
@@ -435,10 +432,10 @@ impl Fit {
         }
     }
 
-    /// Slopes at both ends of the segment; none if it is between two corners.
+    /// Slopes at both ends of the segment; `None` between two corners.
     ///
-    /// At a smooth end: that of the cubic through two commands before it, itself, and the one after it, so both
-    /// neighbours agree and a motion of constant jerk is met exactly.
+    /// At a smooth end: the slope of the cubic through the two commands before it, itself, and the one after
+    /// it. So neighbouring segments agree, and motion with constant jerk is reproduced exactly.
     fn slopes(&self, smooth: &[bool; 3]) -> Option<[f64; 2]> {
         let [_, before, h, after] = self.periods;
         let [_, smooth_start, smooth_end] = *smooth;
@@ -452,7 +449,7 @@ impl Fit {
         }
     }
 
-    /// Could a joint within its bounds have passed through these commands?
+    /// True if a joint within its bounds can pass through these commands.
     fn is_within(&self, bounds: &JointBounds) -> bool {
         let slack = 1.0 + ROUNDING;
         let most = bounds.acceleration_rad_per_s2() * slack;

@@ -1,4 +1,4 @@
-//! What a simulated arm carries: where it is, how it moves, what pushes it.
+//! The tool of a simulated arm: pose, velocity and external wrench.
 
 use crate::error::SimError;
 use hwall_kinematics::{
@@ -15,7 +15,7 @@ pub(super) struct Tool {
 }
 
 impl Tool {
-    /// Nothing pushes it.
+    /// Without a wrench.
     pub(super) fn new(arm: Arc<dyn ArmKinematics>) -> Self {
         Self {
             arm,
@@ -23,7 +23,7 @@ impl Tool {
         }
     }
 
-    /// Sets the wrench, base axes, about the tool origin, until it is set again.
+    /// Sets the wrench, base axes, about the tool origin; it stays until set again.
     pub(super) fn push(&mut self, wrench: Wrench) -> Result<(), SimError> {
         all_finite("wrench", &wrench.to_array())?;
         self.wrench = wrench;
@@ -39,7 +39,7 @@ impl Tool {
         self.arm.jacobian(q).twist(qd)
     }
 
-    /// What the wrench does to the joints, N m.
+    /// Joint torques of the wrench, N m.
     pub(super) fn torques(&self, q: &JointPositions) -> JointTorques {
         self.arm.jacobian(q).torques(&self.wrench)
     }

@@ -1,27 +1,27 @@
-//! How one joint follows what is asked of it.
+//! Tracking of the commanded motion by one joint.
 
 use super::stream::Ahead;
 use hwall_motion::{JointBounds, JointPoint};
 
-/// A joint that is within this of what was asked, rad, was there.
+/// A joint within this of its commanded position is at it, rad.
 const THERE_RAD: f64 = 1e-10;
-/// Between commands further apart than this, s, the motion asked for is a guess.
+/// Between commands further apart than this the commanded motion is an estimate, s.
 const EXACT_S: f64 = 1e-3;
-/// By how much that guess may exceed the limit of acceleration, for each second of the period beyond.
+/// Relative amount by which that estimate may exceed the acceleration limit, per second of period beyond `EXACT_S`.
 const EXCESS_PER_S: f64 = 6.0;
 
 /// One step of one joint.
 #[derive(Debug)]
 pub(super) struct Step {
     pub(super) dt_s: f64,
-    /// What is asked at its start and at its end.
+    /// Commanded state at its start and at its end.
     pub(super) start: JointPoint,
     pub(super) end: JointPoint,
     /// Time between the commands around it, s.
     pub(super) period_s: f64,
-    /// Could a joint within its limits have passed through the commands around it?
+    /// True if a joint within its limits can pass through the commands around it.
     pub(super) is_feasible: bool,
-    /// Does the step lead from one command to the next?
+    /// True if the step leads from one command to the next.
     pub(super) is_whole: bool,
 }
 
@@ -29,9 +29,9 @@ pub(super) struct Step {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Tracking {
     pub(super) bounds: JointBounds,
-    /// Least and largest angle, rad.
+    /// Smallest and largest angle, rad.
     range_rad: [f64; 2],
-    /// No joint within its bounds needs more to stop, rad.
+    /// Upper bound of the stopping distance, rad.
     stopping_rad: f64,
 }
 
@@ -47,8 +47,8 @@ impl Tracking {
         }
     }
 
-    /// The joint at the end of the step if it can simply go on with what is asked: it was there at the start, and the
-    /// step to the end is within the limits.
+    /// The joint at the end of the step if it can follow the command exactly: it was at the commanded state at the
+    /// start, and the step is within the limits.
     pub(super) fn followed(&self, joint: &JointPoint, step: &Step) -> Option<JointPoint> {
         let (v, a, j) = (
             self.bounds.velocity_rad_per_s(),
@@ -62,8 +62,8 @@ impl Tracking {
             return None;
         }
         let as_asked = if step.is_feasible && step.is_whole {
-            // Only commands are met, so what lies between them does not matter. Slopes are estimates: what they are
-            // off shrinks with the square of the period.
+            // Only the commands must be reached, not the motion between them. Slopes are estimates whose error
+            // shrinks with the square of the period.
             (joint.qd_rad_per_s - start.qd_rad_per_s).abs() <= j * dt_s * dt_s
         } else {
             let coasted = joint.jerked(0.0, *dt_s);
@@ -88,11 +88,11 @@ impl Tracking {
         );
         let coming = next.coming_velocity_rad_per_s(&self.bounds);
         if coming.abs() > v {
-            // As much acceleration as full speed leaves.
+            // The largest acceleration that the speed limit allows.
             let left = (2.0 * j * (v - next.qd_rad_per_s.abs())).sqrt();
             next.qdd_rad_per_s2 = left.copysign(coming);
         }
-        // A stream that ends abruptly near a limit of the joint must not carry it beyond.
+        // A stream that ends abruptly near a joint limit must not carry the joint beyond it.
         let [least, most] = self.range_rad;
         let is_far =
             next.q_rad - least > self.stopping_rad && most - next.q_rad > self.stopping_rad;
@@ -103,7 +103,7 @@ impl Tracking {
         (is_far || stops_within()).then_some(next)
     }
 
-    /// Is the joint as near to a feasible stream as the guess between its commands is to what was meant?
+    /// True if the joint is as close to a feasible stream as the error of the estimate between its commands.
     fn is_beside(&self, joint: &JointPoint, step: &Step) -> bool {
         let (j, h) = (self.bounds.jerk_rad_per_s3(), step.period_s);
         let off_rad = (joint.q_rad - step.start.q_rad).abs();
@@ -111,15 +111,14 @@ impl Tracking {
         step.is_feasible && off_rad <= 0.5 * j * h * h * h && off_rad_per_s <= 0.5 * j * h * h
     }
 
-    /// The joint at the end of the step on its time-optimal way to meet what is asked, which is taken to go on as it does
-    /// by then.
+    /// The joint at the end of the step on its time-optimal trajectory to the commanded motion, extrapolated from the end of the step.
     ///
-    /// The joint's own stopping point does not cross on the way where what is asked would come to rest, so the
-    /// joint does not overshoot if that brakes meanwhile.
+    /// The joint's stopping point never passes the point where the commanded motion would come to rest, so the
+    /// joint does not overshoot if the commands brake meanwhile.
     pub(super) fn caught_up(&self, joint: &JointPoint, step: &Step, ahead: &Ahead) -> JointPoint {
         let is_beside = self.is_beside(joint, step);
-        // The guess may exceed the acceleration. The joint would fall behind for nothing if it did not, and at full
-        // acceleration nothing is left to catch up with.
+        // The estimate may exceed the acceleration limit. Allow the joint the same excess: otherwise it would lag
+        // without need, and at full acceleration it could not catch up.
         let excess = EXCESS_PER_S * (step.period_s - EXACT_S);
         let bounds = &match is_beside {
             true => self.bounds.with_more_acceleration(excess),
@@ -137,7 +136,7 @@ impl Tracking {
             ahead.qdd_rad_per_s2
         };
         let a = qdd.clamp(-a_max, a_max);
-        // Seen from a frame that moves as what is asked does at the end of the step.
+        // Relative to a frame that moves like the command at the end of the step.
         let relative = JointPoint::new(
             joint.q_rad - (asked.q_rad - dt_s * (v - 0.5 * a * dt_s)),
             joint.qd_rad_per_s - (v - a * dt_s),
@@ -173,8 +172,8 @@ impl Tracking {
         self.within_range(next)
     }
 
-    /// Keeps the stopping point of a joint on its way from passing the place where what is asked would come to rest, or
-    /// where it is now if it comes the joint's way.
+    /// Prevents the stopping point of a joint from passing the point where the commanded motion would come to rest, or
+    /// its current position if it moves towards the joint.
     fn before_rest(
         &self,
         joint: &JointPoint,
@@ -207,7 +206,7 @@ impl Tracking {
         self.within_range(joint.braked(&self.bounds, dt_s))
     }
 
-    /// A joint within its range stops within it, and none exceeds its speed; this removes the last rounding.
+    /// Removes rounding beyond the range and the speed limit.
     pub(super) fn within_range(&self, mut joint: JointPoint) -> JointPoint {
         let v = self.bounds.velocity_rad_per_s();
         joint.q_rad = joint.q_rad.clamp(self.range_rad[0], self.range_rad[1]);

@@ -1,6 +1,6 @@
-//! Where a condition changes.
+//! Bisection for the change of a condition.
 
-/// Where `before` turns from true to false between `lo` and `hi`, to the last bit or nearly.
+/// The point between `lo` and `hi` where `before` changes from true to false, nearly to the last bit.
 pub(super) fn bisect(mut lo: f64, mut hi: f64, before: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..60 {
         let middle = 0.5 * (lo + hi);

@@ -6,98 +6,92 @@ use crate::error::SimError;
 use glam::DVec3;
 use hwall_numeric::check::{all_finite, non_negative, positive, that};
 
-/// Settings of a [`Person`](crate::Person). Pairs are ranges, smallest then largest; each person draws a habit
-/// from them uniformly, unless the field says that each reach does.
+/// Settings of a [`Person`](crate::Person). Pairs are ranges, smallest then largest; a value is drawn
+/// uniformly once per person, or once per reach where noted.
 ///
-/// The default is somebody plain: one gesture, symmetric speeds, a gaze that never misses.
-/// [`PersonConfig::varied`] switches everything on that makes people differ.
+/// The default is a nominal person: one gesture, symmetric speed profile, a gaze that never misses.
+/// [`PersonConfig::varied`] enables all traits in which people differ.
 ///
-/// Lengths and angles are in the robot's base frame, z up. Where no source is named the default
-/// is an assumption.
+/// Coordinates are in the robot's base frame, z up. Defaults without a source are assumptions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PersonConfig {
     /// Point between the eyes, m. Default (1.3, 0, 1.0): in front of the arm, whose base stands
     /// on a table, so the floor is about 0.65 m below it.
     pub head_m: DVec3,
-    /// How far the heads of different people scatter about that, sd per axis, m. Default 0.
+    /// Scatter of the head position between people, sd per axis, m. Default 0.
     pub head_scatter_m: f64,
-    /// How far the head follows the hand, horizontally, m. Default 0.
+    /// Horizontal lean of the head towards the target during a reach, m. Default 0.
     pub lean_m: [f64; 2],
-    /// Where the person faces, horizontal part used. Default -x, towards the arm.
+    /// Facing direction; only the horizontal part is used. Default -x, towards the arm.
     pub facing: DVec3,
     /// Tip of the index finger at rest, m. Default (0.95, 0.15, 0.72): half raised, on the
     /// right.
     pub hand_rest_m: DVec3,
-    /// How far it scatters about that from one rest to the next, sd per axis, m. Default 0.
+    /// Scatter from one rest to the next, sd per axis, m. Default 0.
     pub rest_scatter_m: f64,
-    /// How the hand is held; `None`: one of the three, each person their own. Default pointing.
+    /// Hand gesture; `None` draws one of the three per person. Default pointing.
     pub gesture: Option<Gesture>,
-    /// How far the direction of the stretched fingers is off, drawn for each person and again for each
-    /// reach, sd in each of two directions, rad; at most 0.2. Default 0.
+    /// Deviation of the direction of the extended fingers, drawn per person and again per reach, sd in
+    /// each of two directions, rad; at most 0.2. Default 0.
     pub posture_rad: f64,
     /// Length of the hand, wrist to middle fingertip, m. Default 0.17 to 0.205.
     pub hand_length_m: [f64; 2],
-    /// A person's mean duration of a reach of [`PersonConfig::REFERENCE_M`], from the start to the
-    /// full depth, s. Default 0.6 to 1.2; single reaches scatter by 10 %.
+    /// A person's mean duration of a reach over [`PersonConfig::REFERENCE_M`], from start to full
+    /// depth, s. Default 0.6 to 1.2; single reaches scatter by 10 %.
     pub mean_reach_s: [f64; 2],
-    /// Durations grow with this power of the distance; 0: not at all; at most 1. Default 0.
-    /// 0.5 keeps the same peak acceleration.
+    /// Durations grow with this power of the distance, 0 to 1. Default 0, no growth; 0.5 keeps the
+    /// peak acceleration constant.
     pub distance_exponent: f64,
-    /// Share of the time at which a movement is fastest, within 0.3 to 0.7; for a corrected movement, of
-    /// the first part, which lasts four fifths of the time. Default 0.5.
+    /// Fraction of the movement time at peak speed, 0.3 to 0.7; for a corrected movement, of its first
+    /// part, which lasts 80 % of the time. Default 0.5.
     pub speed_peak: [f64; 2],
-    /// Share of the reaches that fall short at first and are corrected, 0 to 1. Default 0.
+    /// Fraction of the reaches that fall short at first and are corrected, 0 to 1. Default 0.
     pub corrections: f64,
-    /// How much those fall short, as a share of the distance, at most 0.3; by half as much (sd) they miss
-    /// in each of two directions along the surface. Default 0.05 to 0.1.
+    /// Their undershoot as a fraction of the distance, at most 0.3; half of it (sd) is the miss in each
+    /// of two directions along the surface. Default 0.05 to 0.1.
     pub undershoot: [f64; 2],
-    /// Largest sideways deviation from the straight path, as a share of its length. Default 0.01 to 0.05.
+    /// Largest lateral deviation from the straight path, as a fraction of its length. Default 0.01 to 0.05.
     pub curvature: [f64; 2],
     /// Relative scatter of bow, peak and undershoot from reach to reach, sd; at most 0.5. Default 0.
     pub reach_scatter: f64,
-    /// How far beyond the surface the fingertip wants to go, each reach, m. Default 0.008 to 0.02:
-    /// with 500 N/m that is 4 to 10 N.
+    /// Intended fingertip depth beyond the surface, per reach, m. Default 0.008 to 0.02: 4 to 10 N at 500 N/m.
     pub press_depth_m: [f64; 2],
-    /// How long it stays there, each reach, s. Default 0.5 to 1.
+    /// Time at that depth, per reach, s. Default 0.5 to 1.
     pub hold_s: [f64; 2],
-    /// Rest before the gaze leaves for the next target, each reach, s. Default 0.5 to 1.2.
+    /// Rest before the gaze leaves for the next target, per reach, s. Default 0.5 to 1.2.
     pub pause_s: [f64; 2],
-    /// Mean time from the gaze leaving to the hand starting, s. Default 0.3; scatters by 15 %.
+    /// Mean time from the start of the gaze shift to the start of the hand, s. Default 0.3; scatters by 15 %.
     pub gaze_lead_s: [f64; 2],
-    /// How long the hand dwells beyond that before it starts, each reach, s. Default 0.
+    /// Additional dwell of the hand before it starts, per reach, s. Default 0.
     pub onset_dwell_s: [f64; 2],
-    /// Deviation of the gaze from the target, constant while it rests there, sd in each of two
+    /// Deviation of the gaze from the target, constant during a fixation, sd in each of two
     /// directions, rad. Default 1 degree.
     pub gaze_offset_rad: f64,
     /// Noise of the eye tracker on every sample, sd in each of two directions, rad. Default 0.5
     /// degrees.
     pub gaze_noise_rad: f64,
-    /// Share of the reaches in which the gaze is elsewhere all the time, 15 to 40 degrees off,
-    /// 0 to 1. Default 0.
+    /// Fraction of the reaches in which the gaze is off target throughout, by 15 to 40 degrees, 0 to 1. Default 0.
     pub gaze_misses: f64,
-    /// Share of the reaches in which the gaze leaves the target 0.05 to 0.25 s before the contact, 0 to 1.
-    /// Default 0.
+    /// Fraction of the reaches in which the gaze leaves the target 0.05 to 0.25 s before contact, 0 to 1. Default 0.
     pub gaze_leaves: f64,
-    /// Places that are not touched and that the gaze visits in a pause, fewest and most, each pause; at most
-    /// [`PersonConfig::MOST_PLACES`]. Default none: between touches the gaze rests straight ahead. What there is to look at
-    /// comes with the plan, see [`Person::plan_looking`](crate::Person::plan_looking); a pause into which they do not fit
-    /// gets longer.
+    /// Number of glances at untouched points per pause, fewest and most; at most [`PersonConfig::MOST_PLACES`]. Default
+    /// none: between touches the gaze rests straight ahead. The points come with the plan, see
+    /// [`Person::plan_looking`](crate::Person::plan_looking); a pause that is too short is extended.
     pub glances: [usize; 2],
-    /// How long the gaze rests on each of them, s. Default 0.2 to 0.6: fixations of a scene last 0.26 to 0.33 s in the mean
-    /// [Rayner 2009], and a look at an object takes one or two of them [Land 2001].
+    /// Duration of each glance, s. Default 0.2 to 0.6: fixations of a scene last 0.26 to 0.33 s on average [Rayner 2009],
+    /// and inspecting an object takes one or two of them [Land 2001].
     pub glance_s: [f64; 2],
-    /// Share of the pauses in which the gaze then goes back once to a place that it has seen: one of these, or the one touched
-    /// before, 0 to 1. Default 0.
+    /// Fraction of the pauses in which the gaze then returns once to one of these points, or to the one touched before, 0 to
+    /// 1. Default 0.
     pub glances_back: f64,
     /// Amplitude of the tremor of the hand, m. Default 0.0003, at frequencies from 8 to 12 Hz.
     pub tremor_m: [f64; 2],
     /// Noise of the tracker on palm, fingertips and head, sd per axis, m. Default 0.0007.
     pub tracker_noise_m: f64,
-    /// Share of the time in which the tracker does not see a point, for the palm, each fingertip
-    /// and the gaze on its own, 0 to 1. Default 0.
+    /// Fraction of the time in which the tracker loses a point, independently for the palm, each
+    /// fingertip and the gaze, 0 to 1. Default 0.
     pub dropout: f64,
-    /// Shortest time for which such a point is missing, s. Default 0.05; with less than the period of
-    /// the tracker, single samples are missing.
+    /// Shortest dropout, s. Default 0.05; below the tracker's period, single samples are missing.
     pub dropout_s: f64,
 }
 
@@ -141,16 +135,16 @@ impl Default for PersonConfig {
 }
 
 impl PersonConfig {
-    /// The distance that durations are given for, m.
+    /// Reference distance of the durations, m.
     pub const REFERENCE_M: f64 = 0.5;
 
-    /// Places that the gaze may visit in one pause.
+    /// Maximum number of points that the gaze visits in one pause.
     pub const MOST_PLACES: usize = 3;
 
-    /// Glances that one pause may hold: those, and a look back.
+    /// Maximum number of glances in one pause: those, and one return.
     pub const MOST_GLANCES: usize = Self::MOST_PLACES + 1;
 
-    /// People as they are: every trait on, sizes assumed.
+    /// Realistic people: all traits enabled, magnitudes assumed.
     #[must_use]
     pub fn varied() -> Self {
         Self {
@@ -175,7 +169,7 @@ impl PersonConfig {
         }
     }
 
-    /// Somebody plain who reaches fast: in 0.35 to 0.6 s, an assumption.
+    /// A nominal person who reaches fast: in 0.35 to 0.6 s, an assumption.
     #[must_use]
     pub fn fast() -> Self {
         Self {
@@ -184,7 +178,7 @@ impl PersonConfig {
         }
     }
 
-    /// Somebody plain who takes time: 1.2 to 2 s, an assumption.
+    /// A nominal person who reaches slowly: in 1.2 to 2 s, an assumption.
     #[must_use]
     pub fn slow() -> Self {
         Self {
@@ -193,14 +187,12 @@ impl PersonConfig {
         }
     }
 
-    /// Somebody plain who looks around: 0 to 3 places in each pause, 0.2 to 0.6 s each, and a look back in three pauses of
-    /// ten.
+    /// A nominal person who looks around: 0 to 3 glances per pause, 0.2 to 0.6 s each, and a return in 30 % of the pauses.
     ///
-    /// Everything but the gaze between touches is as in the default, so that what glances cost shows alone. While people work with
-    /// their hands nearly every look serves the task, and the eyes come to the next object half a second before the hand
-    /// [Land 2001]; but a look that early need not lead to a reach: one reach in five was preceded by a look at its target
-    /// some 3 s before it, with others in between [Mennie 2007]. How many places are looked at in vain is not in the literature
-    /// for this task: the counts are an assumption, on the hard side.
+    /// Only the gaze between touches differs from the default, to isolate the effect of glances. During manual work nearly every
+    /// fixation serves the task, and the eyes reach the next object half a second before the hand [Land 2001]; but an early fixation
+    /// need not lead to a reach: 20 % of the reaches were preceded by a fixation on the target some 3 s earlier, with others in between
+    /// [Mennie 2007]. The literature gives no number of unrelated glances for this task: the counts are a pessimistic assumption.
     #[must_use]
     pub fn glancing() -> Self {
         Self {
@@ -210,7 +202,7 @@ impl PersonConfig {
         }
     }
 
-    /// Is a person possible with these settings?
+    /// Checks the settings.
     ///
     /// # Errors
     /// NaN, infinity, a reversed range, or a setting outside its range, by name.
@@ -273,7 +265,7 @@ impl PersonConfig {
             "at least the fewest, at most 3",
         )?;
         positive("dropout_s", self.dropout_s)?;
-        // Else the tremor alone could carry the tip back through the surface.
+        // Otherwise the tremor alone could move the tip back through the surface.
         let depth_m = self.press_depth_m[0];
         let deep = depth_m >= 2.0 * self.tremor_m[1];
         that(deep, "press_depth_m", depth_m, "at least twice the tremor")?;

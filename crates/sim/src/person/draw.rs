@@ -1,16 +1,16 @@
-//! The kinds of random numbers that habits and reaches are drawn with.
+//! Random numbers for habits and reaches.
 
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
 
-/// Deviations beyond this many standard deviations are cut off: nobody is that odd.
+/// Deviations are truncated at this many standard deviations.
 const FURTHEST_SD: f64 = 3.0;
 
 pub(super) struct Draw(Pcg64);
 
 impl Draw {
-    /// A stream of its own for each purpose: a trait that is added changes none of the others.
+    /// A separate stream per purpose, so that adding a trait does not change the others.
     pub(super) fn new(seed: u64, purpose: u64) -> Self {
         Self(Pcg64::seed_from_u64(seed ^ purpose))
     }
@@ -31,19 +31,19 @@ impl Draw {
         self.0.sample(StandardNormal)
     }
 
-    /// Normal, cut off.
+    /// Truncated normal.
     pub(super) fn bounded(&mut self) -> f64 {
         self.normal().clamp(-FURTHEST_SD, FURTHEST_SD)
     }
 
-    /// Factor about 1 with this relative scatter, at most three times it away.
+    /// Log-normal factor about 1 with this relative scatter, truncated at three standard deviations.
     pub(super) fn scatter(&mut self, sd: f64) -> f64 {
         (sd * self.bounded()).exp()
     }
 }
 
-/// Number of a stream, scrambled: neighbouring numbers give unrelated ones. Source: the finalizer
-/// of SplitMix64, Steele, Lea and Flood 2014, Fast splittable pseudorandom number generators.
+/// Scrambles a number: neighbouring numbers give unrelated results. Source: the finalizer of
+/// SplitMix64, Steele, Lea and Flood 2014, Fast splittable pseudorandom number generators.
 pub(super) const fn scrambled(number: u64) -> u64 {
     let z = number.wrapping_add(0x9E37_79B9_7F4A_7C15);
     let z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);

@@ -1,4 +1,4 @@
-//! Where a person looks: one fixation after the other.
+//! Gaze of a person as a sequence of fixations.
 
 use super::profile::minimum_jerk;
 use glam::{DQuat, DVec3};
@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 /// Duration of a saccade, s; they last 0.02 to 0.1 s, longer for larger angles.
 pub(super) const SACCADE_S: f64 = 0.06;
 
-/// From a time on, the gaze rests on one thing.
+/// A fixation, from a time on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Fixation {
     pub(super) from_s: f64,
@@ -15,13 +15,13 @@ pub(super) struct Fixation {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum LookAt {
-    /// Where a person at rest looks.
+    /// The gaze direction of a person at rest.
     Ahead,
-    /// A point, and the two angles by which the gaze misses it, rad.
+    /// A point, and the two angles by which the gaze deviates from it, rad.
     Point { at_m: DVec3, off_rad: [f64; 2] },
 }
 
-/// Unit direction at a time, after these fixations in order of time.
+/// Unit gaze direction at a time, for fixations in order of time.
 pub(super) fn direction(fixations: &[Fixation], t_s: f64, ahead: DVec3, head_m: DVec3) -> DVec3 {
     let mut gaze = ahead;
     for fixation in fixations.iter().take_while(|f| f.from_s <= t_s) {
@@ -42,7 +42,7 @@ pub(super) fn direction(fixations: &[Fixation], t_s: f64, ahead: DVec3, head_m: 
     gaze
 }
 
-/// A unit vector turned by angles below a right one about two axes across it.
+/// A unit vector deflected by two angles below 90 degrees about perpendicular axes.
 pub(super) fn deflected(direction: DVec3, [a_rad, b_rad]: [f64; 2]) -> DVec3 {
     let (u, v) = direction.any_orthonormal_pair();
     (direction + u * a_rad.tan() + v * b_rad.tan()).normalize()

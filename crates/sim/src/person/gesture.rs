@@ -3,31 +3,31 @@
 use super::profile::minimum_jerk;
 use glam::{DMat3, DQuat, DVec3};
 
-/// How the hand is held; the index finger leads in all of them, except in one that grasps, beside the thumb.
+/// Hand gesture. The index finger leads in all of them; in a grasp, together with the thumb.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Gesture {
-    /// Index finger stretched, the others curled, all the time.
+    /// Index finger extended, the others curled, all the time.
     #[default]
     Pointing,
-    /// All fingers stretched, all the time.
+    /// All fingers extended, all the time.
     Flat,
-    /// Clenched at rest, all fingers stretched at contact.
+    /// Clenched at rest, all fingers extended at contact.
     Opening,
-    /// All fingers stretched and spread, and around what is grasped at contact.
+    /// All fingers extended and spread, then closed around the object at contact.
     Grasping,
 }
 
 impl Gesture {
-    /// The three of people who touch; nobody grasps without being asked to.
+    /// The three touching gestures; grasping must be requested.
     pub const ALL: [Self; 3] = [Self::Pointing, Self::Flat, Self::Opening];
 }
 
-/// Hand length (wrist to the tip of the middle finger) that the tables below are for, m.
+/// Hand length (wrist to the tip of the middle finger) of the tables below, m.
 const REFERENCE_LENGTH_M: f64 = 0.19;
 
-/// Fingertips from the centre of the palm, thumb first, m: x along the stretched fingers, y
+/// Fingertips relative to the centre of the palm, thumb first, m: x along the extended fingers, y
 /// towards the thumb, z out of the back of the hand. Rough proportions of an adult hand, an
-/// assumption; the middle finger is bent a little so that the index finger touches first.
+/// assumption; the middle finger is slightly bent so that the index finger touches first.
 const POINTING_M: [DVec3; 5] = [
     DVec3::new(0.040, 0.042, -0.030),
     DVec3::new(0.100, 0.025, 0.000),
@@ -50,7 +50,7 @@ const CLENCHED_M: [DVec3; 5] = [
     DVec3::new(0.028, -0.033, -0.032),
 ];
 
-/// A hand that is about to grasp, and one that has.
+/// A hand before a grasp, and in a grasp.
 const SPREAD_M: [DVec3; 5] = [
     DVec3::new(0.050, 0.080, -0.030),
     DVec3::new(0.096, 0.034, -0.012),
@@ -65,21 +65,21 @@ const AROUND_M: [DVec3; 5] = [
     DVec3::new(0.070, -0.016, -0.042),
     DVec3::new(0.058, -0.034, -0.036),
 ];
-/// Share of the time to contact from which on a grasping hand closes.
+/// Fraction of the time to contact at which a grasping hand starts to close.
 const CLOSES_FROM: f64 = 0.6;
 
-/// A hand of a certain size, held in a certain way.
+/// A hand with a size and a gesture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Hand {
     pub(super) gesture: Gesture,
     pub(super) length_m: f64,
-    /// Share of the time to contact in which an opening hand is open.
+    /// Fraction of the time to contact at which an opening hand is fully open.
     pub(super) open_by: f64,
 }
 
 impl Hand {
-    /// Palm and fingertips, thumb first, that put the index fingertip at `index_tip_m`, when the
-    /// share `elapsed` of the time to contact is over.
+    /// Palm and fingertips, thumb first, with the index fingertip at `index_tip_m`, after the
+    /// fraction `elapsed` of the time to contact.
     pub(super) fn place(
         &self,
         elapsed: f64,
@@ -90,7 +90,7 @@ impl Hand {
             Gesture::Pointing => POINTING_M,
             Gesture::Flat => FLAT_M,
             Gesture::Grasping => {
-                // The hand closes in the last part of the reach, when it is near.
+                // The hand closes in the last part of the reach.
                 let closed = minimum_jerk((elapsed - CLOSES_FROM) / (1.0 - CLOSES_FROM));
                 std::array::from_fn(|i| SPREAD_M[i].lerp(AROUND_M[i], closed))
             }
@@ -102,16 +102,16 @@ impl Hand {
         let size = self.length_m / REFERENCE_LENGTH_M;
         let from_palm = table.map(|tip| base_from_hand * (tip * size));
         let palm_m = index_tip_m - from_palm[1];
-        // The index tip itself is not computed back and forth.
+        // Keep the index tip exact.
         let mut tips_m = from_palm.map(|tip| palm_m + tip);
         tips_m[1] = index_tip_m;
         (palm_m, tips_m)
     }
 }
 
-/// Orientation of a hand whose fingers point along a unit vector, its back as far up as that allows.
+/// Orientation of a hand whose fingers point along a unit vector, with its back as far up as possible.
 pub(super) fn orientation(fingers: DVec3) -> DQuat {
-    // Fingers straight up or down: the back of the hand away from x, which is as good as any.
+    // Fingers straight up or down: the back of the hand faces away from x, an arbitrary choice.
     let up = if fingers.z.abs() < 0.999 {
         DVec3::Z
     } else {

@@ -1,4 +1,4 @@
-//! Looks at places that are not touched, between one touch and the next.
+//! Glances at untouched points between touches.
 
 use super::config::PersonConfig;
 use super::draw::{Draw, scrambled};
@@ -6,29 +6,29 @@ use super::gaze::{Fixation, LookAt, SACCADE_S};
 use super::habits::Person;
 use glam::DVec3;
 
-/// Stream of random numbers, apart from all others: whoever never glances is the same person as before.
+/// Separate stream of random numbers: a person without glances is unchanged.
 const GLANCES: u64 = 0x6A09_E667_F3BC_C909;
 
 const MOST_GLANCES: usize = PersonConfig::MOST_GLANCES;
 
-/// A place that is nearer than this to the one touched next, or to the one just looked at, is not glanced at, m: the gaze
-/// would be on that already. An assumption; the width of a hand stretched out.
+/// No glance at a point closer than this to the next touched point or the last glance, m: the gaze would already be
+/// there. An assumption; the width of a spread hand.
 const APART_M: f64 = 0.2;
 
-/// A look at a place that is not touched, in the pause before a touch. Times in s from the start of the sequence.
+/// A glance at an untouched point in the pause before a touch. Times in s from the start of the sequence.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Glance {
-    /// The place, base frame, m; the gaze misses it by the person's deviation.
+    /// The point, base frame, m; the gaze deviates from it by the person's offset.
     pub at_m: DVec3,
-    /// The gaze leaves for it.
+    /// The gaze shift to it starts.
     pub from_s: f64,
-    /// The gaze has landed there.
+    /// The gaze lands on it.
     pub landed_s: f64,
     /// The gaze leaves it.
     pub until_s: f64,
 }
 
-/// What a person looks at in a pause, in order, before its times are known.
+/// The glances in a pause, in order, before their times are known.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Glances(Vec<Look>);
 
@@ -42,8 +42,8 @@ struct Look {
 impl Glances {
     /// Draws the glances of the pause before reach `index`.
     ///
-    /// `in_view_m`: what there is to look at. `kept_clear_m`: places that are touched next. `touched_m`: the place touched
-    /// before, which a gaze may go back to as well.
+    /// `in_view_m`: points to glance at. `kept_clear_m`: points touched next. `touched_m`: the point touched before, to
+    /// which the gaze may also return.
     pub(super) fn drawn(
         person: &Person,
         index: usize,
@@ -56,7 +56,7 @@ impl Glances {
         if most == 0 {
             return Self::default();
         }
-        // Each pause has a stream of its own: what is drawn in one changes none of the others.
+        // Each pause has its own stream, so that pauses are independent.
         let mut draw = Draw::new(person.seed(), GLANCES ^ scrambled(index as u64));
         let count = fewest + draw.index(most - fewest + 1);
         let goes_back = draw.chance(config.glances_back);
@@ -68,7 +68,7 @@ impl Glances {
                 others.all(|other_m| place_m.distance(*other_m) >= APART_M)
             };
             let suited: Vec<DVec3> = places_m.iter().filter(suits).copied().collect();
-            // The same numbers are drawn whether or not there is a place.
+            // Draw the same numbers whether or not there is a point.
             let (choice, rest_s) = (draw.within([0.0, 1.0]), draw.within(config.glance_s));
             let off_rad = [draw.normal(), draw.normal()].map(|x| x * config.gaze_offset_rad);
             let chosen = (choice * suited.len() as f64) as usize;
@@ -88,12 +88,12 @@ impl Glances {
         Self(looks)
     }
 
-    /// How long they take, s.
+    /// Total duration, s.
     pub(super) fn duration_s(&self) -> f64 {
         self.0.iter().map(|look| SACCADE_S + look.rest_s).sum()
     }
 
-    /// One after the other, so that the last ends when the gaze leaves for what is touched.
+    /// The glances in sequence; the last ends at `end_s`, when the gaze leaves for the target.
     pub(super) fn ending_at(&self, end_s: f64) -> [Option<Glance>; MOST_GLANCES] {
         let mut glances = [None; MOST_GLANCES];
         let mut until_s = end_s;
@@ -111,7 +111,7 @@ impl Glances {
         glances
     }
 
-    /// The same as fixations.
+    /// The glances as fixations.
     pub(super) fn fixations(
         &self,
         glances: &[Option<Glance>; MOST_GLANCES],

@@ -1,4 +1,4 @@
-//! A simulated person: habits drawn from a seed, drawn once for all touches.
+//! A simulated person: habits drawn once from a seed.
 
 use super::config::PersonConfig;
 use super::draw::Draw;
@@ -8,15 +8,13 @@ use crate::error::SimError;
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// Streams of random numbers. Those of a plain person are apart, so that the other traits change nothing about them.
+/// Streams of random numbers. Those of the nominal person are separate, so that other traits do not change them.
 const PLAIN_HABITS: u64 = 0;
 const HABITS: u64 = 0xD1B5_4A32_D192_ED03;
 
-/// A person with habits of their own: hand and gesture, pace, speed profile, bow of the reach,
-/// posture, gaze, tremor.
+/// A person with individual habits: hand and gesture, speed, speed profile, bow of the reach, posture, gaze, tremor.
 ///
-/// Everything follows from the configuration and the seed. A right-handed person who stays in
-/// place; the length of the arm does not limit the reach.
+/// Determined by the configuration and the seed. Right-handed, stays in place; the arm length does not limit the reach.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Person {
     config: PersonConfig,
@@ -24,12 +22,12 @@ pub struct Person {
     habits: Habits,
 }
 
-/// What one person keeps from touch to touch.
+/// Habits that a person keeps from touch to touch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Habits {
     pub(super) hand: Hand,
     pub(super) mean_reach_s: f64,
-    /// Direction of the bow along the surface, rad, and its size.
+    /// Direction of the bow along the surface, rad, and its magnitude.
     pub(super) bow_direction_rad: f64,
     pub(super) curvature: f64,
     pub(super) speed_peak: f64,
@@ -53,7 +51,7 @@ impl Person {
         Ok(Self::drawn(config, seed))
     }
 
-    /// Draws a person of a valid configuration.
+    /// Draws a person from a valid configuration.
     pub(super) fn drawn(config: PersonConfig, seed: u64) -> Self {
         let (mut plain, mut draw) = (Draw::new(seed, PLAIN_HABITS), Draw::new(seed, HABITS));
         let length_m = plain.within(config.hand_length_m);
@@ -89,14 +87,13 @@ impl Person {
         &self.config
     }
 
-    /// How this person holds the hand.
+    /// This person's gesture.
     #[must_use]
     pub const fn gesture(&self) -> Gesture {
         self.habits.hand.gesture
     }
 
-    /// Mean duration of this person's reaches of [`PersonConfig::REFERENCE_M`], from the start to
-    /// the full depth, s.
+    /// Mean duration of this person's reaches over [`PersonConfig::REFERENCE_M`], from start to full depth, s.
     #[must_use]
     pub const fn mean_reach_s(&self) -> f64 {
         self.habits.mean_reach_s
@@ -108,7 +105,7 @@ impl Person {
         self.habits.hand.length_m
     }
 
-    /// Share of the time at which this person's movements are fastest.
+    /// Fraction of the movement time at which this person's speed peaks.
     #[must_use]
     pub const fn speed_peak(&self) -> f64 {
         self.habits.speed_peak

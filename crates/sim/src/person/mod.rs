@@ -1,16 +1,16 @@
-//! A person who reaches, looks and touches, seeded.
+//! A simulated person who looks, reaches and touches, seeded.
 //!
 //! # The reach
 //!
-//! Rest, look, dwell, reach, press, hold, withdraw. Along the normal the reach is one minimum-jerk movement to a depth beyond the
-//! surface; along the surface it is another one that is over at contact, with a slight bow. So the hand still moves at contact, and
-//! true crossings of the surface lie within the tremor (0.3 mm) of the target, whatever traits are on.
+//! Phases: rest, look, dwell, reach, press, hold, withdraw. Along the normal the reach is a minimum-jerk movement to a depth beyond
+//! the surface; along the surface it is another one that ends at contact, with a slight bow. So the hand still moves at contact,
+//! and it crosses the surface within the tremor (0.3 mm) of the target, for all traits.
 //!
 //! # What makes people differ
 //!
-//! `PersonConfig::default()` is somebody plain: pace, bow, hand size and tremor are the person's own, the rest is as in a
-//! textbook. `PersonConfig::varied()` switches on what makes prediction hard; each field can be set alone. `fast()` and `slow()` are plain
-//! people of another pace, `glancing()` plain people who look around. `TouchTruth` says when the gaze landed on the target.
+//! `PersonConfig::default()` is a nominal person: speed, bow, hand size and tremor are individual, everything else is the textbook value.
+//! `PersonConfig::varied()` enables all traits that make prediction hard; each field can also be set alone. `fast()` and `slow()` are nominal
+//! people with another speed, `glancing()` nominal people who look around. `TouchTruth` gives the time at which the gaze landed on the target.
 //!
 //! | trait | how |
 //! | --- | --- |

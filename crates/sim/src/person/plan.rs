@@ -1,4 +1,4 @@
-//! How a person plans touches: when, along which way, looking where.
+//! Planning of touches: times, paths and gaze.
 
 use super::config::PersonConfig;
 use super::draw::Draw;
@@ -14,28 +14,26 @@ use glam::DVec3;
 use hwall_numeric::check::all_finite;
 use std::f64::consts::TAU;
 
-/// Streams of random numbers, apart from those of the habits and, for a plain person, from each other.
+/// Streams of random numbers, separate from those of the habits and, for the nominal person, from each other.
 const PLAIN_REACHES: u64 = 0x9E37_79B9_7F4A_7C15;
 const REACHES: u64 = 0xAEF1_7502_108E_F2D9;
 
-/// A change of mind comes at a share of the time to contact within this range, and the reach takes longer by the
+/// A change of mind occurs at a fraction of the time to contact in this range, and the reach takes longer by the
 /// factor below.
 const SWITCH: [f64; 2] = [0.25, 0.6];
 const CHANGED_TAKES: f64 = 1.3;
 
-/// By how much a gaze is off that is elsewhere, and how far it moves when it leaves, rad.
+/// Deviation of an off-target gaze, and size of the gaze shift when it leaves, rad.
 const MISS_RAD: [f64; 2] = [0.26, 0.70];
 const LEAVE_RAD: [f64; 2] = [0.14, 0.44];
-/// How long before the contact it leaves, s.
+/// Time before contact at which it leaves, s.
 const LEAVE_S: [f64; 2] = [0.05, 0.25];
 
 impl Person {
-    /// Plans touches one after the other, each from rest and back to rest. The same plan gives
-    /// the same sequence, to the last bit.
+    /// Plans touches in sequence, each from rest and back to rest. The same plan gives a bit-identical sequence.
     ///
     /// # Errors
-    /// NaN or infinity, a normal without direction, or a surface that the resting fingertip is
-    /// not at least 20 mm in front of.
+    /// NaN or infinity, a zero normal, or a resting fingertip less than 20 mm in front of a surface.
     pub fn plan(&self, touches: &[TouchPlan]) -> Result<TouchSequence, SimError> {
         let reaches: Vec<ReachPlan> = touches.iter().map(|&touch| touch.into()).collect();
         self.plan_reaches(&reaches)
@@ -44,16 +42,16 @@ impl Person {
     /// As [`plan`](Self::plan), with changes of mind.
     ///
     /// # Errors
-    /// As [`plan`](Self::plan), also for what is meant at first.
+    /// As [`plan`](Self::plan), also for the target meant first.
     pub fn plan_reaches(&self, reaches: &[ReachPlan]) -> Result<TouchSequence, SimError> {
         self.plan_looking(reaches, &[])
     }
 
-    /// As [`plan_reaches`](Self::plan_reaches), among things to look at: `in_view_m`, points in the base frame, m. Only a
-    /// person who [glances](PersonConfig::glances) looks at them; for all others the sequence is the same without them.
+    /// As [`plan_reaches`](Self::plan_reaches), with points to glance at: `in_view_m`, base frame, m. Only a person who
+    /// [glances](PersonConfig::glances) looks at them; for others they have no effect.
     ///
     /// # Errors
-    /// As [`plan_reaches`](Self::plan_reaches), also for NaN or infinity in view.
+    /// As [`plan_reaches`](Self::plan_reaches), also for NaN or infinity in `in_view_m`.
     pub fn plan_looking(
         &self,
         reaches: &[ReachPlan],
@@ -165,20 +163,20 @@ impl Person {
         }
     }
 
-    /// Mean time of this person for a way.
+    /// Mean duration of this person for a path, s.
     fn duration_s(&self, path: &ReachPath) -> f64 {
         let longer = path.length_m() / PersonConfig::REFERENCE_M;
         self.habits().mean_reach_s * longer.powf(self.config().distance_exponent)
     }
 
-    /// A direction between the line of the arm and the one straight into the surface, off by these angles.
+    /// A direction midway between the line of the arm and the inward normal of the surface, deflected by these angles.
     fn fingers(&self, path: &ReachPath, off_rad: [f64; 2]) -> DVec3 {
         let into = -path.normal();
         let to_target = (path.target_m() - self.shoulder_m()).normalize_or(into);
         deflected((to_target + into).normalize_or(into), off_rad)
     }
 
-    /// Where the gaze rests when, from the look on.
+    /// The fixations of a reach, from the gaze shift to the target on.
     fn gaze(
         &self,
         approach: &Approach,
@@ -198,7 +196,7 @@ impl Person {
         };
         let mut fixations: Vec<Fixation> = Vec::with_capacity(4);
         let mut look = |from_s: f64, on| {
-            // One saccade after the other.
+            // Saccades do not overlap.
             let free_s = fixations.last().map_or(from_s, |f| f.from_s + SACCADE_S);
             let from_s = from_s.max(free_s);
             fixations.push(Fixation { from_s, on });
@@ -227,22 +225,22 @@ impl Person {
         }
     }
 
-    /// Where the hand rests next.
+    /// The next rest position of the hand.
     fn rest(&self, draw: &mut Draw) -> DVec3 {
         self.config().hand_rest_m + scattered(draw, self.config().rest_scatter_m)
     }
 }
 
-/// Where the gaze rests in a reach.
+/// The gaze in a reach.
 struct Looked {
     fixations: Vec<Fixation>,
-    /// Is it elsewhere all the time?
+    /// True if it is off target throughout.
     missed: bool,
-    /// When it has landed on the target.
+    /// When it lands on the target, s.
     landed_s: Option<f64>,
 }
 
-/// Two angles across a direction, together of a size in this range.
+/// Two deflection angles with a magnitude in this range.
 fn aside(draw: &mut Draw, size_rad: [f64; 2]) -> [f64; 2] {
     let (size, (sin, cos)) = (draw.within(size_rad), draw.within([0.0, TAU]).sin_cos());
     [size * cos, size * sin]

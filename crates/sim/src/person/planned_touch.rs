@@ -1,4 +1,4 @@
-//! One touch as planned: where the hand is and looks, and when.
+//! One planned touch: hand path, gaze and times.
 
 use super::config::PersonConfig;
 use super::gaze::Fixation;
@@ -6,7 +6,7 @@ use super::glances::Glance;
 use super::reach::{Approach, ReachPath};
 use glam::DVec3;
 
-/// Times of a touch that are set before the crossings of the surface are known, s.
+/// Planned times of a touch, before the surface crossings are computed, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Timeline {
     pub(super) look_s: f64,
@@ -17,7 +17,7 @@ pub(super) struct Timeline {
 }
 
 impl Timeline {
-    /// Share of the way, in time: 0 at rest, 1 pressing.
+    /// Normalised time along the path: 0 at rest, 1 pressing.
     pub(super) fn tau(&self, t_s: f64) -> f64 {
         if t_s <= self.press_s {
             ((t_s - self.start_s) / (self.press_s - self.start_s)).max(0.0)
@@ -30,12 +30,12 @@ impl Timeline {
         self.start_s + tau * (self.press_s - self.start_s)
     }
 
-    /// When a hand without tremor would meet the surface.
+    /// When a hand without tremor would reach the surface.
     pub(super) fn contact_s(&self, path: &ReachPath) -> f64 {
         self.on_the_way_s(path.tau_contact())
     }
 
-    /// When the hand turns to another target, if it does.
+    /// When the hand switches to another target, if it does.
     pub(super) fn switch_s(&self, approach: &Approach) -> Option<f64> {
         let (_, share) = approach.meant.as_ref()?;
         Some(self.on_the_way_s(share * approach.path.tau_contact()))
@@ -46,17 +46,17 @@ impl Timeline {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct PlannedTouch {
     pub(super) approach: Approach,
-    /// The way to the next rest, backwards.
+    /// The path to the next rest, reversed.
     pub(super) back: ReachPath,
     pub(super) timeline: Timeline,
     pub(super) depth_m: f64,
-    /// Direction of the stretched fingers at contact, and at the contact meant first.
+    /// Direction of the extended fingers at contact, and at the contact meant first.
     pub(super) fingers: DVec3,
     pub(super) fingers_meant: Option<DVec3>,
-    /// From the first glance of the pause before on.
+    /// Fixations, from the first glance of the preceding pause on.
     pub(super) gaze: Vec<Fixation>,
     pub(super) gaze_missed: bool,
-    /// The gaze has landed on the target.
+    /// When the gaze lands on the target, s.
     pub(super) landed_s: Option<f64>,
     pub(super) glances: [Option<Glance>; PersonConfig::MOST_GLANCES],
 }
@@ -75,7 +75,7 @@ impl PlannedTouch {
         }
     }
 
-    /// The way at hand, and how much of the mind has changed by then.
+    /// The current path, and the progress of the change of mind.
     pub(super) fn way(&self, t_s: f64) -> (&ReachPath, f64) {
         if self.is_back(t_s) {
             (&self.back, 1.0)

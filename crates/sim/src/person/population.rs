@@ -5,10 +5,9 @@ use super::draw::scrambled;
 use super::habits::Person;
 use crate::error::SimError;
 
-/// As many people as wanted, each with habits of their own.
+/// Any number of people with individual habits.
 ///
-/// Person `i` follows from the configuration, the seed and `i` alone: it does not matter how many
-/// others are drawn, or in which order.
+/// Person `i` depends only on the configuration, the seed and `i`, not on how many others are drawn or in which order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Population {
     config: PersonConfig,
@@ -25,16 +24,16 @@ impl Population {
         Ok(Self { config, seed })
     }
 
-    /// What all have in common.
+    /// The shared settings.
     #[must_use]
     pub const fn config(&self) -> &PersonConfig {
         &self.config
     }
 
-    /// One of them.
+    /// The person with a number.
     #[must_use]
     pub fn person(&self, number: u64) -> Person {
-        // Scrambled twice: people of neighbouring seeds are unrelated as well.
+        // Scrambled twice, so that people of neighbouring seeds are unrelated too.
         Person::drawn(self.config, scrambled(scrambled(self.seed) ^ number))
     }
 }

@@ -1,4 +1,4 @@
-//! One reach: the noise-free way of the index fingertip to a touch and back.
+//! One reach: the noise-free path of the index fingertip to a touch and back.
 
 use super::bisect::bisect;
 use super::config::PersonConfig;
@@ -8,13 +8,13 @@ use crate::error::SimError;
 use glam::DVec3;
 use hwall_numeric::check::{all_finite, that};
 
-/// Least distance of the resting fingertip in front of a surface, m; less is no reach.
+/// Minimum distance of the resting fingertip in front of a surface, m.
 const MIN_HEIGHT_M: f64 = 0.02;
 
-/// How long the hand takes to turn to another target, share of the time to contact.
+/// Time in which the hand switches to another target, as a fraction of the time to contact.
 const TURN: f64 = 0.35;
 
-/// A touch to be made.
+/// A touch to plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TouchPlan {
     /// Point on the surface, base frame, m.
@@ -23,12 +23,12 @@ pub struct TouchPlan {
     pub normal: DVec3,
 }
 
-/// A reach to be made: a touch, and perhaps another one that was meant at first.
+/// A reach to plan: a touch, and optionally another target that is meant first.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReachPlan {
-    /// What is touched in the end.
+    /// The touch in the end.
     pub touch: TouchPlan,
-    /// What the hand starts towards, if the person has a change of mind on the way.
+    /// The initial target, if the person has a change of mind during the reach.
     pub meant_first: Option<TouchPlan>,
 }
 
@@ -41,35 +41,33 @@ impl From<TouchPlan> for ReachPlan {
     }
 }
 
-/// What the hand moved towards before a change of mind.
+/// The initial target before a change of mind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChangeOfMind {
     /// Point meant at first, base frame, m.
     pub target_m: DVec3,
     /// Unit normal of the surface there, facing the person, base axes.
     pub normal: DVec3,
-    /// The hand begins to turn to the other target, s from the start of the sequence.
+    /// The hand starts to switch to the other target, s from the start of the sequence.
     pub switch_s: f64,
 }
 
-/// What really happens in a touch, free of tracker noise. Times in s from the start of the
-/// sequence, in the order of the fields.
+/// Ground truth of a touch, without tracker noise. Times in s from the start of the sequence, in the order of the fields.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TouchTruth {
     /// Point on the surface, base frame, m.
     pub target_m: DVec3,
     /// Unit normal, facing the person, base axes.
     pub normal: DVec3,
-    /// How far beyond the surface the fingertip wants to go, m.
+    /// Intended fingertip depth beyond the surface, m.
     pub depth_m: f64,
-    /// The gaze leaves for the target.
+    /// The gaze shift to the target starts.
     pub look_s: f64,
     /// The hand starts.
     pub start_s: f64,
-    /// The index fingertip, tremor included, crosses the surface; it does so within the tremor
-    /// amplitude of the target.
+    /// The index fingertip, tremor included, crosses the surface, within the tremor amplitude of the target.
     pub contact_s: f64,
-    /// The fingertip wants to be `depth_m` beyond the surface.
+    /// The intended fingertip position reaches `depth_m` beyond the surface.
     pub press_s: f64,
     /// The hand starts to withdraw.
     pub withdraw_s: f64,
@@ -77,43 +75,41 @@ pub struct TouchTruth {
     pub release_s: f64,
     /// The hand is back at rest.
     pub end_s: f64,
-    /// The target that the hand moved towards at first, after a change of mind.
+    /// The initial target, if there was a change of mind.
     pub changed: Option<ChangeOfMind>,
-    /// The gaze is elsewhere during the whole reach.
+    /// The gaze is off target during the whole reach.
     pub gaze_missed: bool,
-    /// The gaze has landed on the target; `None` if it does not before the contact. After a change of mind: on the target
-    /// that is touched in the end.
+    /// The gaze lands on the target; `None` if not before contact. After a change of mind: on the final target.
     pub landed_s: Option<f64>,
-    /// What the person looked at in the pause before, in order.
+    /// Glances in the preceding pause, in order.
     pub glances: [Option<Glance>; PersonConfig::MOST_GLANCES],
 }
 
-/// Shape of a reach, drawn for each one.
+/// Shape of a reach, drawn per reach.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Shape {
-    /// How far beyond the surface, m.
+    /// Depth beyond the surface, m.
     pub(super) depth_m: f64,
-    /// Largest sideways deviation, shares of the distance in two directions along the surface.
+    /// Largest lateral deviation in two directions along the surface, as fractions of the distance.
     pub(super) bow: [f64; 2],
-    /// How the first part misses before the correction, likewise.
+    /// Miss of the first part before the correction, likewise.
     pub(super) stray: [f64; 2],
     pub(super) profile: Profile,
 }
 
-/// The way of the index fingertip from rest to the wished depth, by the share `tau` of the time.
+/// The path of the index fingertip from rest to the intended depth, as a function of the fraction `tau` of the time.
 ///
-/// Along the normal it is one movement from rest to the depth, so the fingertip still moves when
-/// it meets the surface. Along the surface it is another one, which ends when the surface is met, plus a
-/// sideways bow and the misdirection of the first part, both of which are over by then.
-/// So the fingertip meets the surface exactly at the target and then presses straight in.
+/// Along the normal it is one movement from rest to the depth, so the fingertip still moves at contact. Along
+/// the surface it is another movement, plus a lateral bow and the misdirection of the first part; all of these
+/// end at contact. So the fingertip reaches the surface exactly at the target and then presses straight in.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ReachPath {
     target_m: DVec3,
     normal: DVec3,
     depth_m: f64,
-    /// Rest above the surface, along the normal.
+    /// Height of the rest position above the surface, along the normal.
     height_m: f64,
-    /// Rest relative to the target, along the surface.
+    /// Rest position relative to the target, along the surface.
     aside_m: DVec3,
     /// Largest deviation of the bow.
     bow_m: DVec3,
@@ -125,7 +121,7 @@ pub(super) struct ReachPath {
 }
 
 impl ReachPath {
-    /// `touch` is the index for error messages.
+    /// `touch`: index for error messages.
     pub(super) fn new(
         plan: &TouchPlan,
         touch: usize,
@@ -187,12 +183,12 @@ impl ReachPath {
         self.tau_contact
     }
 
-    /// Share of the time to contact, 1 from there on.
+    /// Fraction of the time to contact, 1 after contact.
     pub(super) fn elapsed(&self, tau: f64) -> f64 {
         (tau / self.tau_contact).clamp(0.0, 1.0)
     }
 
-    /// Share of the movement along the surface, 1 from the contact on.
+    /// Fraction of the movement along the surface, 1 after contact.
     pub(super) fn approach(&self, tau: f64) -> f64 {
         self.profile.done(self.elapsed(tau))
     }
@@ -201,7 +197,7 @@ impl ReachPath {
         let along_normal = self.height_m - (self.height_m + self.depth_m) * self.profile.done(tau);
         let elapsed = self.elapsed(tau);
         let u = self.profile.warped(elapsed);
-        // Peak 1 at half way; two derivatives vanish at both ends.
+        // Peak 1 at the middle; first two derivatives zero at both ends.
         let bow = (4.0 * u * (1.0 - u)).powi(3);
         self.target_m
             + self.normal * along_normal
@@ -211,20 +207,20 @@ impl ReachPath {
     }
 }
 
-/// The way to a touch, with a change of mind or without one.
+/// The path to a touch, with or without a change of mind.
 ///
-/// With a change of mind the hand glides from the path to the first target over to the path to the other
-/// one, within [`TURN`] of the time. Both paths start from the same rest at the same time, so position and
-/// velocity stay continuous, and the end is that of the other path alone.
+/// With a change of mind the hand blends from the path to the first target into the path to the other one,
+/// within [`TURN`] of the time to contact. Both paths start from the same rest at the same time, so
+/// position and velocity are continuous, and the end is that of the other path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Approach {
     pub(super) path: ReachPath,
-    /// The way meant first, and the share of the time to contact at which the hand turns.
+    /// The path meant first, and the fraction of the time to contact at which the hand switches.
     pub(super) meant: Option<(ReachPath, f64)>,
 }
 
 impl Approach {
-    /// How much of the mind has changed: 0 before, 1 after.
+    /// Progress of the change of mind: 0 before, 1 after.
     pub(super) fn changed(&self, tau: f64) -> f64 {
         let share = |&(_, at): &(ReachPath, f64)| {
             minimum_jerk((self.path.elapsed(tau) - at) / TURN.min(1.0 - at))
@@ -240,7 +236,7 @@ impl Approach {
         }
     }
 
-    /// Share of the time from which on the way is that to the touch alone.
+    /// Fraction of the time from which the path is that to the final touch only.
     pub(super) fn tau_settled(&self) -> f64 {
         self.meant
             .as_ref()

@@ -17,8 +17,8 @@ use std::f64::consts::TAU;
 /// Sway of a standing person's head, m, and its frequencies, Hz: an assumption.
 const SWAY_M: f64 = 0.004;
 const SWAY_HZ: [f64; 2] = [0.23, 0.31];
-/// Half the time over which velocities are taken, s: the error, jerk times its square over 6, is
-/// below 1e-7 m/s up to 6000 m/s³, twenty times the jerk of a reach.
+/// Half width of the velocity differences, s: the error, jerk times its square over 6, is below
+/// 1e-7 m/s up to 6000 m/s³, twenty times the jerk of a reach.
 const DIFFERENCE_S: f64 = 1e-5;
 
 /// Hand, head and gaze at one instant, base frame.
@@ -30,14 +30,14 @@ pub struct PersonSample {
     pub palm_m: DVec3,
     /// Fingertips, thumb first, m.
     pub tips_m: [DVec3; 5],
-    /// Point between the eyes, where the gaze starts, m.
+    /// Point between the eyes, origin of the gaze, m.
     pub head_m: DVec3,
     /// Unit direction of the gaze.
     pub gaze: DVec3,
 }
 
 impl PersonSample {
-    /// The same as a tracker that sees every point delivers it.
+    /// The same as a tracker frame without missing points.
     #[must_use]
     pub fn hand_frame(&self) -> HandFrame {
         HandFrame {
@@ -53,9 +53,9 @@ impl PersonSample {
 
 /// A person's rests and touches over time.
 ///
-/// Everything is a pure function of the time: samples may be taken in any order and as often as
-/// wanted, and the noise of an instant is always the same. Before the first touch and after the
-/// last one the person rests. A time that is NaN or infinite gives NaN, or `None` where that is possible.
+/// A pure function of time: samples may be taken in any order and at any rate, and the noise at an
+/// instant is always the same. Before the first touch and after the last one the person rests. A time
+/// that is NaN or infinite gives NaN, or `None` if the type allows it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TouchSequence {
     person: Person,
@@ -80,19 +80,19 @@ impl TouchSequence {
         sequence
     }
 
-    /// The person whose touches they are.
+    /// The person who touches.
     #[must_use]
     pub const fn person(&self) -> &Person {
         &self.person
     }
 
-    /// What really happens, touch by touch.
+    /// Ground truth, touch by touch.
     #[must_use]
     pub fn touches(&self) -> &[TouchTruth] {
         &self.truths
     }
 
-    /// The touch under way at a time, from the look to the end of the withdrawal.
+    /// The touch in progress at a time, from the gaze shift to the end of the withdrawal.
     #[must_use]
     pub fn touch_at(&self, t_s: f64) -> Option<&TouchTruth> {
         self.truths
@@ -106,12 +106,12 @@ impl TouchSequence {
         self.truths.last().map_or(0.0, |touch| touch.end_s)
     }
 
-    /// What the trackers measure: [`truth`](Self::truth) with noise, white over the times asked for.
+    /// Tracker measurement: [`truth`](Self::truth) with white noise over the sampled times.
     #[must_use]
     pub fn sample(&self, t_s: f64) -> PersonSample {
         let config = self.person.config();
         let mut sample = self.truth(t_s);
-        // The bits of the time seed the noise; seed_from_u64 scrambles neighbouring seeds.
+        // The bits of the time seed the noise; `seed_from_u64` scrambles neighbouring seeds.
         let mut generator =
             Pcg64::seed_from_u64(self.person.seed().rotate_left(32) ^ t_s.to_bits());
         let mut normal = || generator.sample::<f64, _>(StandardNormal);
@@ -128,8 +128,8 @@ impl TouchSequence {
         sample
     }
 
-    /// What the trackers deliver, base frame: [`sample`](Self::sample) without the points that they
-    /// lose at that time. All of it is `None` for a time that is NaN or infinite.
+    /// Tracker output, base frame: [`sample`](Self::sample) without the points lost at that time.
+    /// All `None` for a time that is NaN or infinite.
     #[must_use]
     pub fn tracked(&self, t_s: f64) -> HandFrame {
         let sample = self.sample(t_s);
@@ -144,20 +144,20 @@ impl TouchSequence {
         }
     }
 
-    /// Is a point lost at a time? Time is cut into cells, in each of which it is either lost or
-    /// not, so that the share of lost time is the one asked for at any rate of sampling.
+    /// True if a point is lost at a time. Time is divided into cells in which a point is either
+    /// lost or not, so that the fraction of lost time is as configured at any sampling rate.
     fn is_lost(&self, place: u64, t_s: f64) -> bool {
         let config = self.person.config();
-        // The cells of the points do not begin together.
+        // The cells of different points are offset.
         let cell = (t_s / config.dropout_s + place as f64 / 7.0).floor();
         let stream = scrambled(self.person.seed() ^ scrambled(place));
         let number = scrambled(stream ^ cell.to_bits());
-        // 53 bits make a number from 0 to 1.
+        // 53 bits give a number from 0 to 1.
         let share = (number >> 11) as f64 * (0.5_f64).powi(53);
         !t_s.is_finite() || share < config.dropout
     }
 
-    /// Where hand, head and gaze really are, tremor and the deviation of the gaze included.
+    /// True state of hand, head and gaze, including tremor and gaze deviation.
     #[must_use]
     pub fn truth(&self, t_s: f64) -> PersonSample {
         if !t_s.is_finite() {
@@ -186,8 +186,7 @@ impl TouchSequence {
                 }
                 let turned = at_rest.slerp(at_contact, share);
                 let (palm_m, mut tips_m) = hand.place(path.elapsed(tau), turned, index_tip_m);
-                // The other fingers move back: none goes through the surface before the index
-                // finger.
+                // Move the other fingers back, so that none passes the surface before the index finger.
                 let normal = path.normal();
                 let height_m = |point_m: DVec3| (point_m - path.target_m()).dot(normal);
                 let floor_m = height_m(index_tip_m).min(0.0);
@@ -207,7 +206,7 @@ impl TouchSequence {
         }
     }
 
-    /// Where the tip of the index finger would be if nothing stopped it, base frame, m.
+    /// Unobstructed position of the index fingertip, base frame, m.
     #[must_use]
     pub fn true_index_tip(&self, t_s: f64) -> DVec3 {
         if !t_s.is_finite() {
@@ -221,14 +220,14 @@ impl TouchSequence {
 
     /// Velocity of [`true_index_tip`](Self::true_index_tip), base axes, m/s; error below 1e-7 m/s.
     ///
-    /// NaN also for times beyond 1e10 s, where an `f64` cannot hold the difference.
+    /// NaN also for times beyond 1e10 s, where an `f64` cannot resolve the difference.
     #[must_use]
     pub fn true_index_velocity_m_per_s(&self, t_s: f64) -> DVec3 {
         let (before_s, after_s) = (t_s - DIFFERENCE_S, t_s + DIFFERENCE_S);
         (self.true_index_tip(after_s) - self.true_index_tip(before_s)) / (after_s - before_s)
     }
 
-    /// The last touch whose look has begun: its path ends where the next one starts, at rest.
+    /// The last touch whose gaze shift has started; its path ends at rest, where the next one starts.
     fn current(&self, t_s: f64) -> Option<&PlannedTouch> {
         let begun = self
             .touches
@@ -243,7 +242,7 @@ impl TouchSequence {
         DVec3::from_array(habits.tremor.map(wave))
     }
 
-    /// At rest, swaying, leaning after the hand.
+    /// The rest position plus sway and lean towards the target.
     fn true_head(&self, t_s: f64) -> DVec3 {
         let (rest_m, forward) = (self.person.head_m(), self.person.forward());
         let [ahead, aside] = SWAY_HZ.map(|hz| SWAY_M * (TAU * hz * t_s).sin());
@@ -258,17 +257,17 @@ impl TouchSequence {
         rest_m + sway_m + lean * self.person.habits().lean_m
     }
 
-    /// Ahead and a little down at rest.
+    /// At rest, ahead and slightly down.
     fn true_gaze(&self, t_s: f64, head_m: DVec3) -> DVec3 {
         let ahead = (self.person.forward() - DVec3::Z * 0.2).normalize();
-        // Glances come before the look that a touch begins with; by then the gaze has been ahead since the last one.
+        // Glances precede the gaze shift that starts a touch; before them the gaze is ahead since the last touch.
         let begun = |touch: &PlannedTouch| touch.gaze.first().is_some_and(|f| f.from_s <= t_s);
         let last = self.touches.partition_point(begun).checked_sub(1);
         let fixations = last.map_or(&[][..], |last| &self.touches[last].gaze);
         gaze::direction(fixations, t_s, ahead, head_m)
     }
 
-    /// Finds the crossings of the surface, tremor included.
+    /// Computes the surface crossings, tremor included.
     fn measure(&self, touch: &PlannedTouch) -> TouchTruth {
         let Timeline {
             look_s,
@@ -283,7 +282,7 @@ impl TouchSequence {
             let tip_m = touch.tip_m(t_s) + self.tremor(t_s);
             (tip_m - target_m).dot(normal) > 0.0
         };
-        // On the way to another target the tip may cross the plane of this one: no contact.
+        // While moving to another target the tip may cross this plane without contact.
         let settled_s = touch.timeline.on_the_way_s(touch.approach.tau_settled());
         let changed = touch.approach.meant.as_ref().and_then(|(meant, _)| {
             Some(ChangeOfMind {

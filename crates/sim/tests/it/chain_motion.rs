@@ -11,7 +11,8 @@ use hwall_sim::{
 use hwall_testkit::{Sampler, Tol, assert_close, shared};
 use std::collections::BTreeMap;
 
-/// Positions of the truth are good to 1e-10 rad; its flange has a mass that the description does not have (tests/data/README.md).
+/// Reference positions are accurate to 1e-10 rad; its flange has a mass that the description does not have
+/// (tests/data/README.md).
 fn agrees(name: &str, case: &Case) {
     let [q, qd] = case.differences(false, Integrator::Rk4, 5e-5);
     assert!(q < 1e-8 && qd < 1e-7, "{name}: {q:e} rad, {qd:e} rad/s");
@@ -20,7 +21,7 @@ fn agrees(name: &str, case: &Case) {
         q < 1e-12 && qd < 1e-11,
         "{name}, flange: {q:e} rad, {qd:e} rad/s"
     );
-    // An eighth of the step: how good the step of the reference is.
+    // An eighth of the step, to test the accuracy of the reference's step.
     let [q, _] = case.differences(true, Integrator::Rk4, 6.25e-6);
     assert!(q < 1e-11, "{name}, fine: {q:e} rad");
     let [q, _] = case.differences(true, Integrator::SemiImplicit, 1e-5);
@@ -155,7 +156,7 @@ fn stops_hold_and_give_no_energy() {
             for _ in 0..4000 {
                 motion.step(2.5e-4, &[0.0; 7], &QUIET).unwrap();
                 let now_j = motion.energy_j().unwrap();
-                // A step of the first order is off by itself, also without stops.
+                // A first-order step has its own error, also without stops.
                 let slack_j = if integrator == Integrator::Rk4 {
                     1e-6
                 } else {
@@ -178,7 +179,7 @@ fn stops_hold_and_give_no_energy() {
 
 #[test]
 fn an_impact_at_a_stop_takes_what_the_closed_form_says() {
-    // One joint: all its energy. The others of an arm keep what is not coupled.
+    // One joint loses all its energy. The other joints of an arm keep uncoupled energy.
     for integrator in BOTH {
         let config = ChainMotionConfig {
             stops: vec![[-0.1, 0.25]],
@@ -199,7 +200,7 @@ fn an_impact_at_a_stop_takes_what_the_closed_form_says() {
 #[test]
 fn samples_and_torques_meet_their_times() {
     let mut torques = HeldTorques::new(1);
-    // At no multiple of the step, nor of the samples.
+    // Not a multiple of the step or of the sampling.
     torques.push(0.0333, &[1.0]).unwrap();
     torques.push(0.0717, &[-1.0]).unwrap();
     let sampling = MotionSampling {
@@ -218,7 +219,7 @@ fn samples_and_torques_meet_their_times() {
     assert_eq!(times, [0.0, 0.03, 0.06, 0.09, 0.1]);
     let velocity = ((0.0717 - 0.0333) - (0.1 - 0.0717)) / LEVER_KG_M2;
     assert_close!(seen[4].2, velocity, Tol::abs(1e-13));
-    // Times as one writes them, though 7 × 0.01 is not 0.07.
+    // Times as written in decimal, although 7 × 0.01 is not 0.07 in binary.
     let sampling = MotionSampling {
         duration_s: 1.0,
         every_s: 0.01,

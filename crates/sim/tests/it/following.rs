@@ -1,4 +1,4 @@
-//! The simulated arm follows a feasible stream of commands with its delay alone, and saturates honestly otherwise.
+//! The simulated arm follows a feasible stream of commands with only its delay, and respects its limits otherwise.
 
 use hwall_haptics::{Arm, ArmCommand};
 use hwall_kinematics::{JointPositions, SrsArm};
@@ -26,7 +26,7 @@ fn limits() -> MotionLimits {
     MotionLimits::of_arm(&SrsArm::iiwa7(), &config).expect("valid")
 }
 
-/// Somewhere within the range of every joint.
+/// A configuration within the range of every joint.
 fn anywhere(sampler: &mut Sampler) -> JointPositions {
     let ranges = SrsArm::iiwa7().limits().map(|l| (l.min_rad, l.max_rad));
     JointPositions(sampler.array_within(ranges))
@@ -43,14 +43,14 @@ fn moved(by_rad: f64) -> JointPositions {
     JointPositions(start().0.map(|q| q + by_rad))
 }
 
-/// Angles at equal times, and what finite differences of them show.
+/// Angles at equal time steps, and their finite differences.
 #[derive(Default)]
 struct Track {
     q: Vec<[f64; 7]>,
 }
 
 impl Track {
-    /// Runs a servo, which reads its command from `command(time, reached so far)` every millisecond.
+    /// Runs a servo with `command(time, current position)` every millisecond.
     fn run(
         servo: &mut ServoArm,
         steps: usize,
@@ -71,7 +71,7 @@ impl Track {
         track
     }
 
-    /// Largest speed, acceleration and jerk as shares of the limits, by finite differences over 1 ms.
+    /// Largest speed, acceleration and jerk as fractions of the limits, by finite differences over 1 ms.
     fn shares(&self) -> [f64; 3] {
         let limits = limits();
         let mut most = [0.0_f64; 3];
@@ -130,7 +130,7 @@ fn a_ramp_is_followed_with_the_delay_alone() {
     for share in [0.1, 0.3, 0.5, 1.0] {
         let mut arm = servo();
         let speeds = limits().velocity_rad_per_s;
-        // Each joint goes where it has more room.
+        // Each joint moves in the direction with the larger range.
         let at = |t_s: f64| {
             let way = |i: usize| if start()[i] > 0.0 { -share } else { share };
             let q = |i: usize| start()[i] + way(i) * speeds[i] * t_s.clamp(0.0, 0.7);
@@ -138,7 +138,7 @@ fn a_ramp_is_followed_with_the_delay_alone() {
         };
         let track = Track::run(&mut arm, 720, |t_s| Some(ArmCommand::Position(at(t_s))));
         track.assert_within_limits(1e-4);
-        // At full speed there is nothing to catch up with: what the start has cost stays.
+        // At full speed the servo cannot catch up: the initial lag remains.
         let lag_rad = |i: usize| {
             let l = limits();
             let (v, a, j) = (
@@ -165,7 +165,7 @@ fn a_ramp_is_followed_with_the_delay_alone() {
     }
 }
 
-/// Largest distance from the delayed motion that was commanded, rad, over a random feasible stream; and the track.
+/// Largest deviation from the delayed command over a random feasible stream, rad; and the track.
 fn following_error(period: usize, seed: u64, timing: JointTiming) -> (f64, Track) {
     let mut motion = motion_from(&start()).with_timing(timing);
     let mut sampler = Sampler::new(seed);
@@ -237,7 +237,7 @@ fn an_infeasible_ramp_that_stops_is_not_overshot() {
 
 #[test]
 fn a_stream_caught_up_with_is_not_overshot_when_it_brakes() {
-    // Behind by a leap when it begins, and still catching up when it brakes.
+    // Lagging by a jump at the start, and still catching up when it brakes.
     for (share, behind_rad) in [(0.3, 0.3), (0.5, 0.1), (0.8, 0.05), (1.0, 0.02)] {
         let mut motion = motion_from(&moved(behind_rad));
         motion.set_speed_share(share).expect("a share");
@@ -282,7 +282,7 @@ fn after_a_disturbance_the_stream_is_met_again_if_it_leaves_a_margin() {
             motion.set_goal(&JointPositions(goal)).expect("a motion");
         }
         if step % 2500 == 1200 {
-            // All that is commanded leaps by half a degree.
+            // All commands jump by half a degree.
             off_rad = sampler.uniform(-0.01, 0.01);
         }
         let q = JointPositions(motion.state().q.0.map(|q| q + off_rad));
@@ -314,11 +314,11 @@ fn limits_are_kept_whatever_is_commanded() {
         let mut arm = servo();
         let mut to = start();
         let track = Track::run(&mut arm, 20_000, |t_s| {
-            // A different kind of nonsense every second.
+            // A different infeasible command pattern every second.
             match (t_s as usize + seed as usize) % 6 {
                 0 => to = anywhere(&mut sampler),
                 1 if sampler.index(50) == 0 => to = anywhere(&mut sampler),
-                // A random walk that is faster than any joint.
+                // A random walk faster than any joint.
                 2 => to = walk(&to, &mut sampler, -0.05, 0.05),
                 // Right at the limits.
                 3 if sampler.index(100) == 0 => {
@@ -334,7 +334,7 @@ fn limits_are_kept_whatever_is_commanded() {
             }
             Some(ArmCommand::Position(to))
         });
-        // Within a millisecond the speed may swing by an eighth of jerk times its square.
+        // Within a millisecond the speed may vary by an eighth of jerk times its square.
         track.assert_within_limits(1e-4);
         let outside = track
             .q

@@ -5,7 +5,7 @@ use glam::DVec3;
 use hwall_sim::{Glance, Person, PersonConfig, ReachPlan, TouchPlan, TouchSequence, TouchTruth};
 use hwall_testkit::{Sampler, Tol, assert_close};
 
-/// What there is to look at: places all over the walls.
+/// Points to glance at, all over the walls.
 fn in_view() -> Vec<DVec3> {
     let mut sampler = Sampler::new(99);
     let one = |_| sampler.point_in_box(DVec3::new(0.3, -0.8, 0.2), DVec3::new(0.6, 0.8, 1.4));
@@ -22,7 +22,7 @@ fn glances(touch: &TouchTruth) -> Vec<Glance> {
     touch.glances.iter().flatten().copied().collect()
 }
 
-/// Angle of the true gaze to a place, rad.
+/// Angle of the true gaze to a point, rad.
 fn off_rad(sequence: &TouchSequence, t_s: f64, at_m: DVec3) -> f64 {
     let truth = sequence.truth(t_s);
     truth.gaze.angle_between(at_m - truth.head_m)
@@ -61,13 +61,13 @@ fn glances_last_as_asked_and_lead_to_the_target_without_a_break() {
             all += 1;
             let seen = |g: &Glance| glances.iter().filter(|o| o.at_m == g.at_m).count() > 1;
             back += u32::from(glances.iter().any(seen));
-            // The pause is as drawn, or longer where the glances need more.
+            // The pause is as drawn, or longer if the glances need more time.
             let pause_s = touch.look_s - rest_from_s;
             assert!((0.5..=4.0 * 0.66).contains(&pause_s), "{pause_s}");
             rest_from_s = touch.end_s;
         }
     }
-    // 0 to 3 places equally often, and sometimes one back: with one place only to what was touched before.
+    // 0 to 3 glances equally often, and sometimes a return: with a single point only to the point touched before.
     let share = |n: usize| f64::from(counts[n]) / f64::from(all);
     assert!((0.15..0.25).contains(&share(0)), "{counts:?}");
     assert!((0.04..0.12).contains(&share(4)), "{counts:?}");
@@ -88,7 +88,7 @@ fn the_gaze_lands_on_the_target_when_it_is_said_to() {
             for touch in sequence.touches() {
                 assert_eq!(touch.landed_s.is_none(), touch.gaze_missed);
                 let Some(landed_s) = touch.landed_s else {
-                    // Elsewhere until the hand withdraws.
+                    // Off target until the hand withdraws.
                     for share in 0..=20 {
                         let t_s = touch.look_s
                             + 0.06
@@ -121,7 +121,7 @@ fn a_change_of_mind_lands_on_what_is_touched_in_the_end() {
 fn a_gaze_that_glances_never_leaps() {
     let [a, b] = [(); 2].map(|()| looking(PersonConfig::glancing(), 4, 12));
     assert_eq!(a, b);
-    // The fastest saccade turns by 1.875 of its angle over its duration.
+    // The peak speed of a saccade is 1.875 times its angle over its duration.
     let dt_s = 1e-4;
     let steps = (a.duration_s() / dt_s) as u32;
     let mut before = a.truth(0.0).gaze;
@@ -154,7 +154,7 @@ fn glances_change_nothing_but_the_gaze_and_the_pauses() {
             Tol::abs(1e-9)
         );
     }
-    // Who does not glance does not care what there is to see; who has nothing to see does not glance.
+    // Without glances the points in view have no effect; without points there are no glances.
     let reaches: Vec<ReachPlan> = plan(8, 12).into_iter().map(Into::into).collect();
     for config in [PersonConfig::default(), PersonConfig::varied()] {
         let person = Person::new(config, 8).unwrap();
@@ -163,7 +163,7 @@ fn glances_change_nothing_but_the_gaze_and_the_pauses() {
     }
     let person = Person::new(PersonConfig::glancing(), 8).unwrap();
     let blind = person.plan_reaches(&reaches).unwrap();
-    // What was touched before may still be looked back at.
+    // The gaze may still return to the point touched before.
     let touched = |t_m: DVec3| reaches.iter().any(|r| r.touch.target_m == t_m);
     for touch in blind.touches() {
         assert!(glances(touch).len() <= 1);
@@ -185,14 +185,14 @@ varied 7 8.54429770726021 8.89474062563079 9.666738209491765 11.415737944930795
 -0.9783643926495532 -0.009193062872458886 -0.20668479090270334
 -0.8942735477977054 0.4042911639112042 -0.19189444101544215";
 
-/// Sequences of before there were glances: plain and varied people of a seed stay who they were.
+/// Regression: sequences of nominal and varied people without glances are unchanged.
 #[test]
 fn people_of_a_seed_stay_who_they_were() {
     let plans = [(0.6, -0.2, 0.5), (0.5, 0.3, 0.7), (0.55, 0.0, 0.4)].map(|(x, y, z)| TouchPlan {
         target_m: DVec3::new(x, y, z),
         normal: DVec3::X,
     });
-    // Look, start, contact and end of the last touch; gaze at three tenths and at half of the time.
+    // Gaze shift, start, contact and end of the last touch; gaze at 30 % and 50 % of the time.
     for row in GOLDEN.split(';') {
         let mut words = row.split_whitespace();
         let config = match words.next() {

@@ -16,7 +16,7 @@ const STILL: Twist = Twist {
     angular_rad_per_s: DVec3::ZERO,
 };
 
-/// Nothing but a mass and a finger.
+/// Only a mass and a finger.
 fn undamped() -> HandBodyConfig {
     HandBodyConfig {
         arm_damping_n_s_per_m: 0.0,
@@ -123,7 +123,7 @@ fn skin_sticks_and_slips_as_coulomb_says() {
         }
         (hand, wrench)
     };
-    // Below μ N = 3 N it stays, sheared by its spring.
+    // Below μ N = 3 N it sticks, with its shear spring deflected.
     let (mut hand, wrench) = pressed(2.5, 1000);
     assert_close!(hand.position_m().x, 2.5 / 1000.0, Tol::abs(1e-6));
     assert_close!(wrench.force_n.x, 2.5, Tol::abs(1e-3));
@@ -132,7 +132,7 @@ fn skin_sticks_and_slips_as_coulomb_says() {
         hand.step(1e-3, &Pose::IDENTITY, &STILL, &push).unwrap();
     }
     assert_close!(hand.position_m().x, 2.5 / 1000.0, Tol::abs(1e-6));
-    // Above it slides, and the board feels μ N.
+    // Above, it slides and exerts μ N on the board.
     let (hand, wrench) = pressed(4.0, 100);
     assert!(hand.velocity_m_per_s().x > 0.02);
     assert_close!(wrench.force_n.x, 3.0, Tol::abs(1e-6));

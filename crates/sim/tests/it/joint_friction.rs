@@ -1,4 +1,4 @@
-//! Friction and rotors of joints against closed forms; rest that is exact.
+//! Joint friction and rotors against closed forms; exact rest.
 
 use crate::common::chain::{BOTH, LEVER_KG_M2, QUIET, START, iiwa7, lever, run, turning};
 use hwall_kinematics::glam::DVec3;
@@ -77,7 +77,7 @@ fn a_joint_breaks_away_above_its_breakaway_torque_only() {
             run(&mut motion, 1000, 1e-3, &[sign * 1.499]);
             assert_eq!((motion.q()[0], motion.qd()[0]), (0.0, 0.0));
             run(&mut motion, 1000, 1e-3, &[sign * 1.501]);
-            // In motion it feels the dry friction alone.
+            // In motion only dry friction acts.
             let before = motion.qd()[0];
             run(&mut motion, 100, 1e-3, &[sign * 1.501]);
             let gained = (motion.qd()[0] - before) / 0.1;
@@ -104,7 +104,7 @@ fn a_pendulum_with_dry_friction_comes_to_rest_away_from_the_bottom_without_chatt
             last = if v == 0.0 { last } else { v };
         }
         assert_eq!(motion.qd()[0], 0.0);
-        // At rest friction holds what gravity pulls: 9.81 N m cos q.
+        // At rest friction balances gravity: 9.81 N m cos q.
         assert!((2.0 * 9.81 * 0.5 * motion.q()[0].cos()).abs() <= 2.0);
         assert!(reversals < 8, "{reversals}");
     }

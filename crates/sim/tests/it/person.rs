@@ -30,7 +30,7 @@ fn minimum_jerk_peaks_at_1_875_times_distance_over_time() {
     assert_eq!((minimum_jerk(-1.0), minimum_jerk(7.0)), (0.0, 1.0));
     assert!(minimum_jerk(f64::NAN).is_nan());
 
-    // A straight reach right at the surface is one such movement as a whole.
+    // A straight reach perpendicular to the surface is one such movement.
     let config = PersonConfig {
         curvature: [0.0; 2],
         tremor_m: [0.0; 2],
@@ -74,7 +74,7 @@ fn same_seed_same_sequence_and_another_seed_another_person() {
     assert_ne!(person(5).mean_reach_s(), person(6).mean_reach_s());
     assert_ne!(person(5).hand_length_m(), person(6).hand_length_m());
 
-    // In any order, the same answers.
+    // The same results in any order.
     let sequence = person(5).plan(&plan(0, 10)).unwrap();
     let mut backwards: Vec<_> = times()
         .collect::<Vec<_>>()
@@ -84,7 +84,7 @@ fn same_seed_same_sequence_and_another_seed_another_person() {
         .collect();
     backwards.reverse();
     assert_eq!(backwards, all(5));
-    // The first touches do not depend on those to come.
+    // Earlier touches do not depend on later ones.
     let shorter = person(5).plan(&plan(0, 10)[..4]).unwrap();
     assert_eq!(shorter.touches(), &sequence.touches()[..4]);
 }
@@ -136,7 +136,7 @@ fn tremor_has_its_amplitude_and_frequency_at_rest() {
             .windows(2)
             .filter(|w| w[0][axis] * w[1][axis] < 0.0)
             .count();
-        // 10 s, two crossings a period.
+        // 10 s, two crossings per period.
         assert!((158..=242).contains(&crossings), "{crossings}");
     }
 }

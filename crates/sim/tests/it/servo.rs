@@ -1,4 +1,4 @@
-//! The simulated arm: delay, limits, arrival, refused commands, torques.
+//! The simulated arm: delay, limits, arrival, rejected commands, torques.
 
 use glam::DVec3;
 use hwall_haptics::{Arm, ArmCommand};
@@ -32,7 +32,7 @@ fn jerk_rad_per_s3(joint: usize) -> f64 {
     acceleration_rad_per_s2(joint) / 0.01
 }
 
-/// The start with every joint moved by this angle.
+/// The start position with every joint moved by this angle.
 fn moved(by_rad: f64) -> JointPositions {
     JointPositions(start().0.map(|q| q + by_rad))
 }
@@ -123,7 +123,7 @@ fn limits_hold_over_1e5_random_commands_with_irregular_steps() {
         let command = if sampler.uniform(0.0, 1.0) < 0.1 {
             ArmCommand::Hold
         } else {
-            // Often right at a limit, where there is no room to overshoot.
+            // Often exactly at a limit, where overshoot is impossible.
             ArmCommand::Position(JointPositions(limits.map(|limit| match sampler.index(5) {
                 0 => limit.min_rad,
                 1 => limit.max_rad,
@@ -162,7 +162,7 @@ fn hold_brakes_to_rest_within_the_stopping_distance() {
     let (q, qd) = (arm.q(), arm.qd());
     arm.advance(1.0).unwrap();
     assert_eq!(arm.qd().0, [0.0; 7]);
-    // At full acceleration still: it takes 20 ms to turn that round and another 10 ms to end it.
+    // Still at full acceleration: it takes 20 ms to reverse it and another 10 ms to end it.
     let stop: [f64; 7] = std::array::from_fn(|i| {
         let (v, a, r) = (qd[i], acceleration_rad_per_s2(i), 0.01);
         assert_close!(v, a * (0.15 - 0.5 * r), Tol::abs(1e-9));
@@ -215,7 +215,7 @@ fn nan_and_commands_outside_the_limits_are_refused_and_the_last_stays_in_force()
     arm.advance(3.0).unwrap();
     assert_eq!(arm.q(), target);
 
-    // Within the slack the limit itself is meant.
+    // Within the slack the command means the limit itself.
     let mut q = moved(0.2);
     q[1] = max_rad + 5e-10;
     arm.command(ArmCommand::Position(q)).unwrap();
@@ -257,7 +257,7 @@ fn bad_settings_starts_and_steps_are_errors() {
         |c, x| c.max_velocity_rad_per_s = Some([x; 7]),
     ];
     for value in [f64::NAN, -1.0, f64::INFINITY, 1e9] {
-        // Any finite noise will do.
+        // Any finite noise is valid.
         for spoil in &wrong[usize::from(value == 1e9)..] {
             let mut config = ServoConfig::default();
             spoil(&mut config, value);

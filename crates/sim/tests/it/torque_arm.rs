@@ -44,7 +44,7 @@ fn delay_and_lag_are_exact() {
         let effect_s = 0.003 + command_delay_s + torque_delay_s;
         for k in 0..400 {
             let since_s = arm.t_s() - effect_s;
-            // At the instant of a jump either side is right.
+            // At a jump either value is right.
             if since_s.abs() > 1e-9 {
                 let share = match since_s > 0.0 {
                     true if lag_s > 0.0 => -(-since_s / lag_s).exp_m1(),
@@ -102,7 +102,7 @@ fn the_arm_holds_at_first_and_does_not_move_at_all() {
         ms(&mut arm, 500);
         assert_eq!(arm.q(), start());
         assert_eq!(arm.qd().0, [0.0; 7]);
-        // Compliant too, and under less than the breakaway torque.
+        // Also if compliant, below the breakaway torque.
         arm.command(overlay(6, 0.3)).unwrap();
         ms(&mut arm, 500);
         assert_eq!(arm.q(), start());
@@ -110,7 +110,7 @@ fn the_arm_holds_at_first_and_does_not_move_at_all() {
         ms(&mut arm, 500);
         assert!(arm.q()[6] > start()[6] + 0.05);
         assert_eq!(arm.q()[0], start()[0]);
-        // Hold brakes, and then everything stands again, without chatter.
+        // Hold brakes to rest, without chatter.
         arm.command(ArmCommand::Hold).unwrap();
         ms(&mut arm, 1000);
         let (rest, mut moved) = (arm.q(), 0);
@@ -123,7 +123,7 @@ fn the_arm_holds_at_first_and_does_not_move_at_all() {
     }
 }
 
-/// The largest distance to what was commanded a delay ago, rad, and at the tool, m; while moving, and at the end.
+/// Largest deviation from the delayed command, rad, and at the tool, m; while moving, and at the end.
 fn following(config: TorqueConfig) -> [f64; 3] {
     let model = SrsArm::iiwa7();
     let limits = MotionLimits::of_arm(&model, &MotionConfig::default()).unwrap();
@@ -141,7 +141,7 @@ fn following(config: TorqueConfig) -> [f64; 3] {
         motion.set_goal(&goal_q).unwrap();
         for _ in 0..900 {
             let q = motion.step(1e-3).unwrap().q;
-            // Commanded at t, for t + delay: in force when the step after `delay` more begins.
+            // Commanded at t, in force from the first step after t + delay.
             arm.command(ArmCommand::Position(q)).unwrap();
             given.push(q);
             let asked = given[given.len() - 1 - delay];
@@ -157,7 +157,7 @@ fn following(config: TorqueConfig) -> [f64; 3] {
 
 #[test]
 fn a_stream_is_followed_closely() {
-    // A command every millisecond: the delay shows the servo the next ones.
+    // A command every millisecond: due to the delay the servo knows the next ones.
     let [rad, m, rest_m] = following(TorqueConfig {
         command_delay_s: 0.005,
         ..TorqueConfig::ideal()
@@ -241,7 +241,7 @@ fn friction_compensation_works_in_motion_and_not_at_rest() {
     };
     let (without, with) = (slide(0.0), slide(0.8));
     assert!(with < 0.4 * without && with > 0.0, "{with} {without}");
-    // At rest the whole breakaway torque stays.
+    // At rest the full breakaway torque remains.
     let mut arm = weightless(TorqueConfig::default());
     arm.command(overlay(0, 1.2)).unwrap();
     ms(&mut arm, 1000);
@@ -261,7 +261,7 @@ fn rotors_make_the_arm_heavier_and_the_torque_loop_hides_a_share() {
     };
     let matrix = dynamics().mass_matrix(&start().0).unwrap();
     for share in [0.0, 0.5] {
-        // Heavy rotors hold the other joints still.
+        // Heavy rotors keep the other joints at rest.
         let inertia = matrix[48] + 3.0 * (1.0 - share);
         assert_close!(gained(share), 1.0 / inertia, Tol::rel(0.01));
     }
@@ -276,7 +276,7 @@ fn joints_stop_at_their_limits() {
     let most = arm.model().limits()[6].max_rad;
     assert_eq!(arm.q()[6], most);
     assert_eq!(arm.qd()[6], 0.0);
-    // What the stop holds counts as external.
+    // The torque of the stop counts as external.
     let found = arm.state().unwrap().external_torque.unwrap();
     assert!(found[6] < -6.0, "{}", found[6]);
     // Positions lead away again.
@@ -303,7 +303,7 @@ fn the_same_seed_gives_the_same_run_and_cuts_of_time_do_not_matter() {
     };
     assert_eq!(run(1, 1e-3), run(1, 1e-3));
     assert_ne!(run(1, 1e-3).1, run(2, 1e-3).1);
-    // Whole periods and halves of integration steps: the same periods, the same noise.
+    // Whole periods and half integration steps: the same periods, the same noise.
     for cut_s in [2e-3, 0.2] {
         assert_eq!(run(1, 1e-3), run(1, cut_s));
     }
@@ -388,12 +388,12 @@ fn bad_input_is_refused() {
     assert!(arm.command(ArmCommand::Position(beyond)).is_err());
     ms(&mut arm, 10);
     assert_eq!(arm.q(), start());
-    // Refused commands leave the last one in force; more than fit are refused.
+    // Rejected commands leave the last one in force; too many are rejected.
     let refused = (0..1000)
         .map(|_| arm.command(overlay(0, 1.0)))
         .find(Result::is_err);
     assert!(matches!(refused, Some(Err(SimError::QueueFull { .. }))));
-    // A push that no arm survives: the stops hold whatever comes; without them it is an error, and never NaN.
+    // An extreme push: with stops the arm stays within its limits; without them the result is an error, never NaN.
     for joint_stops in [true, false] {
         let mut arm = arm_with(
             dynamics(),

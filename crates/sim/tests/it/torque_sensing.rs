@@ -1,4 +1,4 @@
-//! What the arm at torque level says about external torques.
+//! External torques reported by the torque-level arm.
 
 use crate::common::torque::{arm, dynamics, force, ms, overlay, start};
 use hwall_haptics::Arm;
@@ -24,7 +24,7 @@ fn the_observer_is_a_low_pass_of_the_truth() {
             let phase = f64::from(k) * 0.02;
             let wrench = force(-15.0 * phase.sin(), 5.0, 8.0 * phase.cos());
             arm.apply_wrench(wrench).unwrap();
-            // The mean over the step, nearly.
+            // Approximately the mean over the step.
             let before = arm.model().jacobian(&arm.q()).torques(&wrench);
             ms(&mut arm, 1);
             let after = arm.model().jacobian(&arm.q()).torques(&wrench);
@@ -68,11 +68,11 @@ fn sensors_have_noise_bias_and_ripple() {
             squares[i] += found[i] * found[i] / f64::from(count);
         }
     }
-    // A first-order low pass leaves share / (2 - share) of white noise.
+    // A first-order low pass passes share / (2 - share) of the variance of white noise.
     let share = -(-TAU * config.observer_hz * 1e-3).exp_m1();
     let left = 0.2 * (share / (2.0 - share)).sqrt();
     for i in 0..7 {
-        // What a sensor reads too much, the observer takes for a push against it.
+        // The observer reports a positive sensor bias as an opposite external torque.
         let ripple = 0.3 * (320.0 * start()[i] + 0.5).sin();
         assert_close!(sum[i], -bias_n_m[i] - ripple, Tol::abs(0.02));
         let deviation = (squares[i] - sum[i] * sum[i]).sqrt();

@@ -5,7 +5,7 @@ use hwall_kinematics::{ArmKinematics, JointPositions, Pose, SrsArm};
 use hwall_sim::{ArgumentError, HandContact, SimError};
 use hwall_testkit::{Sampler, Tol, assert_close};
 
-/// A board somewhere, and a point given in its frame.
+/// A board at some pose, and a point in its frame.
 fn boards() -> impl Iterator<Item = (Pose, Sampler)> {
     (0..200).map(|seed| {
         let mut sampler = Sampler::new(seed);
@@ -44,7 +44,7 @@ fn the_force_is_stiffness_times_depth_into_the_face() {
 
 #[test]
 fn the_moment_is_about_the_tool_origin_so_torques_agree_with_a_force_at_the_point() {
-    // The same force, felt by an arm whose tool frame is moved to the point touched.
+    // The same force for an arm whose tool frame is at the touched point.
     let q = JointPositions::from_deg([10.0, 40.0, -20.0, -80.0, 15.0, -30.0, 60.0]);
     let arm = SrsArm::iiwa7();
     let tip_board = DVec3::new(0.06, -0.08, -0.01);

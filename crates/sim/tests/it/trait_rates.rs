@@ -1,4 +1,4 @@
-//! Traits that show only over many reaches or people: rates, scatter, durations; and settings that nobody has.
+//! Traits visible only over many reaches or people: rates, scatter, durations; and invalid settings.
 
 use crate::common::{plan, sequence};
 use glam::DVec3;
@@ -10,7 +10,7 @@ fn a_population_is_the_same_however_many_are_drawn() {
     let config = PersonConfig::varied();
     let population = Population::new(config, 3).unwrap();
     let drawn: Vec<Person> = (0..50).map(|i| population.person(i)).collect();
-    // Another time, alone, backwards.
+    // Again, alone, and in reverse order.
     for i in (0..50_u64).rev() {
         let alone = Population::new(config, 3).unwrap().person(i);
         assert_eq!(alone, drawn[i as usize]);
@@ -23,7 +23,7 @@ fn a_population_is_the_same_however_many_are_drawn() {
     };
     assert_eq!(all(&drawn[7]), all(&population.person(7)));
     assert_ne!(all(&drawn[7]), all(&drawn[8]));
-    // Nobody is there twice, not in the population of the next seed either.
+    // No person occurs twice, nor in the population of the next seed.
     let next = Population::new(config, 4).unwrap();
     for i in 0..50 {
         let same = |p: &&Person| p.mean_reach_s() == next.person(i).mean_reach_s();
@@ -31,7 +31,7 @@ fn a_population_is_the_same_however_many_are_drawn() {
         let same = |p: &&Person| p.mean_reach_s() == drawn[i as usize].mean_reach_s();
         assert_eq!(drawn.iter().filter(same).count(), 1);
     }
-    // The habits fill their ranges, and every gesture occurs.
+    // Habits cover their ranges, and every gesture occurs.
     let mean = drawn.iter().map(Person::mean_reach_s).sum::<f64>() / 50.0;
     assert_close!(mean, 0.9, Tol::abs(0.08));
     for gesture in Gesture::ALL {
@@ -68,7 +68,7 @@ fn dropouts_occur_at_the_asked_rate_and_last() {
         for point in &points {
             let lost = point.iter().filter(|seen| !**seen).count();
             assert_close!(lost as f64 / f64::from(n), dropout, Tol::rel(0.12));
-            // Cells follow each other, so that a loss lasts one over the share kept, in cells.
+            // Cells are independent, so the mean loss is one over the kept fraction, in cells.
             let losses = point.windows(2).filter(|w| w[0] && !w[1]).count();
             let mean_s = lost as f64 / losses as f64 / 90.0;
             let wanted_s = (dropout_s.max(1.0 / 90.0)) / (1.0 - dropout);
@@ -83,7 +83,7 @@ fn dropouts_occur_at_the_asked_rate_and_last() {
             dropout * dropout,
             Tol::new(1e-3, 0.25)
         );
-        // What is seen is what the tracker measures.
+        // Visible points equal the tracker measurement.
         for sample in samples.iter().take(1000) {
             let measured = sequence.sample(sample.t_s);
             assert!(sample.palm_m.is_none_or(|p| p == measured.palm_m));
@@ -179,7 +179,7 @@ type Spoil = fn(&mut PersonConfig);
 /// A setting by name, and how to set it.
 type Setting = (&'static str, fn(&mut PersonConfig, f64));
 
-/// Settings of one number that must lie between 0 and 1, or within less.
+/// Settings of one number that must be between 0 and 1, or in a smaller range.
 const SHARES: &[Setting] = &[
     ("posture_rad", |c, x| c.posture_rad = x),
     ("distance_exponent", |c, x| c.distance_exponent = x),

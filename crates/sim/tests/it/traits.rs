@@ -1,4 +1,4 @@
-//! What makes reaches differ: each trait does what its setting says, and none moves the contact.
+//! Traits: each has the effect of its setting, and none moves the contact.
 
 use crate::common::{changing, height, plan, sequence};
 use glam::DVec3;
@@ -80,7 +80,7 @@ fn the_hand_never_jumps() {
     }
 }
 
-/// Where a straight reach is fastest, share of its time.
+/// Time of peak speed of a straight reach, as a fraction of its duration.
 fn measured_peak(config: PersonConfig, seed: u64) -> f64 {
     let person = Person::new(config, seed).unwrap();
     let straight = TouchPlan {
@@ -111,7 +111,7 @@ fn the_speed_peaks_where_it_was_asked_to() {
             ..PersonConfig::default()
         };
         assert_close!(measured_peak(config, 1), peak, Tol::abs(2e-3));
-        // The first part of a corrected reach takes four fifths of the time.
+        // The first part of a corrected reach takes 80 % of the time.
         let corrected = PersonConfig {
             corrections: 1.0,
             undershoot: [0.05; 2],
@@ -140,7 +140,7 @@ fn a_corrected_reach_is_short_of_its_target_first() {
                 let from = height(touch.start_s) + touch.depth_m;
                 (height(at_s) + touch.depth_m) / from
             };
-            // The first part ends after four fifths of the time; half the correction is done.
+            // The first part ends after 80 % of the time; the correction is then half done.
             assert_close!(left(0.8), 0.5 * short, Tol::abs(1e-9));
             assert_close!(left(1.0), 0.0, Tol::abs(1e-9));
             let shares = (0..=100).map(|i| left(f64::from(i) / 100.0));
@@ -162,7 +162,7 @@ fn an_opening_hand_opens_steadily_and_the_others_do_not() {
             let opening = |i: u32| {
                 let at_s = touch.start_s + (touch.contact_s - touch.start_s) * f64::from(i) / 200.0;
                 let truth = sequence.truth(at_s);
-                // The little finger gives way at the surface; the index finger never does.
+                // The little finger is moved back at the surface; the index finger never is.
                 truth.tips_m[1].distance(truth.palm_m)
             };
             let openings: Vec<f64> = (0..=200).map(opening).collect();
@@ -192,7 +192,7 @@ fn a_change_of_mind_is_smooth_and_told() {
             assert_close!(meant.normal, touches[i].normal.normalize(), Tol::abs(1e-12));
             let share = (meant.switch_s - touch.start_s) / (touch.contact_s - touch.start_s);
             assert!((0.24..0.61).contains(&share), "{share}");
-            // Until then it is the way to the other one.
+            // Until then it is the path to the other target.
             let straight = |target_m: DVec3| {
                 let from_m = sequence.true_index_tip(touch.start_s);
                 let gone = sequence.true_index_tip(meant.switch_s) - from_m;
@@ -217,13 +217,13 @@ fn a_change_of_mind_is_smooth_and_told() {
                 }
                 last = velocity;
             }
-            // The gaze has gone over by the contact.
+            // The gaze has switched by contact.
             let truth = sequence.truth(touch.contact_s);
             let off = truth.gaze.angle_between(touch.target_m - truth.head_m);
             assert!(off < 0.09, "{off}");
         }
     }
-    // Without one, no difference to a plan of touches.
+    // Without a change of mind it equals a plan of touches.
     let touches = plan(3, 4);
     let reaches: Vec<ReachPlan> = touches.iter().map(|&t| t.into()).collect();
     let person = Person::new(config, 3).unwrap();

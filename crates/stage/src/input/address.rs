@@ -4,10 +4,10 @@ use anyhow::{Context, anyhow};
 use std::io::ErrorKind;
 use std::net::{IpAddr, SocketAddr, ToSocketAddrs, UdpSocket};
 
-/// Passes if datagrams can be received at the address of this flag.
+/// Checks that datagrams can be received at the address of this flag.
 ///
 /// # Errors
-/// What is in the way, and what to do about it.
+/// The obstacle and a remedy.
 pub fn receivable(flag: &str, address: SocketAddr) -> anyhow::Result<()> {
     let Err(error) = UdpSocket::bind(address) else {
         return Ok(());
@@ -20,10 +20,10 @@ pub fn receivable(flag: &str, address: SocketAddr) -> anyhow::Result<()> {
     Err(anyhow!("{flag} {address}: {why}"))
 }
 
-/// `HOST:PORT`, the host in numbers or a name. Of several addresses of a name an IPv4 one is taken, which everybody has.
+/// `HOST:PORT`, the host in numbers or a name. Prefers an IPv4 address of a name.
 ///
 /// # Errors
-/// What is wrong with it, in words.
+/// A description of what is wrong.
 pub fn socket_address(text: &str) -> Result<SocketAddr, String> {
     let (host, port) = text
         .rsplit_once(':')
@@ -39,7 +39,7 @@ pub fn socket_address(text: &str) -> Result<SocketAddr, String> {
 /// `HOST`, in numbers or a name.
 ///
 /// # Errors
-/// What is wrong with it, in words.
+/// A description of what is wrong.
 pub fn host(text: &str) -> Result<IpAddr, String> {
     let found = (text.trim_matches(['[', ']']), 0).to_socket_addrs();
     first(text, found).map(|address| address.ip())
@@ -72,7 +72,7 @@ mod tests {
                 .to_string()
         };
         assert!(said(address).contains("another program listens"));
-        // Of a block kept for documents.
+        // From a block reserved for documentation.
         let foreign = "192.0.2.1:30200".parse().expect("an address");
         assert!(said(foreign).contains("no address of this computer"));
         drop(taken);

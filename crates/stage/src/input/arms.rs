@@ -24,7 +24,7 @@ pub(crate) fn waiting_iiwa7() -> JointPositions {
     JointPositions::from_deg([-6.0, 18.0, 0.0, -100.0, -13.0, -29.0, 101.0])
 }
 
-/// Where the dissertation's arm starts, degrees: board upright, facing the person.
+/// Start posture of the dissertation's arm, degrees: board upright, facing the person.
 pub const START_DEG: [f64; 7] = [0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0];
 
 /// Which arm, as flags.
@@ -67,7 +67,7 @@ impl NamedArm {
         Ok(())
     }
 
-    /// As a general chain with its inertials. Says which links of a file it takes.
+    /// As a general chain with inertials. Tells the user which links of a file it uses.
     ///
     /// # Errors
     /// An unknown name, or a file that cannot be read as URDF.
@@ -96,10 +96,10 @@ impl NamedArm {
         }
     }
 
-    /// In closed form.
+    /// As an arm in closed form.
     ///
     /// # Errors
-    /// As for [`chain`](Self::chain), and an arm that has none.
+    /// As for [`chain`](Self::chain); an arm without a closed form.
     pub fn closed_form(&self) -> anyhow::Result<SrsArm> {
         self.check_ends()?;
         match self.name.as_str() {
@@ -117,7 +117,7 @@ impl NamedArm {
 pub struct BoardArm {
     kinematics: Arc<dyn ArmKinematics>,
     board: Board,
-    /// Exact verdicts and maps, for arms that have them.
+    /// Exact verdicts and maps, if the arm has a closed form.
     closed_form: Option<SrsArm>,
     /// The links of an arm without a closed form.
     chain: Option<Chain>,
@@ -138,7 +138,7 @@ impl BoardArm {
         }
     }
 
-    /// The same arm, which counts what it is asked: [`asked_in`](super::counted::asked_in).
+    /// The same arm with counted queries: [`asked_in`](super::counted::asked_in).
     #[must_use]
     pub fn counted(mut self) -> Self {
         self.kinematics = Arc::new(Counted(self.kinematics));
@@ -155,7 +155,7 @@ impl BoardArm {
     }
 
     fn from_chain(name: &str, chain: Chain, board: &Board) -> anyhow::Result<Self> {
-        // A description of an arm with a closed form is that arm.
+        // A description of an arm with a closed form becomes that arm.
         if let Ok(arm) = SrsArm::from_chain(&chain) {
             let known = arm.parameters().max_acceleration_rad_per_s2;
             let whose = match known.iter().flatten().count() {
@@ -210,25 +210,25 @@ impl BoardArm {
         })
     }
 
-    /// What a session and a simulation need of the arm.
+    /// The arm's kinematics.
     #[must_use]
     pub const fn kinematics(&self) -> &Arc<dyn ArmKinematics> {
         &self.kinematics
     }
 
-    /// What it carries.
+    /// The board.
     #[must_use]
     pub const fn board(&self) -> &Board {
         &self.board
     }
 
-    /// Where it starts.
+    /// Start posture.
     #[must_use]
     pub const fn start(&self) -> JointPositions {
         self.start
     }
 
-    /// The closed form, where there is one.
+    /// The closed form, if there is one.
     #[must_use]
     pub const fn closed_form(&self) -> Option<&SrsArm> {
         self.closed_form.as_ref()
@@ -237,7 +237,7 @@ impl BoardArm {
     /// The links with their masses.
     ///
     /// # Errors
-    /// An arm that is known by its geometry alone.
+    /// An arm of which only the geometry is known.
     pub fn links(&self) -> anyhow::Result<Chain> {
         match (&self.chain, &self.closed_form) {
             (Some(chain), _) => Ok(chain.clone()),
@@ -249,7 +249,7 @@ impl BoardArm {
         }
     }
 
-    /// The bends of the arm from its base to the middle of the board's face, base frame, m: for figures.
+    /// Polyline of the arm from its base to the middle of the board's face, base frame, m; for figures.
     #[must_use]
     pub fn skeleton_m(&self, q: &JointPositions) -> Vec<DVec3> {
         let mut points_m = vec![DVec3::ZERO];
@@ -267,7 +267,7 @@ impl BoardArm {
         points_m
     }
 
-    /// The walls of a scene as the arm sees them. An arm that has no posture for them waits where it starts.
+    /// The walls of a scene for this arm. An arm without a waiting posture for them waits at its start.
     ///
     /// # Errors
     /// As for [`Walls::of`].
@@ -287,7 +287,7 @@ impl BoardArm {
         Ok(walls)
     }
 
-    /// Why no quarter turn of the board can present a point of a surface; `None` if one can. Proven for an arm with a
+    /// Why no quarter turn of the board can present a point of a surface; `None` if one can. Exact for an arm with a
     /// closed form; a numeric search that failed proves nothing.
     ///
     /// # Errors
@@ -327,7 +327,7 @@ impl BoardArm {
         let mut most: f64 = 0.0;
         for _ in 0..2000 {
             let q = limits.map(|l| {
-                // One turn is all that an endless joint has to show.
+                // One turn covers an endless joint.
                 let middle_rad = l.middle_rad();
                 let low = l.min_rad.max(middle_rad - PI);
                 sampler.uniform(low, l.max_rad.min(middle_rad + PI))
@@ -339,7 +339,7 @@ impl BoardArm {
     }
 }
 
-/// The configuration that holds a pose, of any branch, by the solver; or why there is none.
+/// The solver's configuration for a pose, of any branch; or why there is none.
 pub(crate) fn nearest(
     arm: &dyn ArmKinematics,
     pose: &Pose,
@@ -415,7 +415,7 @@ mod tests {
             let arm = BoardArm::named(path.to_str().unwrap(), &Board::default());
             std::fs::remove_file(&path).unwrap();
             let arm = arm.unwrap();
-            // Of its own: not an iiwa's, and none that its weakest joint could not give.
+            // The arm's own values: not an iiwa's, and feasible for its weakest joint.
             let most = arm.kinematics().accelerations_or([0.0; 7]);
             assert!(most.iter().all(|a| (0.5..40.0).contains(a)), "{most:?}");
             assert!(arm.start().0.iter().all(|q| q.is_finite()));

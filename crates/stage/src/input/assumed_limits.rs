@@ -1,4 +1,4 @@
-//! What a description does not say of an arm: how fast its joints may change their speed.
+//! Joint acceleration limits, which a description of an arm does not state.
 
 use crate::board_body::{BOARD_KG, board_body};
 use hwall::haptics::Board;
@@ -6,12 +6,12 @@ use hwall_kinematics::{Chain, ChainDynamics, JointLimit, MOST_JOINTS};
 use hwall_testkit::Sampler;
 use std::f64::consts::PI;
 
-/// Postures that are looked at.
+/// Number of postures examined.
 const POSTURES: usize = 256;
 /// Without masses or torque limits all joints reach their full speed in this time, s. An assumption.
 const FULL_SPEED_S: f64 = 0.3;
 
-/// Largest joint accelerations, those of the description where it has any, rad/s² (m/s² for a joint that slides), and words for the user.
+/// Largest joint accelerations, from the description if it has them, rad/s² (m/s² for a sliding joint), and a line for the user.
 pub(super) fn accelerations(chain: &Chain, board: &Board) -> ([f64; MOST_JOINTS], String) {
     let joints = chain.joints().iter();
     let speeds: Vec<f64> = joints
@@ -44,7 +44,7 @@ pub(super) fn accelerations(chain: &Chain, board: &Board) -> ([f64; MOST_JOINTS]
     (limits, words)
 }
 
-/// Least time, s, in which all joints together come to full speed within their torques, in the worst posture, with the board.
+/// Least time, s, in which all joints together reach full speed within their torques, with the board, in the worst posture.
 fn full_speed_s(chain: &Chain, board: &Board, speeds: &[f64]) -> Option<f64> {
     let dynamics = ChainDynamics::new(chain).ok()?;
     let dynamics = dynamics.with_payload(&board_body(board, BOARD_KG)).ok()?;

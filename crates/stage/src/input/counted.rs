@@ -1,4 +1,4 @@
-//! An arm that counts what it is asked: a number of operations, which no noise of a machine hides.
+//! An arm that counts its queries: a measure of work without timing noise.
 
 use hwall_geometry::Pose;
 use hwall_kinematics::{
@@ -12,16 +12,16 @@ thread_local! {
     static ASKED: Cell<Asked> = const { Cell::new(Asked { forward: 0, inverse: 0 }) };
 }
 
-/// How often arms were asked on this thread.
+/// Number of queries of counted arms on this thread.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Asked {
-    /// Poses and Jacobians of configurations.
+    /// Forward: poses and Jacobians of configurations.
     pub forward: u32,
-    /// Configurations of poses.
+    /// Inverse: configurations of poses.
     pub inverse: u32,
 }
 
-/// How often counted arms were asked on this thread during a call, and what it answered.
+/// Number of queries of counted arms on this thread during a call, and the result of the call.
 pub fn asked_in<T>(call: impl FnOnce() -> T) -> (Asked, T) {
     ASKED.set(Asked::default());
     let answer = call();
@@ -36,7 +36,7 @@ fn count(forward: u32, inverse: u32) {
     });
 }
 
-/// Any arm, counted.
+/// Any arm, with counted queries.
 #[derive(Debug)]
 pub(super) struct Counted(pub(super) Arc<dyn ArmKinematics>);
 

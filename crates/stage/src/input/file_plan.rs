@@ -1,4 +1,4 @@
-//! What a program is going to read and write, checked before anything is done.
+//! The files that a program will read and write, checked before it starts.
 
 use anyhow::{Context, bail, ensure};
 use hwall_files::{Beside, same_file};
@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Clone, Default)]
 pub struct FilePlan {
     read: Vec<Named>,
-    /// Files that are read if they are there.
+    /// Files that are read if they exist.
     beside: Vec<Named>,
     written: Vec<Named>,
-    /// Folders that the program makes before it writes.
+    /// Folders that the program creates before it writes.
     made: Vec<Named>,
 }
 
@@ -41,7 +41,7 @@ impl FilePlan {
         self.read(flag, path)
     }
 
-    /// Adds an arm, which is a file only if it is no name.
+    /// Adds an arm, which is a file if its name ends in `.urdf`.
     #[must_use]
     pub fn read_arm(self, flag: &'static str, arm: &str) -> Self {
         let is_file = arm.to_ascii_lowercase().ends_with(".urdf");
@@ -55,7 +55,7 @@ impl FilePlan {
         self
     }
 
-    /// Adds files that are written into a folder, if there is one; the program makes it where it is missing, before it
+    /// Adds files that are written into a folder, if there is one; the program creates a missing folder before it
     /// writes anything.
     #[must_use]
     pub fn write_into(mut self, flag: &'static str, folder: Option<&Path>, names: &[&str]) -> Self {
@@ -66,11 +66,11 @@ impl FilePlan {
         })
     }
 
-    /// Passes if every input is there, every output can be written, and none of them is an input or another output.
+    /// Checks that every input exists, every output can be written, and none of them is an input or another output.
     ///
     /// # Errors
-    /// An input that is missing; an output that is a file to be read, or the same as another one; one that cannot be written, so that this is
-    /// said before minutes of work and not after them.
+    /// A missing input; an output that is also an input or another output; an output that cannot be written. Found before minutes
+    /// of work instead of after them.
     pub fn check(&self) -> anyhow::Result<()> {
         for (place, output) in self.written.iter().enumerate() {
             let mut inputs = self.read.iter().chain(&self.beside);
@@ -93,7 +93,7 @@ impl FilePlan {
             if text.ends_with(std::path::is_separator) {
                 bail!("{output} names a folder, not a file");
             }
-            // What is made here is removed again at once.
+            // The file created here is removed again at once.
             match output.path.parent() {
                 Some(folder) if !folder.as_os_str().is_empty() && !folder.exists() => {
                     ensure!(self.makes(folder), "{output}: no such folder");
@@ -104,7 +104,7 @@ impl FilePlan {
         Ok(())
     }
 
-    /// Is this folder, or one below it, made before anything is written?
+    /// Will this folder, or one below it, be created before anything is written?
     fn makes(&self, folder: &Path) -> bool {
         let made = self.made.iter();
         made.flat_map(|made| made.path.ancestors())
@@ -124,7 +124,7 @@ impl Named {
         Some(Self { flag, path })
     }
 
-    /// Is the file read, by itself or as a table of a folder?
+    /// Is the file an input, by itself or as a table in a folder?
     fn holds(&self, file: &Path) -> bool {
         if same_file(&self.path, file) {
             return true;
@@ -140,7 +140,7 @@ impl Named {
     }
 }
 
-/// Can this folder, or the nearest one above it that exists, be written to?
+/// Checks that this folder, or its nearest existing parent, can be written to.
 fn makeable(folder: &Path) -> anyhow::Result<()> {
     let exists = |path: &&Path| path.exists();
     let here = Path::new(".");
@@ -152,7 +152,7 @@ fn makeable(folder: &Path) -> anyhow::Result<()> {
     if !nearest.is_dir() {
         bail!("{} is no folder", nearest.display());
     }
-    // A name that nothing else there has.
+    // A unique name.
     drop(Beside::new(
         nearest.join(format!(".hwall-can-write-{}", std::process::id())),
     )?);
@@ -188,7 +188,7 @@ mod tests {
         assert!(!b.exists());
     }
 
-    /// `out/hwall` stood in the way of `out/door`.
+    /// Regression: `out/hwall` blocked `out/door`.
     #[test]
     fn a_folder_beside_one_of_any_name_can_be_made() {
         let folder = scratch("beside");

@@ -1,4 +1,4 @@
-//! Where something stands on the floor.
+//! A pose on the floor.
 
 use glam::{DAffine3, DMat3, DVec3, dvec3};
 use hwall_hand::Pose;
@@ -59,7 +59,7 @@ impl FloorPose {
         Ok(scene.placed(&Pose::from_affine(&self.outer_from_here().inverse())?))
     }
 
-    /// People who stand at the origin of the outer frame, seen from here.
+    /// People standing at the origin of the outer frame, seen from here.
     #[must_use]
     pub fn person_seen(&self, person: PersonConfig) -> PersonConfig {
         let here_from_outer = self.outer_from_here().inverse();

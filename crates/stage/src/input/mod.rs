@@ -1,4 +1,4 @@
-//! What the command line asks for.
+//! Input of the command line.
 
 pub mod address;
 pub mod arms;

@@ -95,8 +95,8 @@ impl NumberReader {
         Ok(Self::of(name, table))
     }
 
-    /// As [`open`](Self::open), but the header line may be missing: the columns are then `names`. A first line without a
-    /// number in it is a header line.
+    /// As [`open`](Self::open), but the header line may be missing: the columns are then `names`. A first line without
+    /// numbers is a header line.
     ///
     /// # Errors
     /// A file that cannot be opened, or input without any line.
@@ -108,7 +108,7 @@ impl NumberReader {
 }
 
 impl<R: BufRead> NumberReader<R> {
-    /// A table, and what to call it.
+    /// A reader of a table; `name` is for errors.
     pub const fn of(name: String, table: Table<R>) -> Self {
         Self { name, table }
     }
@@ -125,7 +125,7 @@ impl<R: BufRead> NumberReader<R> {
         self.table.header()
     }
 
-    /// Places of the columns.
+    /// Indices of the columns.
     ///
     /// # Errors
     /// A column that is missing or that appears twice.
@@ -162,7 +162,7 @@ impl<R: BufRead> NumberReader<R> {
         }
     }
 
-    /// The finite numbers of a row at the places that [`columns`](Self::columns) gave.
+    /// The finite numbers of a row at the indices from [`columns`](Self::columns).
     ///
     /// # Errors
     /// A cell that is not a finite number.
@@ -197,14 +197,14 @@ impl<R: BufRead> NumberReader<R> {
         anyhow!("{at}, column {column}: {text:?} is not a finite number")
     }
 
-    /// Says where a row was read, for errors about its meaning.
+    /// File and line of a row, for errors.
     #[must_use]
     pub fn place(&self, row: &Row) -> String {
         format!("{} line {}", self.name, row.line())
     }
 }
 
-/// A file or standard input, and what to call it.
+/// A file or standard input, and its name for errors.
 fn source(path: Option<&Path>) -> anyhow::Result<(String, Box<dyn BufRead>)> {
     let Some(path) = path else {
         let input = Box::new(std::io::stdin().lock());
@@ -215,7 +215,7 @@ fn source(path: Option<&Path>) -> anyhow::Result<(String, Box<dyn BufRead>)> {
     Ok((name, Box::new(BufReader::new(file))))
 }
 
-/// The error of a table, by the name of what was read.
+/// The error of a table, with the name of the input.
 pub(crate) fn refused(name: &str, error: TableError) -> anyhow::Error {
     match error {
         TableError::Io { kind, message } => {
@@ -245,7 +245,7 @@ pub fn to_cells(values: impl IntoIterator<Item = f64>) -> impl Iterator<Item = S
     values.into_iter().map(|v| v.to_string())
 }
 
-/// So many finite numbers, separated by commas.
+/// Exactly `count` finite numbers, separated by commas.
 ///
 /// # Errors
 /// Another count, or a cell that is not a finite number.
@@ -265,7 +265,7 @@ pub fn list(text: &str, count: usize) -> anyhow::Result<Vec<f64>> {
 /// A count of a command line, from `LEAST` to `MOST`.
 ///
 /// # Errors
-/// Text that is no such count.
+/// Text that is not such a count.
 pub fn count_within<const LEAST: usize, const MOST: usize>(text: &str) -> Result<usize, String> {
     let count = text.parse().ok().filter(|n| (LEAST..=MOST).contains(n));
     count.ok_or_else(|| format!("not a whole number from {LEAST} to {MOST}"))
@@ -274,7 +274,7 @@ pub fn count_within<const LEAST: usize, const MOST: usize>(text: &str) -> Result
 /// A whole number of a command line, from `LEAST` to `MOST`.
 ///
 /// # Errors
-/// Text that is no such number.
+/// Text that is not such a number.
 pub fn whole_within<const LEAST: u64, const MOST: u64>(text: &str) -> Result<u64, String> {
     let number = text.parse().ok().filter(|n| (LEAST..=MOST).contains(n));
     number.ok_or_else(|| format!("not a whole number from {LEAST} to {MOST}"))
@@ -283,7 +283,7 @@ pub fn whole_within<const LEAST: u64, const MOST: u64>(text: &str) -> Result<u64
 /// A number of a command line, finite and above zero.
 ///
 /// # Errors
-/// Text that is no such number.
+/// Text that is not such a number.
 pub fn positive(text: &str) -> Result<f64, String> {
     let value = text.parse().ok();
     let value = value.filter(|value: &f64| value.is_finite() && *value > 0.0);
@@ -293,7 +293,7 @@ pub fn positive(text: &str) -> Result<f64, String> {
 /// A number of a command line, from 0 to `MOST`.
 ///
 /// # Errors
-/// Text that is no such number.
+/// Text that is not such a number.
 pub fn up_to<const MOST: u32>(text: &str) -> Result<f64, String> {
     let value = text.parse().ok();
     let value = value.filter(|value| (0.0..=f64::from(MOST)).contains(value));
@@ -331,7 +331,7 @@ mod tests {
             ("1,2\n3,4\n", Some([1.0, 2.0]), 1),
             ("\n\n-1e-3,2\n", Some([-1e-3, 2.0]), 3),
             ("\u{feff}1,2\n", Some([1.0, 2.0]), 1),
-            // Half a header is a bad row.
+            // A partial header is a bad row.
             ("t,2\n3,4\n", None, 1),
             ("nan,nan\n", None, 1),
             ("1\n2\n", None, 1),

@@ -1,11 +1,11 @@
-//! Text and tables to a file or to standard output; a file appears when it is whole.
+//! Text and tables to a file or to standard output; a file appears only when complete.
 
 use anyhow::Context;
 use hwall_files::NewFile;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-/// A file, or standard output, buffered; a file has its name from [`finish`](Self::finish) on.
+/// A file, or standard output, buffered; a file appears under its name at [`finish`](Self::finish).
 pub struct Output(Sink);
 
 enum Sink {
@@ -14,7 +14,7 @@ enum Sink {
 }
 
 impl Output {
-    /// Writes what is buffered and gives a file its name.
+    /// Flushes and gives the file its name.
     ///
     /// # Errors
     /// A full disk, a closed pipe.
@@ -42,7 +42,7 @@ impl Write for Output {
     }
 }
 
-/// Rows of CSV; a file has its name from [`flush`](Self::flush) on.
+/// Rows of CSV; a file appears under its name at [`flush`](Self::flush).
 pub struct TableWriter {
     rows: Option<csv::Writer<Output>>,
     name: String,
@@ -62,11 +62,11 @@ impl TableWriter {
         written.with_context(|| self.name.clone())
     }
 
-    /// Lets `work` write the rows and ends the table. If it fails, standard output has what was written before, and a
-    /// file is as it was.
+    /// Lets `work` write the rows and ends the table. If it fails, standard output keeps the rows so far, and a
+    /// file is unchanged.
     ///
     /// # Errors
-    /// That of `work`; a full disk, a closed pipe.
+    /// Errors of `work`; a full disk, a closed pipe.
     pub fn fill<F>(mut self, work: F) -> anyhow::Result<()>
     where
         F: FnOnce(&mut csv::Writer<Output>) -> anyhow::Result<()>,
@@ -79,7 +79,7 @@ impl TableWriter {
         self.rows.as_mut().context("a table that has ended")
     }
 
-    /// Ends the table: writes what is left and gives a file its name. A table that is dropped without that leaves no
+    /// Ends the table: flushes and gives a file its name. A table dropped without this leaves no
     /// file.
     ///
     /// # Errors
@@ -120,8 +120,8 @@ pub fn output(path: Option<&Path>) -> anyhow::Result<Output> {
     }))
 }
 
-/// Removes what an earlier run left under these names in a folder and this one does not write: it would stand beside the new
-/// files as if it were of the same run. Returns a line about it; `None` if there was nothing.
+/// Removes an earlier run's files with these names, which this run does not write: otherwise they would look like part of this
+/// run. Returns a line about it; `None` if there was nothing.
 ///
 /// # Errors
 /// A file that cannot be removed.
@@ -161,7 +161,7 @@ mod tests {
         let fill = |fails: bool| {
             writer(Some(&path))?.fill(|rows| {
                 rows.write_record(["d"])?;
-                // Those who write rows for a pipe send off what they have before they give up.
+                // Writers to a pipe flush their rows before they fail.
                 rows.flush()?;
                 anyhow::ensure!(!fails, "no more");
                 Ok(())
@@ -174,7 +174,7 @@ mod tests {
         assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
     }
 
-    /// `hwall.glb` of an earlier run stayed beside the replay of another one.
+    /// Regression: `hwall.glb` of an earlier run stayed beside the replay of another one.
     #[test]
     fn what_an_earlier_run_left_is_removed() {
         let folder = std::env::temp_dir().join(format!("hwall_outdated_{}", std::process::id()));

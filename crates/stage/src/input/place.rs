@@ -1,7 +1,7 @@
-//! Where the arm and a recording stand in a scene.
+//! Placement of the arm and a recording in a scene.
 //!
-//! A recording made before a virtual wall does not say where that wall stood. Placing it means
-//! choosing a wall of the scene, the arm behind it, and the recording so that its reaches end on it.
+//! A recording made without a virtual wall does not contain the wall's position. Placement
+//! chooses a wall of the scene, the arm's base behind it, and the pose of the recording such that its reaches end on the wall.
 
 use crate::input::floor_pose::FloorPose;
 use crate::input::numbers::counted;
@@ -11,32 +11,32 @@ use glam::{DMat3, DVec3, dvec3};
 use hwall_hand::{HandPoint, Reach, ReachEnd, Recording, SegmentConfig, reaches};
 use hwall_scene::{Facet, Scene};
 
-/// The arm stands this far behind the wall and its base this far below the touched points, m:
+/// Distance of the arm behind the wall, and of its base below the touched points, m:
 /// well inside the reach of both iiwa arms.
 const BEHIND_M: f64 = 0.62;
 const BELOW_M: f64 = 0.55;
 
-/// A reach is at least this long, m; in a recording without any, the shorter length counts.
+/// Least length of a reach, m; the shorter one applies if a recording has no long reach.
 const LONG_M: f64 = 0.3;
 const SHORT_M: f64 = 0.15;
 
-/// One direction ends in touches this much more often than the other, or this much further from the head, m.
+/// Thresholds for choosing a direction: difference in the share of touches, and in distance from the head, m.
 const MORE_TOUCHES: f64 = 0.5;
 const FROM_HEAD_M: f64 = 0.1;
-/// A contact is noticed this long after the end of its movement at most, s.
+/// Longest delay of a contact after the end of its movement, s.
 const TOUCH_AFTER_S: f64 = 0.2;
 
-/// Distance between the places that are tried on a wall, and their least distance from its border, m.
+/// Spacing of the points tried on a wall, and their least distance from its border, m.
 const STEP_M: f64 = 0.25;
 const BORDER_M: f64 = 0.25;
 
 /// A wall must be at least this wide and high, m.
 const WALL_M: f64 = 0.6;
 
-/// Within this distance of the wall, m, the wall itself may be in the way.
+/// Within this distance of the wall, m, the wall itself does not count as an obstacle.
 const TOUCHING_M: f64 = 0.01;
 
-/// A wall that a recording touches, and where arm and recording stand in the scene.
+/// Placement of arm and recording in the scene.
 #[derive(Debug, Clone)]
 pub struct Placement {
     /// The arm's base in the scene.
@@ -47,25 +47,25 @@ pub struct Placement {
     pub remark: String,
 }
 
-/// The movements of a recording that end on something, and how they were told apart from the others.
+/// The movements of a recording that end in a contact, and the criterion that selected them.
 #[derive(Debug, Clone, Default)]
 pub struct Contacts {
-    /// Those movements.
+    /// The movements.
     pub reaches: Vec<Reach>,
-    /// For the user: which ones, and why.
+    /// For the user: which movements, and why.
     pub remark: String,
 }
 
-/// The reaches that end on something. Hands move to and fro; of the two directions it is the one that ends in touches where the
-/// recording says so, or away from the head where that is recorded, else the one whose ends lie much closer together (a wall stops the hand at
-/// one place, while a resting hand may be anywhere), else the first.
+/// The reaches that end in a contact. A hand moves to and fro; the chosen direction is the one that ends in recorded touches;
+/// else, with a recorded head, the one away from the head; else the one whose ends lie much closer together (a wall stops the
+/// hand at one place, a resting hand may be anywhere); else the first.
 ///
-/// Movements are told apart by the steadiest point. Where they lead is read from the index tip if it is recorded, as
+/// Movements are segmented by the steadiest point. Their ends are read from the index tip if it is recorded, as
 /// in the prediction.
-/// `rigid`: the hand is made up, and its shape never changes; that does not count as a frozen tracker.
+/// `rigid`: a synthetic hand whose shape never changes; this does not count as a frozen tracker.
 ///
 /// # Errors
-/// A recording without a complete reach, with what was found instead.
+/// A recording without a complete reach; the error says what was found instead.
 pub fn reaches_to_contact(recording: &Recording, rigid: bool) -> anyhow::Result<Contacts> {
     let of_length = |min_length_m: f64, rigid: bool| -> anyhow::Result<Vec<Reach>> {
         let default = SegmentConfig::default();
@@ -124,7 +124,7 @@ pub fn reaches_to_contact(recording: &Recording, rigid: bool) -> anyhow::Result<
     } else if let Some(swap) = by(from_head_m, FROM_HEAD_M) {
         (swap, "they lead away from the head")
     } else if to.len() > 1 && fro.len() > 1 && scatter(&fro) < 0.5 * scatter(&to) {
-        // A single end has no scatter; a small difference is chance.
+        // A single end has no scatter, and small differences are random.
         (
             true,
             "their ends lie closest together; without a head or a column contact nothing else tells them from the way back",
@@ -146,14 +146,14 @@ pub fn reaches_to_contact(recording: &Recording, rigid: bool) -> anyhow::Result<
 
 /// 1 if the movement ends in a touch, 0 if not.
 fn ends_in_touch(recording: &Recording, reach: &Reach) -> Option<f64> {
-    // A way back begins in a touch.
+    // A retraction begins in a touch, so only use the second half.
     let middle = reach.first.midpoint(reach.last);
     let end = recording.samples[middle..].iter();
     let mut end = end.take_while(|s| s.frame.t_s <= reach.end_s + TOUCH_AFTER_S);
     Some(f64::from(u8::from(end.any(|s| s.contact == Some(true)))))
 }
 
-/// How much further from the head a movement ends than it starts, m.
+/// Change of distance from the head over a movement, m.
 fn from_head_m(recording: &Recording, reach: &Reach) -> Option<f64> {
     let distance_m = |sample: usize, point_m: DVec3| {
         let head_m = recording.samples[sample].frame.head_m?;
@@ -167,7 +167,7 @@ fn mean_of(values: impl Iterator<Item = f64>) -> Option<f64> {
     (count > 0.0).then(|| sum / count)
 }
 
-/// The same movement of the index tip, if that was seen at both ends.
+/// The same movement of the index tip, if it was seen at both ends.
 fn of_index_tip(recording: &Recording, reach: Reach) -> Reach {
     let tip = |sample: usize| recording.samples[sample].frame.point(HandPoint::Index);
     let (Some(start_m), Some(end_m)) = (tip(reach.first), tip(reach.last)) else {
@@ -187,10 +187,10 @@ fn of_index_tip(recording: &Recording, reach: Reach) -> Reach {
     }
 }
 
-/// Chooses a wall and places arm and recording before it.
+/// Chooses a wall and places arm and recording in front of it.
 ///
-/// Takes the wall nearest to `near_m` (the arm's base if it is given, else the middle of the scene) among those that
-/// are large enough and have free space before them. The recording is placed so that the plane of the wall lies at the end of
+/// Takes the wall nearest to `near_m` (the arm's base if given, else the middle of the scene) among those that
+/// are large enough and have free space in front. The recording is placed with the wall's plane at the end of
 /// the shortest reach; every reach then crosses it.
 ///
 /// # Errors
@@ -212,7 +212,7 @@ pub fn before_a_wall(
         .iter()
         .map(|r| (r.end_m - middle).dot(toward))
         .fold(f64::INFINITY, f64::min);
-    // A contact point in the recording, and the reaches' paths, that a wall must leave free.
+    // A contact point in the recording, and the bounds of the reaches' paths, which must be free of obstacles.
     let touched_m = middle + toward * (shortest - 0.002);
     let hwall_scene::Bounds {
         min_m: min,
@@ -225,7 +225,7 @@ pub fn before_a_wall(
         if patch.width_m < WALL_M || high - low < WALL_M {
             continue;
         }
-        // Places to touch, at a height that a standing person reaches, a hand's breadth inside the border.
+        // Points to touch, at a height that a standing person reaches, `BORDER_M` inside the border.
         let along = DVec3::Z.cross(patch.normal).normalize_or_zero();
         let height = (low + 1.2).min(high - BORDER_M).max(low + BORDER_M);
         let count = ((patch.width_m - 2.0 * BORDER_M) / STEP_M).floor().max(0.0) as i32;
@@ -282,7 +282,7 @@ pub fn before_a_wall(
     )
 }
 
-/// Is the wall complete around the point, without a door or window?
+/// Is the wall solid around the point, without a door or window?
 fn solid(scene: &Scene, patch: &Facet, point: DVec3, along: DVec3) -> anyhow::Result<bool> {
     for (x, z) in [
         (0.0, 0.0),
@@ -338,7 +338,7 @@ mod tests {
     use super::*;
     use hwall_hand::{HandFrame, Sample};
 
-    /// Three reaches of a hand that comes back to one place, to ends that lie apart.
+    /// Three reaches to different ends, by a hand that returns to one place.
     fn recording(head: bool, contact: bool) -> Recording {
         let rest_m = dvec3(0.3, 0.0, 1.0);
         let ends_m = [-0.3, 0.0, 0.3].map(|y| dvec3(0.8, y, 1.2));
@@ -379,7 +379,7 @@ mod tests {
             assert_eq!(found.reaches.len(), 3);
             assert!(found.reaches.iter().all(|r| r.end_m.x > 0.75));
         }
-        // Nothing tells that the ends which lie together are not those on a wall, and it is said.
+        // Nothing shows that the clustered ends are not on a wall, and the remark says so.
         let found = reaches_to_contact(&recording(false, false), true).expect("reaches");
         assert!(
             found.remark.contains("closest together"),

@@ -1,4 +1,4 @@
-//! A file that says what stands around the arm.
+//! A file that describes the obstacles around the arm.
 
 use anyhow::{Context, bail};
 use glam::DVec3;
@@ -8,12 +8,12 @@ use hwall_scene::{LoadLimits, read_text};
 use serde::Deserialize;
 use std::path::Path;
 
-/// The real room, and the text that it was read from, which a recording keeps.
+/// The real room, and its source text, which a recording stores.
 #[derive(Debug, Clone)]
 pub struct RealRoom {
-    /// What no part of the arm may meet.
+    /// Obstacles for all parts of the arm.
     pub room: Room,
-    /// As it was written.
+    /// Source text.
     pub text: String,
 }
 

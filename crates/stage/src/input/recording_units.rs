@@ -1,4 +1,4 @@
-//! Units of a recording, as flags give them.
+//! Units of a recording, given by flags.
 
 use crate::input::numbers::positive;
 use anyhow::bail;
@@ -54,7 +54,7 @@ impl RecordingUnits {
     /// Brings a recording to metres and seconds.
     ///
     /// # Errors
-    /// A recording that is then no person's, with the units that it seems to have.
+    /// A recording that cannot be a person's in these units; the error suggests likely units.
     pub fn apply(self, recording: &mut Recording) -> anyhow::Result<()> {
         recording.scale(self.hand_scale, self.time_unit.seconds());
         let Some(hint) = recording.unit_hint() else {

@@ -1,4 +1,4 @@
-//! A scene's file, the unit and axes of its coordinates, and what they look like.
+//! A scene's file, the unit and axes of its coordinates, and a check of their plausibility.
 
 use super::numbers::positive;
 use glam::DVec3;
@@ -50,7 +50,7 @@ impl<'a> From<&'a Path> for SceneFile<'a> {
     }
 }
 
-/// The extents of a scene in which nobody can touch anything, and what they look like.
+/// Extents of a scene without reachable points, with the likely unit and axes.
 #[must_use]
 pub fn looks_like(scene: &Scene) -> String {
     let bounds = scene.bounds();
@@ -62,7 +62,7 @@ pub fn looks_like(scene: &Scene) -> String {
         size.x, size.y, size.z
     );
     for (scale, name) in [(0.01, "centimetres"), (0.001, "millimetres")] {
-        // Heights of rooms and halls, m, of which none is one in both units.
+        // Heights of rooms and halls, m: fits at most one unit.
         if (1.0..10.0).contains(&(height * scale)) {
             text += &format!("; looks like {name}: --scale {scale}");
         }
@@ -73,13 +73,13 @@ pub fn looks_like(scene: &Scene) -> String {
     text
 }
 
-/// Rooms are lower than wide, and floor and ceiling are the largest of what faces along one axis. Or no face is upright, but would be.
+/// Rooms are lower than wide, and floor and ceiling have the largest area along one axis. Or no face is upright, but would be with y up.
 fn is_y_up(scene: &Scene, size: DVec3) -> bool {
     let surfaces = (0..scene.surfaces().len()).map(SurfaceId);
     let triangles = surfaces
         .filter_map(|id| scene.triangles_m(id).ok())
         .flatten();
-    // Twice the area that is seen along each axis.
+    // Twice the area projected along each axis.
     let seen = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).abs();
     let area = triangles.map(seen).sum::<DVec3>();
     let is_lowest = size.y < size.x.min(size.z);
@@ -91,7 +91,7 @@ fn is_y_up(scene: &Scene, size: DVec3) -> bool {
 mod tests {
     use super::*;
 
-    /// A room of 4 x 5 x 2.5 m, by way of a change of its corners.
+    /// A room of 4 x 5 x 2.5 m with transformed corners.
     fn room(corner: impl Fn(DVec3) -> DVec3) -> Scene {
         let mut obj = String::new();
         for k in 0..8 {
@@ -122,7 +122,7 @@ mod tests {
             );
         }
         assert!(looks_like(&room(|p| 100.0 * p)).contains("400.00 x 500.00 x 250.00 m"));
-        // One wall is no floor, whatever it faces; one that lies flat is no wall.
+        // A single wall is not a floor, whatever it faces; a flat one is not a wall.
         let wall = |obj: &str| looks_like(&Scene::from_obj_str(obj, None).unwrap().0);
         assert!(!wall("v 0 1 0\nv 1 1 0\nv 0 1 2\nf 1 2 3\n").contains("--up"));
         assert!(wall("v 0 0 1\nv 1 0 1\nv 0 2 1\nf 1 2 3\n").contains("--up y"));

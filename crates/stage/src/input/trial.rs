@@ -1,18 +1,18 @@
-//! One trial out of a recording that holds several.
+//! Selects one trial of a recording with several.
 
 use anyhow::{Context, bail};
 use hwall_hand::{Recording, read_recordings};
 use std::fs::File;
 use std::path::Path;
 
-/// So many names stand in a message.
+/// Largest number of names in a message.
 const NAMED: usize = 5;
 
-/// Reads the only trial of a CSV file, or the one that is asked for: by the name in its column `trial`, or by `person/trial`
-/// where several people have one of that name.
+/// Reads the only trial of a CSV file, or the requested one: by its name in the column `trial`, or by `person/trial`
+/// if several people have a trial of that name.
 ///
 /// # Errors
-/// A file that is missing or malformed; several trials and none chosen, or none or several of that name, with the names there are.
+/// A file that is missing or malformed; several trials and none chosen; none or several of that name (the error lists the names).
 pub fn read(path: &Path, wanted: Option<&str>) -> anyhow::Result<Recording> {
     let place = || path.display().to_string();
     let mut trials = read_recordings(File::open(path).with_context(place)?).with_context(place)?;
@@ -30,7 +30,7 @@ pub fn read(path: &Path, wanted: Option<&str>) -> anyhow::Result<Recording> {
     let is_it = |trial: &Recording| name(trial) == wanted || trial.trial.as_deref() == Some(wanted);
     let mut found: Vec<usize> = (0..trials.len()).filter(|&i| is_it(&trials[i])).collect();
     if found.len() > 1 {
-        // The whole name of one may be the trial of another.
+        // The full name of one trial may equal another's trial name.
         found.retain(|&i| name(&trials[i]) == wanted);
     }
     match found[..] {
@@ -47,7 +47,7 @@ pub fn read(path: &Path, wanted: Option<&str>) -> anyhow::Result<Recording> {
     }
 }
 
-/// `person/trial`, or what there is of it.
+/// `person/trial`, or the part that is present.
 fn name(trial: &Recording) -> String {
     let parts = [&trial.person, &trial.trial];
     let parts: Vec<&str> = parts.into_iter().flatten().map(String::as_str).collect();
@@ -75,7 +75,7 @@ mod tests {
         read.map_err(|error| format!("{error:#}"))
     }
 
-    /// "3 trials in a file of which one was expected" said nothing about a way on.
+    /// Regression: "3 trials in a file of which one was expected" named no remedy.
     #[test]
     fn one_of_several_trials_is_chosen_by_its_name() {
         let rows = "person,trial,t,palm_x,palm_y,palm_z\n\

@@ -15,30 +15,30 @@ use hwall_record::Recorded;
 use hwall_view::ViewScene;
 use std::time::{Duration, Instant};
 
-/// A controller that says nothing for this long is silent, which the console is told.
+/// A controller without messages for this long is reported as silent.
 const SILENCE: Duration = Duration::from_millis(500);
-/// And for this long: gone.
+/// After this long it counts as gone.
 const GONE: Duration = Duration::from_secs(10);
-/// How often the wait for a controller looks whether it is to end.
+/// Period at which waiting for a controller checks for a stop.
 const LOOK: Duration = Duration::from_millis(200);
-/// A controller that has spoken for this long and does not begin commanding is told on the console.
+/// A controller that sends messages for this long without commanding is reported.
 const BEGINS: Duration = Duration::from_secs(3);
-/// At the end the arm is braked for this long: from full speed the second joint, which takes longest, stands after 0.32 s.
+/// Braking time at the end: from full speed the slowest joint, the second, stops within 0.32 s.
 const BRAKING: Duration = Duration::from_millis(500);
 
 /// The clock of an arm behind FRI, the hands of the bridge.
 pub struct Driven {
-    /// Hands, and what is shown to the clients.
+    /// Hands, and views for the clients.
     pub bridge: Bridge,
-    /// When commanding began, s on the clock of the controller; that message is not answered yet.
+    /// Time of the first commanding message while it is unanswered, s on the controller's clock.
     unanswered: Option<f64>,
     end_s: f64,
-    /// Why the last command was refused; for the console.
+    /// Why the last command was refused.
     refused: Option<FriError>,
 }
 
 impl Driven {
-    /// From the message on with which commanding began, s on the clock of the controller, until its clock says `end_s`.
+    /// Runs from the first commanding message, at `begun_s`, until `end_s`, s on the controller's clock.
     #[must_use]
     pub const fn new(bridge: Bridge, begun_s: f64, end_s: f64) -> Self {
         Self {
@@ -49,7 +49,7 @@ impl Driven {
         }
     }
 
-    /// The time of the next message. A controller that pauses is waited for: its arm stands meanwhile. `None`: the server stops.
+    /// Time of the next message. Waits for a pausing controller, whose arm is at rest. `None`: the server stops.
     fn next_message(&self, arm: &mut FriClient) -> Result<Option<f64>, FriError> {
         let since = Instant::now();
         let mut told = false;
@@ -106,7 +106,7 @@ impl Surroundings<FriClient> for Driven {
     }
 }
 
-/// Waits for a controller, and then until the server stops or the time is over lets the hands of the clients lead its arm.
+/// Waits for a controller, then lets the clients' hands lead its arm until the server stops or time is up.
 ///
 /// # Errors
 /// A controller that is silent for 10 s; a recording that cannot be written.
@@ -116,7 +116,7 @@ pub(super) fn run_driven(
     config: FriClientConfig,
     flags: &LiveFlags,
 ) -> anyhow::Result<()> {
-    // Before there is anything to answer: it takes longer than a period.
+    // Prepared before messages need answers, because it takes longer than a period.
     let scene = ViewScene::of("iiwa 7 over FRI", &prepared.session)?;
     let mut recorder = prepared.recorder;
     let session = prepared.session.plan_on_thread();
@@ -164,8 +164,8 @@ pub(super) fn run_driven(
     finished
 }
 
-/// Waits until the controller takes commands, telling the console what it waits for. Returns when that was, s on the controller's clock;
-/// `None`: the server was stopped.
+/// Waits until the controller accepts commands, and reports on the console what it waits for. Returns that time, s on the
+/// controller's clock; `None`: the server was stopped.
 fn commanding(
     server: &BridgeServer,
     client: &mut FriClient,
@@ -241,14 +241,14 @@ fn commanding(
     }
 }
 
-/// Brings the arm to rest: one command of a motion would be its last for a controller that then hears nothing.
+/// Brings the arm to rest: otherwise the controller's last command would be one in motion.
 pub fn brake(client: &mut FriClient) {
     let began = Instant::now();
     while began.elapsed() < BRAKING {
         let waited = client.wait_for_message(SILENCE);
-        // Commanding that has ended needs no braking, nor has a controller that is gone a use for it.
+        // No braking if commanding has ended or the controller is gone.
         match client.command(ArmCommand::Hold) {
-            // One that takes no motion is braked all the same.
+            // A command refused as unfit still brakes.
             Ok(()) | Err(FriError::Unfit(_)) if waited.is_ok() => {}
             _ => return,
         }

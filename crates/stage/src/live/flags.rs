@@ -97,10 +97,10 @@ pub struct LiveFlags {
 }
 
 impl LiveFlags {
-    /// Settings of the server.
+    /// The server's settings.
     ///
     /// # Errors
-    /// An origin that is no rigid motion.
+    /// An origin that is not a rigid motion.
     pub fn server(&self) -> anyhow::Result<BridgeConfig> {
         Ok(BridgeConfig {
             listen: self.listen,
@@ -116,11 +116,11 @@ impl LiveFlags {
         room.transpose().context("--room")
     }
 
-    /// Says before anybody is served what would end the session once it is prepared: a scene or a room that cannot be read, a
-    /// recording that cannot be written or would be written over the scene, an address that cannot be listened on.
+    /// Checks, before anybody is served, for errors that would end the session after preparation: an unreadable scene or room, a
+    /// recording that cannot be written or would overwrite the scene, an address that cannot be bound.
     ///
     /// # Errors
-    /// The first of these.
+    /// The first such error.
     pub fn check(&self) -> anyhow::Result<()> {
         let plan = FilePlan::default()
             .read_scene("--scene", self.scene.scene.as_deref())

@@ -1,4 +1,4 @@
-//! What stops the arm, said on the console: every change once, and a summary at the end.
+//! Console messages about holds of the arm: every change once, and a summary at the end.
 
 use crate::console::note;
 use crate::input::numbers::counted;
@@ -11,18 +11,18 @@ use std::collections::BTreeMap;
 use std::io::{BufRead, stdin};
 use std::mem::discriminant;
 
-/// Holds for one reason that are printed one by one. Further ones are only counted, so that the console stays readable; what needs a person
-/// is always printed.
+/// Number of holds printed for each reason. Further ones are only counted, so that the console stays readable; holds that need
+/// a person are always printed.
 const TOLD: u64 = 20;
 
-/// The hold under way: what is told anew when it changes.
+/// The current hold; a change of it is printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Hold {
     stop: Stop,
     /// Holding, withdrawing, stopped.
     state: &'static str,
     is_latched: bool,
-    /// How often an arm that takes no commands has said something else.
+    /// Number of changes of the cause while the arm refuses commands.
     causes: u32,
 }
 
@@ -30,14 +30,14 @@ struct Hold {
 #[derive(Debug, Default)]
 pub struct Holds {
     under_way: Option<Hold>,
-    /// Since when the arm is held for this reason, s.
+    /// Start of the hold for this reason, s.
     since_s: f64,
-    /// Why the arm does not take commands, and how often that has changed.
+    /// Why the arm refuses commands, and number of changes of that cause.
     cause: Option<FriError>,
     causes: u32,
-    /// How many, and for how long, s, by reason.
+    /// Number and total duration, s, by reason.
     by_stop: BTreeMap<Stop, (u64, f64)>,
-    /// A link is in front of a surface, and how often that began.
+    /// Is a link in front of a surface, and number of times this began.
     is_in_front: bool,
     in_front: u64,
     cycles: u64,
@@ -46,7 +46,7 @@ pub struct Holds {
 }
 
 impl Holds {
-    /// Why the arm does not take a command: said with the hold that follows.
+    /// Sets why the arm refuses a command; printed with the following hold.
     pub fn refused(&mut self, cause: &FriError) {
         let is_same = |before: &FriError| match (before, cause) {
             (FriError::Unfit(before), FriError::Unfit(now)) => before == now,
@@ -58,12 +58,12 @@ impl Holds {
         }
     }
 
-    /// Was a latched hold told?
+    /// Has a latched hold been printed?
     pub(super) fn is_latched(&self) -> bool {
         self.under_way.is_some_and(|hold| hold.is_latched)
     }
 
-    /// Says what is new in a cycle.
+    /// Prints the changes of a cycle.
     pub fn see(&mut self, t_s: f64, state: SessionState, is_latched: bool) {
         if let Some(words) = self.change(t_s, state, is_latched) {
             note(format_args!("{t_s:9.3} s  {words}"));
@@ -93,7 +93,7 @@ impl Holds {
             .filter(|was| stop != Some(*was));
         let told = ended.map(|ended| self.end(ended, t_s));
         let Some(Hold { stop, .. }) = hold else {
-            // Also after the last one that was told: the console does not end on "stopped" while the arm moves.
+            // Also after the last printed hold: the console must not end on "stopped" while the arm moves.
             let was_latched = before.is_some_and(|hold| hold.is_latched);
             return (told? <= TOLD + 1 || was_latched).then(|| "the arm moves again".to_owned());
         };
@@ -118,7 +118,7 @@ impl Holds {
         Some(format!("{words}{cause} ({ends})"))
     }
 
-    /// Ends the hold for this reason; how many there were of them.
+    /// Ends the hold for this reason; returns the number of such holds.
     fn end(&mut self, stop: Stop, t_s: f64) -> u64 {
         if stop.is_refusal() {
             self.cause = None;
@@ -128,7 +128,7 @@ impl Holds {
         *count
     }
 
-    /// Says that a link is in front of a surface, once until none is.
+    /// Prints once that a link is in front of a surface, until none is.
     pub fn see_link(&mut self, t_s: f64, found: Option<LinkInFront>) {
         let Some(LinkInFront { link, in_front_m }) = found else {
             self.is_in_front = false;
@@ -146,7 +146,7 @@ impl Holds {
         }
     }
 
-    /// Says the summary.
+    /// Prints the summary.
     pub fn finish(mut self) {
         if let (Some(hold), Some(t_s)) = (self.under_way, self.last_s) {
             self.end(hold.stop, t_s);
@@ -168,7 +168,7 @@ impl Holds {
     }
 }
 
-/// Enter on the console lets a latched stop go, `s` and Enter stops the arm.
+/// On the console, Enter resets a latched stop, `s` and Enter stops the arm.
 pub(super) fn listen_to_console(view: &ViewSender) {
     let orders = view.orders();
     let listens = move || {
@@ -185,7 +185,7 @@ pub(super) fn listen_to_console(view: &ViewSender) {
             }
         }
     };
-    // Without it the page still has its buttons.
+    // Without the thread the page still has its buttons.
     let _ = std::thread::Builder::new()
         .name("console".to_owned())
         .spawn(listens);
@@ -216,7 +216,7 @@ mod tests {
         assert_eq!((holds.cycles, holds.longest_gap_s), (90, 1.0));
     }
 
-    /// Only a new reason was said.
+    /// Regression: only a new reason was printed.
     #[test]
     fn a_hold_that_withdraws_and_stops_is_told_and_counted_once() {
         let mut holds = Holds::default();

@@ -1,4 +1,4 @@
-//! The main job with real hands: those that a bridge brings from a headset's browser or a mouse.
+//! The main job with real hands, from a headset's browser or a mouse through a bridge.
 
 mod driven;
 mod flags;
@@ -19,10 +19,10 @@ pub use simulated::run_simulated;
 use hwall_bridge::{BridgeServer, UnityConfig};
 use hwall_fri::FriClientConfig;
 
-/// Until the server stops, or the time is over: hands of the clients, or datagrams, lead the simulated arm, or an arm behind FRI.
+/// Until the server stops or time is up, clients' hands or datagrams lead the simulated arm or an arm behind FRI.
 ///
 /// # Errors
-/// A command that the simulated arm refuses, a controller that is silent, an address that cannot be listened on; a recording that
+/// A command that the simulated arm refuses; a silent controller; an address that cannot be bound; a recording that
 /// cannot be written.
 pub fn run(server: &BridgeServer, prepared: Prepared, flags: &LiveFlags) -> anyhow::Result<()> {
     match (flags.unity_udp, flags.fri) {

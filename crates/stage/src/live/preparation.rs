@@ -1,4 +1,4 @@
-//! What a live session needs before anybody touches: a scene, its walls, a predictor.
+//! Preparation of a live session: scene, walls, predictor, recording.
 
 use super::flags::LiveFlags;
 use super::recorded;
@@ -21,26 +21,26 @@ use hwall_kinematics::JointPositions;
 use hwall_record::Recorder;
 use std::time::Instant;
 
-/// Ready to touch.
+/// A prepared session.
 pub struct Prepared {
     /// The session.
     pub session: Session<Box<dyn Predictor + Send>>,
     /// The arm, with the face of its board as its tool.
     pub arm: BoardArm,
-    /// Where it waits, rad.
+    /// Its waiting posture, rad.
     pub start: JointPositions,
-    /// What was chosen or learnt, for the user.
+    /// For the user: what was chosen or learnt.
     pub remarks: Vec<String>,
-    /// The recording, where one was asked for.
+    /// The recording, if requested.
     pub(super) recorder: Option<Recorder>,
 }
 
-/// Reads the scene, finds out about its walls, trains a predictor and begins the recording, telling the clients of a server what takes
-/// time.
+/// Reads the scene, computes its walls, trains a predictor and begins the recording. Tells the clients of a server about slow
+/// steps.
 ///
 /// # Errors
-/// A scene that is missing or malformed; a configuration that a crate refuses; a recording that cannot be written; a server that is
-/// stopped meanwhile. [`LiveFlags::check`] finds the errors of files before there is a server.
+/// A scene that is missing or malformed; a configuration that a crate refuses; a recording that cannot be written; a server that
+/// is stopped meanwhile. [`LiveFlags::check`] finds file errors before a server is started.
 pub fn prepare(server: &BridgeServer, flags: &LiveFlags) -> anyhow::Result<Prepared> {
     let next = |text: &str| -> anyhow::Result<()> {
         ensure!(!server.is_stopped(), "stopped before: {text}");
@@ -53,7 +53,7 @@ pub fn prepare(server: &BridgeServer, flags: &LiveFlags) -> anyhow::Result<Prepa
     let base = FloorPose::ORIGIN;
     let (scene, mut remarks) = load_scene(flags.scene.file())?;
     let scene = base.scene_seen(&scene)?;
-    // Where people who stand in it would touch.
+    // Likely touches of people standing in the scene.
     let likely_touches = match participants::simulated(&scene, &arm, PersonKind::Plain, 1, 1) {
         Ok(people) => participants::likely_touches(&scene, &arm, &people),
         Err(nobody) => {
@@ -82,9 +82,9 @@ pub fn prepare(server: &BridgeServer, flags: &LiveFlags) -> anyhow::Result<Prepa
             true => HandFilterConfig::default(),
             false => HandFilterConfig::simulated(),
         },
-        // Whoever is served live wears a headset: the arm waits until it is tracked.
+        // Live users wear a headset: the arm waits until it is tracked.
         sees_head: true,
-        // Frames come on the arm's clock.
+        // Frames already use the arm's clock.
         arm_minus_tracker_s: 0.0,
     };
     let session = settings.session(predictor)?;
@@ -111,8 +111,8 @@ pub fn prepare(server: &BridgeServer, flags: &LiveFlags) -> anyhow::Result<Prepa
     })
 }
 
-/// The one that is asked for, and a line about it; otherwise the fused predictor, or the ray-led one where there is nobody to
-/// learn from.
+/// The requested predictor, and a line about it; by default the fused predictor, or the ray-led one without training
+/// data.
 fn predictor(
     scenery: &Scenery<'_>,
     asked: Option<PredictorKind>,

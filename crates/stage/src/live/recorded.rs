@@ -1,4 +1,4 @@
-//! A live session with a recorder beside it.
+//! A live session with a recorder.
 
 use super::flags::LiveFlags;
 use super::holds::Holds;
@@ -11,10 +11,10 @@ use hwall_bridge::{Bridge, Order, Orders};
 use hwall_record::{Recorded, Recorder, RecorderConfig, Request};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// Messages that wait at most: a disc may stand still for ten seconds and nothing is left out.
+/// Capacity of the message queue: a disk may stall for ten seconds without loss.
 const CAPACITY: usize = 1 << 14;
 
-/// Begins the recording that the flags ask for. The loop never waits for it: what finds no room is left out and counted.
+/// Begins the requested recording. The loop never waits for it: messages that find the queue full are dropped and counted.
 pub(super) fn begin(
     flags: &LiveFlags,
     source: &SessionSource<'_>,
@@ -34,11 +34,11 @@ pub(super) fn begin(
     Ok(Some(recorder))
 }
 
-/// A switch that is held says so five times in this time.
+/// Timeout of the enabling switch, which reports five times in this time while held.
 const ENABLED: Duration = Duration::from_millis(250);
 
-/// What a person asks of the arm in this cycle. `switch`: the arm moves only while an enabling switch is held, and a switch that is let go, or is
-/// heard of no more, stops it.
+/// The person's request to the arm in this cycle. `switch`: the arm moves only while an enabling switch is held; releasing it or
+/// losing its signal stops the arm.
 #[must_use]
 pub fn asked(orders: &Orders, is_latched: bool, switch: bool) -> Option<Order> {
     let is_enabled = !switch || orders.is_enabled(ENABLED);
@@ -52,7 +52,7 @@ pub fn asked(orders: &Orders, is_latched: bool, switch: bool) -> Option<Order> {
     }
 }
 
-/// At the end of a cycle: what a person [asked](asked) of the arm, and what the arm does about it; then events and views to the clients, and
+/// At the end of a cycle: applies the person's [request](asked), prints holds, then sends events and views to the clients and
 /// into the recording.
 pub(super) fn after<P: Predictor>(
     bridge: &mut Bridge,
@@ -64,7 +64,7 @@ pub(super) fn after<P: Predictor>(
     let is_latched = recorded.session.control().is_latched();
     match asked(&bridge.view.orders(), is_latched, switch) {
         Some(Order::Stop) => recorded.request(Request::Stop),
-        // Only what a person has been told: not a latch that has arisen in this cycle.
+        // Reset only a latch already reported, not one from this cycle.
         Some(Order::LetGo) if holds.is_latched() => recorded.request(Request::Reset),
         Some(Order::LetGo) | None => {}
     }
@@ -81,7 +81,7 @@ pub(super) fn after<P: Predictor>(
     bridge.show(session, &cycle.state);
 }
 
-/// Ends a recording and says what was written.
+/// Ends a recording and prints what was written.
 pub(super) fn finish(recorder: Option<Recorder>, flags: &LiveFlags) -> anyhow::Result<()> {
     if let (Some(recorder), Some(path)) = (recorder, &flags.record) {
         note(recording::finish(recorder, path)?);

@@ -40,7 +40,7 @@ impl<R: Arm> Surroundings<R> for Limited {
 }
 
 impl Prepared {
-    /// The simulated arm where it waits, and a bridge that shows it under this title.
+    /// The simulated arm in its waiting posture, and a bridge that shows it under this title.
     pub(super) fn on_simulated_arm(
         &self,
         server: &BridgeServer,
@@ -58,7 +58,7 @@ impl Prepared {
     }
 }
 
-/// Until the server stops, or the time is over: the hands of the clients touch the board of the simulated arm.
+/// Until the server stops or time is up, the clients' hands touch the simulated arm's board.
 ///
 /// # Errors
 /// A command that the simulated arm refuses; a recording that cannot be written.

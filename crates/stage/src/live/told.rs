@@ -1,4 +1,4 @@
-//! A board that the dissertation's Unity side sends to its places.
+//! A board commanded by the dissertation's Unity application.
 
 use super::flags::LiveFlags;
 use super::preparation::Prepared;
@@ -9,7 +9,7 @@ use hwall::{TargetControl, drive};
 use hwall_bridge::{BridgeServer, UnityConfig, UnityReceiver};
 use hwall_view::{ViewFrame, ViewState};
 
-/// Until the server stops, or the time is over: datagrams say where the board goes, without hand and prediction. Clients look on.
+/// Until the server stops or time is up, datagrams command the board, without hand and prediction. Clients only watch.
 ///
 /// # Errors
 /// An address that cannot be listened on; a command that the simulated arm refuses.
@@ -21,7 +21,7 @@ pub(super) fn run_told(
 ) -> anyhow::Result<()> {
     let model = &**prepared.session.control().arm();
     let mut control = TargetControl::new(model, prepared.arm.board(), RendererConfig::default())?;
-    // Not before: where the board was wanted during the preparation matters no more.
+    // Started only now: commands from the time of preparation are outdated.
     let mut unity = UnityReceiver::start(config)?;
     let title = "iiwa 7, told where to go";
     let (mut arm, mut surroundings) = prepared.on_simulated_arm(server, flags, title)?;

@@ -7,11 +7,11 @@ use hwall::hand::{HandFrame, Tracking};
 use hwall::haptics::Board;
 use hwall_geometry::Wrench;
 
-/// Between two samples the fingertip goes on for at most this long, s: a period of a headset and a half.
+/// Longest extrapolation of the fingertip between samples, s: 1.5 periods of a headset.
 const AHEAD_S: f64 = 0.02;
 
-/// A loop that left out more than this, s, finds the arm as it stood after it: a touch of which nobody knows anything moves nothing,
-/// and a computer that slept for a night has nothing to make up.
+/// Largest step of the arm's simulation, s. After a longer pause of the loop the rest is skipped: the arm does not catch up, and
+/// touches during the pause have no effect.
 const LONGEST_S: f64 = 0.1;
 
 /// Presses the board of a simulated arm with a tracked fingertip.
@@ -30,13 +30,13 @@ impl Touching {
         }
     }
 
-    /// Time by which the arm's own clock is behind that of the loop, s: what was left out.
+    /// Lag of the arm's clock behind that of the loop, s: the skipped time.
     pub(super) const fn skipped_s(&self) -> f64 {
         self.skipped_s
     }
 
-    /// Moves the arm on to `until_s`, by 0.1 s at most, and lets the fingertip press the board; returns the force, base axes, N. A hand that is
-    /// lost presses nothing.
+    /// Advances the arm to `until_s`, by 0.1 s at most, and lets the fingertip press the board; returns the force, base axes, N.
+    /// A lost hand presses nothing.
     pub(super) fn advance(
         &mut self,
         arm: &mut SimulatedArm,

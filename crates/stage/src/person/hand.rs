@@ -1,9 +1,9 @@
-//! The hand that is followed: that of a simulated person, or a recorded one.
+//! The tracked hand: of a simulated person, or recorded.
 
 use hwall_hand::{HandFilterConfig, HandFrame};
 use hwall_sim::TouchSequence;
 
-/// A hand to follow.
+/// A tracked hand.
 pub enum Hand {
     /// A simulated person, sampled by a tracker at this period, s.
     Simulated(Box<TouchSequence>, f64),
@@ -11,7 +11,7 @@ pub enum Hand {
     Recorded(Vec<HandFrame>, HandFilterConfig),
 }
 
-/// A frame that is due with a cycle comes with that cycle, however their times were rounded, s.
+/// Rounding tolerance, s: a frame due with a cycle comes with that cycle.
 const ROUNDING_S: f64 = 1e-9;
 
 impl Hand {
@@ -27,7 +27,7 @@ impl Hand {
         }
     }
 
-    /// How frames of it are to be filtered.
+    /// Filter settings for its frames.
     #[must_use]
     pub fn filter(&self) -> HandFilterConfig {
         match self {

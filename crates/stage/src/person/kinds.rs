@@ -1,4 +1,4 @@
-//! The kinds of people that may touch.
+//! Kinds of simulated people.
 
 use clap::ValueEnum;
 use hwall_sim::PersonConfig;
@@ -20,7 +20,7 @@ pub enum PersonKind {
 }
 
 impl PersonKind {
-    /// In the order of tables.
+    /// All kinds, in the order of tables.
     pub const ALL: [Self; 5] = [
         Self::Plain,
         Self::Varied,

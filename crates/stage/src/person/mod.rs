@@ -1,4 +1,4 @@
-//! Who touches what, who was learnt from, and who foresees it.
+//! Simulated and recorded people, their touches, training data, and predictors.
 
 pub mod hand;
 pub mod kinds;

@@ -1,4 +1,4 @@
-//! Those who touch in a run: a recorded hand, or simulated people.
+//! Participants of a run: a recorded hand, or simulated people.
 
 use crate::input::arms::BoardArm;
 use crate::input::floor_pose::FloorPose;
@@ -12,13 +12,13 @@ use hwall::reachability::Target;
 use hwall_scene::Scene;
 use hwall_sim::{Person, PersonConfig, ReachPlan};
 
-/// Touches of one simulated person; whoever asks for more gets more people.
+/// Touches of one simulated person; more touches need more people.
 pub const DOZEN: usize = 12;
 
 /// Period of the simulated tracker, s: a headset's 90 Hz.
 const TRACKER_S: f64 = 1.0 / 90.0;
 
-/// Distance of a resting fingertip from a surface without which there is no reach, m, as `hwall-sim` has it.
+/// Least distance of a resting fingertip from a surface for a reach, m, as in `hwall-sim`.
 const LEAST_REACH_M: f64 = 0.02;
 /// Scatter about the place of rest is cut off at this many standard deviations per axis.
 const FURTHEST_SD: f64 = 3.0;
@@ -33,9 +33,9 @@ pub struct Participant {
     pub seed: u64,
 }
 
-/// As many simulated people as it takes to make `touches` touches, a dozen each.
+/// As many simulated people as are needed for `touches` touches, a dozen each.
 ///
-/// The first is the person of the seed itself, so that a run of a dozen is part of every longer one.
+/// The first has the given seed itself, so a run of a dozen is part of every longer one.
 ///
 /// # Errors
 /// A scene in which too few points are visible and free before the hand.
@@ -49,7 +49,7 @@ pub fn simulated(
     simulated_at(FloorPose::ORIGIN, scene, arm, kind, touches, seed)
 }
 
-/// As [`simulated`], for an arm whose base was moved: the people stand where they would have stood. The scene is seen from the
+/// As [`simulated`], for an arm whose base was moved: the people stand at their original places. The scene is seen from the
 /// base.
 ///
 /// # Errors
@@ -84,7 +84,7 @@ fn participant(
         head_m: person.head_m(),
         hand_m: config.hand_rest_m,
     };
-    // Wherever the hand rests, it can reach for what is planned.
+    // The planned touches are reachable from every place of rest.
     let clear_m = LEAST_REACH_M + FURTHEST_SD * 3_f64.sqrt() * config.rest_scatter_m;
     let plans = touches::plan_clear(scene, arm, &standing, clear_m, count, seed)?;
     let reaches: Vec<ReachPlan> = plans.into_iter().map(ReachPlan::from).collect();
@@ -102,7 +102,7 @@ fn participant(
     })
 }
 
-/// The seed of a person: for the first the one given, for the others unrelated to it, to each other and to those of
+/// The seed of a person: the given one for the first; for others unrelated to it, to each other and to those of
 /// neighbouring seeds. Source: the finalizer of SplitMix64, Steele, Lea and Flood 2014, Fast splittable pseudorandom number
 /// generators.
 fn seed_of(seed: u64, number: u64) -> u64 {
@@ -114,18 +114,18 @@ fn seed_of(seed: u64, number: u64) -> u64 {
     };
     match number {
         0 => seed,
-        // Turned, so that nobody is in the populations of `hwall-sim`, which models learn from.
+        // Rotated, to avoid the seeds of the training populations of `hwall-sim`.
         _ => scrambled(scrambled(seed).rotate_left(32) ^ number),
     }
 }
 
-/// How many places stand for those that a person may touch.
+/// Number of points that represent the likely touches.
 const LIKELY: usize = 144;
-/// Seed of their choice; no participant has it.
+/// Seed for choosing them; not used by any participant.
 const LIKELY_SEED: u64 = 0x0070_7563_6865_5f31;
 
-/// Places such as the first participant may touch: those that somebody can see and reach from where head and hand are first
-/// seen, drawn at random. In a scene without such places any place counts.
+/// Random points that the first participant may touch: visible and reachable from where head and hand are first
+/// seen. In a scene without such points, any point counts.
 #[must_use]
 pub fn likely_touches(
     scene: &Scene,
@@ -146,7 +146,7 @@ pub fn likely_touches(
         .unwrap_or_default()
 }
 
-/// Where the first participant is seen first.
+/// Where the first participant is first seen.
 fn standing_of(participants: &[Participant]) -> Option<Standing> {
     match &participants.first()?.hand {
         Hand::Simulated(sequence, _) => Standing::seen_in(&sequence.sample(0.0).hand_frame()),

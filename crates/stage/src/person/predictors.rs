@@ -1,4 +1,4 @@
-//! Who foresees the touches of the main job: predictors on the same samples, one of which leads the board.
+//! Predictors of the main job: all run on the same samples, one of them leads the board.
 
 use crate::input::arms::BoardArm;
 use crate::input::floor_pose::FloorPose;
@@ -32,7 +32,7 @@ pub enum PredictorKind {
     EndToEnd,
 }
 
-/// How many predictors there are.
+/// Number of predictors.
 pub const PREDICTORS: usize = PredictorKind::ALL.len();
 
 impl PredictorKind {
@@ -50,7 +50,7 @@ impl PredictorKind {
         }
     }
 
-    /// The settings of the ray that leads it, for those that a ray leads.
+    /// The ray settings of a ray predictor.
     #[must_use]
     pub fn ray_config(self) -> DeterministicConfig {
         match self {
@@ -60,21 +60,21 @@ impl PredictorKind {
     }
 }
 
-/// Whom the predictor learns from, and what a tracker sees of them.
+/// The people the predictor learns from, and what the tracker sees of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrainingPeople {
-    /// Where they stand, and how fast they reach.
+    /// Standing place and reaching speed.
     pub person: PersonConfig,
     /// Points of the hand that are tracked.
     pub points: Vec<HandPoint>,
     /// Is the head tracked?
     pub head: bool,
-    /// Is the gaze?
+    /// Is the gaze tracked?
     pub gaze: bool,
 }
 
 impl Default for TrainingPeople {
-    /// The simulated person's: all different, everything tracked.
+    /// Simulated people, all different, everything tracked.
     fn default() -> Self {
         Self {
             person: PersonConfig::varied(),
@@ -86,7 +86,7 @@ impl Default for TrainingPeople {
 }
 
 impl TrainingPeople {
-    /// The same people, who stay where they stand while the arm's base is moved: seen from there.
+    /// The same people seen from a moved arm base; they stay where they stand.
     #[must_use]
     pub fn seen_from(self, base: FloorPose) -> Self {
         Self {
@@ -96,8 +96,7 @@ impl TrainingPeople {
     }
 
     /// The simulated people of [`TrainingPeople::default`], tracked no better than the hand in a recording, and standing where it is
-    /// first seen. Nothing else of the recording is used, neither places nor speeds: before the touches that are to be foreseen,
-    /// nobody knows them.
+    /// first seen. Uses nothing else of the recording, neither places nor speeds, which are unknown before the predicted touches.
     #[must_use]
     pub fn tracked_as(frames: &[HandFrame]) -> Self {
         let seen = |has: &dyn Fn(&HandFrame) -> bool| frames.iter().any(has);
@@ -116,7 +115,7 @@ impl TrainingPeople {
         }
     }
 
-    /// The same, standing where people do unless told otherwise.
+    /// The same people at the default standing place.
     fn standing_as_usual(&self) -> Self {
         let usual = PersonConfig::default();
         Self {
@@ -130,39 +129,39 @@ impl TrainingPeople {
     }
 }
 
-/// People to learn from, and touches of each.
+/// Number of training people, and touches of each.
 const PEOPLE: u64 = 12;
 const TOUCHES: usize = 12;
-/// Seed of these people. The seed of the person who touches is drawn in another way, so that nobody is both.
+/// Seed of these people. Test people's seeds are drawn differently, so nobody is in both sets.
 const SEED: u64 = 0x0005_EED0_FD15_7A4C;
 
-/// Distance of a resting hand from a surface that it is to touch, m; the place of rest scatters.
+/// Least distance of a resting hand from the surface to touch, m; the place of rest scatters.
 const CLEAR_M: f64 = 0.1;
 
 /// Period of their tracker, s.
 const TRACKER_S: f64 = 1.0 / 90.0;
 
-/// A place on a surface.
+/// A point on a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfacePlace {
     /// The surface.
     pub surface: SurfaceId,
-    /// Where on it, m.
+    /// The point, m.
     pub point_m: DVec3,
 }
 
-/// What every predictor predicted from one sample.
+/// All predictors' output for one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct PredictionRecord {
     /// Time of the sample, s.
     pub t_s: f64,
-    /// The most probable contact, in the order of [`PredictorKind::ALL`]; `None`: nothing in sight.
+    /// The most probable contact, in the order of [`PredictorKind::ALL`]; `None`: no prediction.
     pub likeliest: [Option<SurfacePlace>; PREDICTORS],
-    /// Time that each took, ns; 0 for a predictor that is missing.
+    /// Computing time of each, ns; 0 for a missing predictor.
     pub took_ns: [f64; PREDICTORS],
 }
 
-/// A predictor that can be had again as it is.
+/// A predictor that can be cloned.
 trait CopiedPredictor: Predictor {
     fn copied(&self) -> Box<dyn CopiedPredictor>;
 }
@@ -173,7 +172,7 @@ impl<P: Predictor + Clone + 'static> CopiedPredictor for P {
     }
 }
 
-/// The predictors, or those of them that could be made.
+/// The predictors that could be created.
 pub struct Predictors {
     predictors: [Option<Box<dyn CopiedPredictor>>; PREDICTORS],
     leader: PredictorKind,
@@ -183,12 +182,12 @@ pub struct Predictors {
 }
 
 impl Predictors {
-    /// Trains for a scene and for people like those to come; `leader` leads the board, by default the
-    /// fused predictor, or the ray-led one where there is nobody to learn from. Also returns a line for the user:
-    /// what was learnt from whom.
+    /// Trains for a scene and for people like those to come. `leader` leads the board, by default the
+    /// fused predictor, or the ray-led one without training data. Also returns a line for the user about
+    /// the training.
     ///
     /// # Errors
-    /// The fused predictor is asked for, but in this scene there is nobody to learn from.
+    /// The fused predictor is requested, but this scene yields no training data.
     pub fn train(
         scene: &Scene,
         arm: &BoardArm,
@@ -197,7 +196,7 @@ impl Predictors {
     ) -> anyhow::Result<(Self, String)> {
         let began = Instant::now();
         let (learnt, stood) = match fused(scene, arm, people) {
-            // From where a hand was first seen there may be nothing within reach; the person goes there later.
+            // Nothing may be within reach where the hand was first seen; the person walks there later.
             Err(error) => match fused(scene, arm, &people.standing_as_usual()) {
                 Ok(learnt) => (Ok(learnt), ", who stand elsewhere"),
                 Err(_) => (Err(error), ""),
@@ -240,7 +239,7 @@ impl Predictors {
         Ok((all, remark))
     }
 
-    /// The same predictors for another person: what was learnt stays, all samples are forgotten.
+    /// The same trained predictors for another person, without any samples.
     #[must_use]
     pub fn for_another_person(&self) -> Self {
         let copied = |p: &Option<Box<dyn CopiedPredictor>>| {
@@ -264,7 +263,7 @@ impl Predictors {
         self
     }
 
-    /// The same, told of touches that the board feels or not. As trained they are.
+    /// The same, with or without feedback about felt touches. Default: with feedback.
     #[must_use]
     pub fn with_adapting(self, adapts: bool) -> Self {
         Self { adapts, ..self }
@@ -341,11 +340,11 @@ impl Predictor for Predictors {
     }
 }
 
-/// A dozen people are learnt from, who reach in about a second, and whoever comes may be slower or faster than all of them. So many
-/// times as slow and as fast, the same reaches take a third of a second to two seconds.
+/// Augmentation factor for reach speed: training people reach in about a second, others may be slower or faster. Slowed down
+/// and sped up by this factor, the same reaches take a third of a second to two seconds.
 const OTHER_PACE: f64 = 1.7;
 
-/// The fused predictor, trained for a scene, and how many reaches it learnt from.
+/// The fused predictor, trained for a scene, and the number of training reaches.
 ///
 /// # Errors
 /// A scene in which the people find nothing to touch.
@@ -370,7 +369,7 @@ pub fn fused(
     let held_out = (&reaches[..], &held_out[..]);
     config.regions = match training::region_model(scene, &streams, held_out, &config) {
         Ok(regions) => Some(regions),
-        // Where hardly a touch was foreseen there is nothing to learn, and regions stay normal.
+        // With too few predicted touches the region model cannot be learnt, and regions stay Gaussian.
         Err(error) if is_too_few(&error) => None,
         Err(error) => return Err(error),
     };
@@ -392,7 +391,7 @@ pub fn training_streams(
     streams_of(scene, arm, people, 0..PEOPLE, TOUCHES)
 }
 
-/// The same of the people of these numbers, with so many touches of each.
+/// The same for people with these numbers, with this many touches each.
 ///
 /// # Errors
 /// As [`training_streams`].
@@ -417,7 +416,7 @@ pub fn streams_of(
         .collect()
 }
 
-/// Was it only that there was too little to learn from?
+/// Is the error only a lack of training data?
 fn is_too_few(error: &anyhow::Error) -> bool {
     let found = error.downcast_ref();
     matches!(found, Some(ContactError::TooFewReaches { .. }))
@@ -425,7 +424,7 @@ fn is_too_few(error: &anyhow::Error) -> bool {
 
 fn stream(scene: &Scene, hand: &TouchSequence, people: &TrainingPeople) -> anyhow::Result<Stream> {
     let count = (hand.duration_s() / TRACKER_S) as usize;
-    // Who is tracked without a fingertip touches with the point that stands for the contact.
+    // Without a tracked fingertip, the point that stands for the contact touches.
     let mut by_contact = HandPoint::BY_CONTACT.into_iter();
     let touching = by_contact.find(|point| people.points.contains(point));
     let frames = (0..count)
@@ -442,7 +441,7 @@ fn stream(scene: &Scene, hand: &TouchSequence, people: &TrainingPeople) -> anyho
     let touches = hand
         .touches()
         .iter()
-        // The outline of a facet encloses its holes: a place in one of them is not on the surface.
+        // The outline of a facet encloses its holes: a point in a hole is not on the surface.
         .filter_map(|truth| {
             let closest = scene.closest_touchable(truth.target_m, 0.05).transpose()?;
             Some(closest.map(|c| training::SurfaceTouch::of(c.surface, hand, truth)))

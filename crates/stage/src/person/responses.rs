@@ -1,4 +1,4 @@
-//! Demonstrations of hand and joints: simulated people reach in the scene, and the arm presents what they touch.
+//! Demonstrations of hand and joints: simulated people reach in the scene, and the arm presents the touched surface.
 
 use crate::input::arms::BoardArm;
 use crate::person::predictors::{PredictorKind, Predictors, TrainingPeople, streams_of};
@@ -17,46 +17,47 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// People who demonstrate to the main job, and touches of each: more than the other predictors learn from, because each part of
-/// the joints' range needs its own.
+/// People who demonstrate to the main job, and touches of each. More than the other predictors use, because each part of
+/// the joints' range needs its own demonstrations.
 pub const PEOPLE: u64 = 24;
 /// See [`PEOPLE`].
 pub const TOUCHES: usize = 24;
-/// Fewer demonstrations teach nothing.
+/// Least number of demonstrations.
 const LEAST: usize = 24;
-/// A place is on a surface within this, m.
+/// Largest distance of a point on a surface, m.
 const ON_IT_M: f64 = 0.05;
-/// How far the edge of a board is inside a grip, m.
+/// Depth of the board's edge inside a grip, m.
 const GRIP_M: f64 = 0.02;
 
-/// Where the arm answers, and whom.
+/// Scene, arm and people of the demonstrations.
 #[derive(Clone, Copy)]
 pub struct Scenery<'a> {
-    /// What is touched, in the arm's base frame.
+    /// The scene, in the arm's base frame.
     pub scene: &'a Scene,
     /// The arm, with the face of the board as its tool.
     pub arm: &'a BoardArm,
-    /// Where the arm waits, and from which configurations it presents.
+    /// The arm's waiting posture and presenting configurations.
     pub walls: &'a Walls,
-    /// Who demonstrates.
+    /// The demonstrators.
     pub people: &'a TrainingPeople,
     /// Does the board present the roughness of surfaces, which takes a roll of its own?
     pub textured: bool,
 }
 
 impl Scenery<'_> {
-    /// Where the arm waits before anybody comes; an arm without a waiting posture starts somewhere all the same.
+    /// The arm's waiting posture; its start posture if it has none.
     #[must_use]
     pub fn start(&self) -> JointPositions {
         self.walls.waiting.unwrap_or(self.arm.start())
     }
 }
 
-/// The tasks that the main job does not teach, each with its reason. The example `end_to_end` teaches all three and judges how they are
-/// told apart.
+/// The tasks that the main job does not train, each with its reason. The example `end_to_end` trains all three and evaluates how
+/// well they are distinguished.
 ///
-/// To tell a push from a touch would lead the arm nowhere else: what gives way is presented with the middle of the board under the
-/// fingertip, too. Around which edge a hand can close a scene does not say, and the people of the main job touch with the fingertip.
+/// Distinguishing a push from a touch would not change the arm's goal: movable surfaces are also presented with the middle of
+/// the board under the fingertip. A scene does not state graspable edges, and the people of the main job touch with the
+/// fingertip.
 #[must_use]
 pub fn untaught_line(scene: &Scene) -> String {
     let still = [SurfaceKind::Static, SurfaceKind::Untouchable];
@@ -71,7 +72,7 @@ pub fn untaught_line(scene: &Scene) -> String {
     untaught.join("; ")
 }
 
-/// The predictors, with the end-to-end response trained if it leads, and then a line for the user: what was learnt from whom.
+/// The predictors, with the end-to-end response trained if it leads, and in that case a line for the user about the training.
 ///
 /// # Errors
 /// As [`end_to_end`].
@@ -92,23 +93,23 @@ pub fn taught(
     Ok((predictors.with_response(response), Some(remark)))
 }
 
-/// What an answered reach was for.
+/// A reach and the arm's demonstrated response.
 #[derive(Debug, Clone)]
 pub struct Answered {
     /// The hand.
     pub reach: LabelledReach,
     /// The hand and the arm.
     pub shown: ResponseDemonstration,
-    /// What was touched.
+    /// The touched surface.
     pub surface: SurfaceId,
-    /// Where the middle of the face is in the end, m.
+    /// Final position of the middle of the face, m.
     pub target: BoardTarget,
 }
 
-/// The arm's answers to what some people do in a scene: those of these numbers, with so many reaches of each. What is out of the
-/// arm's reach is left out.
+/// The arm's responses to reaches in a scene: of people with these numbers, with this many reaches each. Unreachable touches
+/// are left out.
 ///
-/// A hand that grasps meets the edge of the board: its middle is a grip's depth less than half its height below the fingertip.
+/// A grasping hand meets the edge of the board: the board's middle is half its height, less the depth of the grip, below the fingertip.
 ///
 /// # Errors
 /// A scene in which they find nothing to touch; an arm without a waiting posture.
@@ -163,7 +164,7 @@ pub fn answered(
     Ok(all)
 }
 
-/// The predictor, and how many demonstrations it learnt from.
+/// The predictor, and the number of training demonstrations.
 ///
 /// # Errors
 /// As [`answered`]; too few of them.

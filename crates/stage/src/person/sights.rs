@@ -1,23 +1,23 @@
-//! What a person may look at without touching it.
+//! Points that a person may look at without touching them.
 
 use crate::person::touches::{self, Standing};
 use glam::DVec3;
 use hwall_scene::Scene;
 use hwall_testkit::Sampler;
 
-/// Places to look at, for each person.
+/// Number of such points for each person.
 const COUNT: usize = 48;
 /// Draws for each place.
 const ATTEMPTS: usize = 200;
-/// Stream of random numbers, apart from that of the touches.
+/// Random stream, separate from that of the touches.
 const SIGHTS: u64 = 0x0051_6874_5EE0_1D0C;
-/// Largest angles of the gaze from straight ahead without turning the body, to the side and up or down, rad: 50 and 35
-/// degrees. An assumption; the eyes alone turn that far, and the head turns with them.
+/// Largest gaze angles from straight ahead without turning the body, to the side and up or down, rad: 50 and 35
+/// degrees. An assumption: the eyes alone turn that far, and the head turns with them.
 const ASIDE_RAD: f64 = 0.87;
 const UP_RAD: f64 = 0.61;
 
-/// Points that are seen from the eyes: by turns one of a surface that might be touched as well, and whatever a line of sight
-/// in the field of view meets. Fewer where little is seen.
+/// Points visible from the eyes: alternately a point of a touchable surface, and the first hit of a random line of sight
+/// in the field of view. Fewer if little is visible.
 ///
 /// # Errors
 /// Geometry that the scene refuses.
@@ -61,7 +61,7 @@ pub fn in_view(
     Ok(sights_m)
 }
 
-/// Could it be touched from here, as far as the person is concerned? Whether the arm could present it does not count.
+/// Could the person touch it from here? Ignores whether the arm could present it.
 fn is_before(
     scene: &Scene,
     standing: &Standing,

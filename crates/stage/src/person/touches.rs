@@ -24,11 +24,11 @@ pub struct Touch {
     pub contact_s: f64,
     /// The hand leaves or the reach ends, s.
     pub end_s: f64,
-    /// The gaze has landed on the point, s; `None` if it does not before the contact, or if nobody knows.
+    /// The gaze lands on the point, s; `None` if not before the contact, or unknown.
     pub landed_s: Option<f64>,
 }
 
-/// Where a person stands.
+/// A person's standing place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Standing {
     /// The eyes, m.
@@ -38,7 +38,7 @@ pub struct Standing {
 }
 
 impl Standing {
-    /// Where somebody stands in a sample; a head that is not tracked is where people's heads are above and behind a resting hand.
+    /// Where somebody stands in a frame; an untracked head is assumed at the default place above and behind a resting hand.
     /// `None`: no hand.
     #[must_use]
     pub fn seen_in(frame: &HandFrame) -> Option<Self> {
@@ -53,10 +53,10 @@ impl Standing {
     }
 }
 
-/// People touch between the hip and a little above the eyes; distances from the eyes, m.
+/// People touch between the hip and slightly above the eyes; distances from the eyes, m.
 const BELOW_EYES_M: f64 = 0.85;
 const ABOVE_EYES_M: f64 = 0.3;
-/// And up to this far from the resting hand, m: a step further on they would walk.
+/// Largest distance from the resting hand, m: beyond this people would walk.
 const FAR_M: f64 = 1.1;
 
 /// Chooses points for a simulated person: surfaces in turn, five of six touches within reach.
@@ -73,7 +73,7 @@ pub fn plan(
     plan_clear(scene, arm, places, f64::NEG_INFINITY, count, seed)
 }
 
-/// As [`plan`], of surfaces that the hand rests at least `clear_m` in front of.
+/// As [`plan`], on surfaces at least `clear_m` in front of the resting hand.
 ///
 /// # Errors
 /// As [`plan`].
@@ -98,7 +98,7 @@ pub fn plan_clear(
     for i in 0..count {
         let want_reachable = i % 6 != 5;
         let found = (0..20_000).find_map(|attempt| {
-            // Surfaces in turn; one without a suitable point is skipped after a while.
+            // Surfaces in turn; a surface without a suitable point is skipped after 200 attempts.
             let patch = &patches[(i + attempt / 200) % patches.len()];
             let point_m = inside(patch, &mut sampler)?;
             let normal = facing(patch.normal, head_m - point_m);
@@ -116,7 +116,7 @@ pub fn plan_clear(
         });
         match found {
             Some(plan) => plans.push(plan),
-            // A scene that is entirely within reach is fine.
+            // A scene entirely within reach is accepted.
             None if !want_reachable => {}
             None => bail!(
                 "found no free point within the arm's reach on the scene's vertical surfaces ({})",
@@ -127,7 +127,7 @@ pub fn plan_clear(
     Ok(plans)
 }
 
-/// Is a point near enough to be touched, and at a height at which people touch things?
+/// Is a point near enough to touch, and at a height where people touch things?
 pub(super) fn at_hand(places: &Standing, point_m: DVec3) -> bool {
     let Standing { head_m, hand_m } = *places;
     point_m.distance(hand_m) < FAR_M
@@ -156,8 +156,8 @@ pub fn of_person(scene: &Scene, truths: &[TouchTruth]) -> Vec<Touch> {
     truths.iter().map(touch).collect()
 }
 
-/// The touches in a recording: where each reach first goes through a touchable surface, or the
-/// surface beside its end.
+/// The touches in a recording: where each reach first crosses a touchable surface, or the
+/// surface near its end.
 ///
 /// # Errors
 /// Geometry that the scene refuses.
@@ -196,7 +196,7 @@ pub fn of_recording(
     Ok(touches)
 }
 
-/// A path that ends within this of a surface has touched it, m: a tracked tip is a point inside
+/// A path that ends within this distance of a surface has touched it, m: a tracked tip is a point inside
 /// the finger.
 const BESIDE_M: f64 = 0.03;
 

@@ -1,4 +1,4 @@
-//! Reaches that a predictor learns from: people as the live filters see them.
+//! Training reaches for predictors, filtered as in a live session.
 
 use glam::DVec3;
 use hwall_contact::{
@@ -12,7 +12,7 @@ use hwall_hand::{
 use hwall_scene::{Scene, SurfaceId};
 use hwall_sim::{TouchSequence, TouchTruth};
 
-/// One touch that is judged.
+/// One evaluated touch.
 #[derive(Debug, Clone, Copy)]
 pub struct SurfaceTouch {
     /// The surface touched.
@@ -21,9 +21,9 @@ pub struct SurfaceTouch {
     pub target_m: DVec3,
     /// Unit normal towards the person.
     pub normal: DVec3,
-    /// When the gaze leaves for what is to be touched, s.
+    /// When the gaze leaves for the target, s.
     pub look_s: f64,
-    /// When the eyes have landed on the point touched, s; `None` if they never do before the contact.
+    /// When the gaze lands on the touched point, s; `None` if not before the contact.
     pub landed_s: Option<f64>,
     /// When the hand starts, s.
     pub start_s: f64,
@@ -47,13 +47,13 @@ impl SurfaceTouch {
     }
 }
 
-/// The eyes rest on a point when the true line of sight passes it by less than this, rad: 4 degrees, four times the
+/// The gaze is on a point if the true line of sight passes it within this angle, rad: 4 degrees, four times the
 /// standard deviation of the aim of simulated people.
 const ON_TARGET_RAD: f64 = 0.07;
-/// For this long at least, s: eyes that only sweep over it do not.
+/// Least duration of a fixation, s; shorter ones are sweeps.
 const RESTS_S: f64 = 0.03;
 
-/// When the eyes have landed on the target of a touch.
+/// When the gaze lands on the target of a touch.
 fn landed_s(hand: &TouchSequence, truth: &TouchTruth) -> Option<f64> {
     const STEP_S: f64 = 0.002;
     let on_target = |t_s: f64| {
@@ -74,7 +74,7 @@ fn landed_s(hand: &TouchSequence, truth: &TouchTruth) -> Option<f64> {
 
 /// A person's samples and touches.
 pub struct Stream {
-    /// As the tracker saw them.
+    /// Frames from the tracker.
     pub frames: Vec<HandFrame>,
     /// In order of time.
     pub touches: Vec<SurfaceTouch>,
@@ -87,7 +87,7 @@ impl Stream {
         Self { frames, touches }
     }
 
-    /// Where and when the touches are.
+    /// Places and times of the touches.
     fn contacts(&self) -> Vec<StreamContact> {
         let contact = |touch: &SurfaceTouch| StreamContact {
             point_m: touch.target_m,
@@ -101,7 +101,7 @@ impl Stream {
 pub struct Filters {
     /// Smooths the hand.
     pub hand: HandFilter,
-    /// Tells fixations from saccades.
+    /// Separates fixations from saccades.
     pub gaze: GazeFilter,
 }
 
@@ -118,7 +118,7 @@ impl Filters {
     }
 }
 
-/// How far each source of evidence can be taken, learnt from all that was seen of people. `estimator` is the one that will be used.
+/// Reliability of each source of evidence, learnt from all streams. `estimator`: the one that will be used.
 ///
 /// # Errors
 /// Too few touches.
@@ -131,9 +131,9 @@ pub fn evidence_model<E: ContactEstimator>(
     Ok(EvidenceModel::default().fit_streams(&labelled, estimator, &filters())?)
 }
 
-/// How large the regions of fused predictions are, learnt from how far they are off where the estimator has not learnt from the
-/// person. Trackers of simulated people stand where they are believed to, whatever `config` says of the one in use. `reaches` are
-/// those of [`reaches`], and `held_out` what the estimator would have said of them.
+/// Size of the regions of fused predictions, learnt from the errors of an estimator that was not trained on the same person.
+/// Trackers of simulated people have no pose error, whatever `config` assumes. `reaches`: those of [`reaches`]; `held_out`: the
+/// estimator's predictions for them.
 ///
 /// # Errors
 /// Too few touches; settings that the predictor refuses.
@@ -184,13 +184,13 @@ fn filters() -> StreamFilters {
     }
 }
 
-/// Reaches to learn from, each with the samples that a live estimator would see of it, and with the
-/// filtered gaze in them.
+/// Training reaches, each with the samples that a live estimator would see of it, including the
+/// filtered gaze.
 ///
 /// # Errors
 /// Settings that a filter refuses.
 pub fn reaches(streams: &[Stream]) -> anyhow::Result<Vec<LabelledReach>> {
-    // Who has no fingertip tracked is learnt from by what there is of the hand.
+    // Without a tracked fingertip, learn from the tracked points.
     let is_tracked = |point: &HandPoint| {
         let mut frames = streams.iter().flat_map(|stream| &stream.frames);
         frames.any(|frame| frame.point(*point).is_some())
@@ -202,7 +202,7 @@ pub fn reaches(streams: &[Stream]) -> anyhow::Result<Vec<LabelledReach>> {
     for (person, stream) in streams.iter().enumerate() {
         let mut filters = Filters::new()?;
         let mut watch = ReachWatch::new(WatchConfig::default())?;
-        // The samples of the reach under way.
+        // The samples of the current reach.
         let mut so_far: Vec<HandFrame> = Vec::new();
         let mut due = stream.touches.iter();
         let mut next = due.next();

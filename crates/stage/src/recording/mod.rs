@@ -1,4 +1,4 @@
-//! Recordings of the main job and of live sessions: what is written beside the messages, and the way back.
+//! Recordings of the main job and of live sessions: their setup data, and replay.
 
 mod replay;
 mod rerun;

@@ -7,14 +7,14 @@ use hwall_record::{Ending, RecordError, Recording, Replayed};
 use std::io::Write;
 use std::path::Path;
 
-/// Runs the sessions of a recording again and says whether every command is the same, bit by bit.
+/// Reruns the sessions of a recording and checks that every command is identical bit by bit.
 ///
 /// # Errors
-/// A recording that cannot be read or made again; a command that differs.
+/// A recording that cannot be read or rebuilt; a command that differs.
 pub fn replay(path: &Path, out: &mut dyn Write) -> anyhow::Result<()> {
     let name = || path.display().to_string();
     let named = |error: RecordError| match error {
-        // These say it themselves.
+        // These errors already name the file.
         RecordError::Io { .. } | RecordError::InUse { .. } => error.into(),
         other => anyhow::Error::from(other).context(name()),
     };
@@ -88,7 +88,7 @@ impl From<RecordError> for Failure {
 mod tests {
     use super::*;
 
-    /// The error did not say which file.
+    /// Regression: the error did not name the file.
     #[test]
     fn what_is_no_recording_is_named() {
         let path = std::env::temp_dir().join(format!("hwall_replay_{}.md", std::process::id()));

@@ -1,4 +1,4 @@
-//! The sessions of a recording, made again.
+//! Rebuilds the sessions of a recording.
 
 use super::runs::run_from;
 use super::setup::Options;
@@ -11,8 +11,8 @@ use hwall::{Session, Walls};
 use hwall_record::{ArmSource, Run, Setup};
 use hwall_scene::Scene;
 
-/// What the sessions of a recording share, made again from its setup: the scene read, the predictor trained, the maps
-/// built once more.
+/// The shared parts of a recording's sessions, rebuilt from its setup: scene, trained predictor and
+/// maps.
 pub struct Rebuilt {
     arm: BoardArm,
     scene: Scene,
@@ -25,7 +25,7 @@ impl Rebuilt {
     /// Takes some seconds: training and maps.
     ///
     /// # Errors
-    /// A setup that is not one of the main job, or does not fit this build.
+    /// A setup that is not of the main job, or incompatible with this build.
     pub fn new(setup: &Setup) -> anyhow::Result<Self> {
         let options = Options::of(setup)?;
         let arm = match &setup.arm {
@@ -60,10 +60,10 @@ impl Rebuilt {
         })
     }
 
-    /// A session that has seen nobody.
+    /// A fresh session.
     ///
     /// # Errors
-    /// A run that does not say what it needs.
+    /// A run without a required option.
     pub fn session(&self, run: &Run) -> anyhow::Result<Session<Predictors>> {
         let (filter, sees_head, arm_minus_tracker_s) = run_from(run)?;
         let scenery = Scenery {

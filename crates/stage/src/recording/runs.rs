@@ -9,7 +9,7 @@ use hwall_record::Run;
 /// One session of a recording.
 ///
 /// # Errors
-/// A filter that is neither that for simulated hands nor the usual one, but for the step of a recorded hand's values.
+/// A filter other than that for simulated hands or the default one (with any value step).
 pub fn run_of(number: usize, settings: &SessionSettings<'_>) -> anyhow::Result<Run> {
     let value_step_m = (settings.filter.freeze).map_or(0.0, |freeze| freeze.value_step_m);
     let filter = FILTERS
@@ -44,7 +44,7 @@ pub(super) fn run_from(run: &Run) -> anyhow::Result<(HandFilterConfig, bool, f64
     let name = wanted(run.option("hand_filter"), "hand_filter")?;
     let filter = FILTERS.iter().find(|(known, _)| *known == name);
     let (_, filter) = filter.with_context(|| format!("hand_filter: {name:?} is not known"))?;
-    // Older recordings say nothing: then no step was known.
+    // Older recordings lack this option: the step was unknown.
     let step = run.option("hand_value_step_m").unwrap_or("0");
     let [value_step_m] = numbers_of("hand_value_step_m", step)?;
     let sees_head = wanted(run.option("sees_head"), "sees_head")?;

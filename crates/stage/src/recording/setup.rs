@@ -1,6 +1,6 @@
-//! What sessions are made of, as the options of a recording.
+//! The settings of sessions, stored as options of a recording.
 //!
-//! Numbers are written with `{:?}`: as many digits as it takes to come back bit by bit.
+//! Numbers are written with `{:?}`, which restores them bit by bit.
 
 use super::words::{flag_of, name_of, named, numbers, numbers_of, wanted};
 use crate::input::arms::NamedArm;
@@ -22,34 +22,34 @@ use hwall_scene::{FileFrame, LoadLimits, read_text};
 use hwall_sim::PersonConfig;
 use std::path::Path;
 
-/// Where a session comes from: all that is needed to make it again, trained as it was.
+/// The origin of a session: everything needed to rebuild it, including its training.
 #[derive(Clone, Copy)]
 pub struct SessionSource<'a> {
     /// OBJ file; `None`: the built-in room.
     pub scene: Option<SceneFile<'a>>,
     /// The arm.
     pub arm: &'a NamedArm,
-    /// The file of what really stands around the arm; `None`: a floor.
+    /// The text of the real room around the arm; `None`: a floor.
     pub room: Option<&'a str>,
     /// The arm's base in the scene.
     pub base: FloorPose,
-    /// What became of them: board, texture, and whom the predictor learnt from; who they are follows from a seed that is built in.
+    /// Derived from the above: board, texture and training people, who follow from a built-in seed.
     pub scenery: Scenery<'a>,
     /// How objects are rendered.
     pub level: ArmLevel,
     /// Who leads the board.
     pub predictor: PredictorKind,
-    /// Do predictors learn from touches that the board feels?
+    /// Do predictors learn from felt touches?
     pub adapts: bool,
-    /// What the arm waits for.
+    /// Touches the arm waits for.
     pub likely_touches: &'a LikelyTouches,
 }
 
 impl SessionSource<'_> {
-    /// As a recording keeps it, with the texts of the files.
+    /// As stored in a recording, with the texts of the files.
     ///
     /// # Errors
-    /// A file that cannot be read; likely touches that are neither places nor the usual range.
+    /// A file that cannot be read; likely touches that are neither points nor the default range.
     pub fn to_setup(&self) -> anyhow::Result<Setup> {
         let (scene_obj, scene_sidecar) = setting::scene_texts(self.scene.map(|file| file.path))?;
         let NamedArm { name, root, tip } = self.arm;
@@ -66,7 +66,7 @@ impl SessionSource<'_> {
         let FloorPose { origin_m, yaw_rad } = self.base;
         let usual = TrainingPeople::default();
         let people_stay = people.person == usual.clone().seen_from(self.base).person;
-        // People like a recorded hand stand where it is first seen.
+        // Training people for a recorded hand stand where it is first seen.
         let (head_m, hand_m) = (people.person.head_m, people.person.hand_rest_m);
         if standing(&usual, head_m, hand_m) != people.person && !people_stay {
             bail!("people who are not the usual ones cannot be recorded");
@@ -126,7 +126,7 @@ pub(super) struct Options {
     pub(super) training_people: TrainingPeople,
     pub(super) likely_touches: LikelyTouches,
     pub(super) room: Option<RealRoom>,
-    /// First and last link of an arm from a description, where they were named.
+    /// First and last link of an arm from a description, if given.
     pub(super) ends: [Option<String>; 2],
 }
 
@@ -143,7 +143,7 @@ impl Options {
             origin_m: DVec3::new(x, y, z),
             yaw_rad,
         };
-        // Where the people whom the predictor learnt from stood: before the arm, or where they would have without it.
+        // Standing place of the training people: in front of the arm, or unmoved while the base was moved.
         let usual = TrainingPeople::default();
         let people = match setup.option("training_people_stay") {
             Some(_) if flag("training_people_stay")? => usual.seen_from(base),
@@ -171,7 +171,7 @@ impl Options {
             textured: flag("textured")?,
             level: named("level", text("level")?)?,
             predictor: named("predictor", text("predictor")?)?,
-            // Recordings made before there was a choice say nothing: then nobody was told.
+            // Older recordings lack this option: their predictors got no feedback.
             adapts: setup.option("adapts").is_some() && flag("adapts")?,
             training_people: TrainingPeople {
                 points: points.collect::<anyhow::Result<_>>()?,
@@ -188,7 +188,7 @@ impl Options {
     }
 }
 
-/// The same people, who stand elsewhere.
+/// The same people at another place.
 fn standing(usual: &TrainingPeople, head_m: DVec3, hand_rest_m: DVec3) -> PersonConfig {
     PersonConfig {
         head_m,
@@ -197,9 +197,9 @@ fn standing(usual: &TrainingPeople, head_m: DVec3, hand_rest_m: DVec3) -> Person
     }
 }
 
-/// Likely touches that no places name.
+/// Word for likely touches without points.
 const USUAL_RANGE: &str = "usual range";
-/// In place of a roll that is free.
+/// Word for a free roll.
 const ANY_ROLL: &str = "any";
 
 fn touches_text(touches: &LikelyTouches) -> anyhow::Result<String> {
@@ -328,7 +328,7 @@ mod tests {
         assert_eq!((options.textured, options.level), (false, ArmLevel::Torque));
         assert_eq!(options.predictor, PredictorKind::RayLed);
         assert_eq!(options.room.map(|room| room.text).as_deref(), Some(ROOM));
-        // People who stayed where they stood while the base was moved, and people whom nobody knows.
+        // People who stayed while the base was moved, and unknown people.
         let stayed = people.clone().seen_from(source.base);
         let of = |people| {
             let scenery = built_in.scenery(people, false);
@@ -336,7 +336,7 @@ mod tests {
         };
         let options = Options::of(&of(&stayed).unwrap()).unwrap();
         assert_eq!(options.training_people, stayed);
-        // Others stand where a recorded hand is first seen.
+        // Other people stand where a recorded hand is first seen.
         let mut elsewhere = people.clone();
         elsewhere.person.head_m += DVec3::new(0.1, 1.0 / 3.0, -0.2);
         let options = Options::of(&of(&elsewhere).unwrap()).unwrap();
@@ -352,7 +352,7 @@ mod tests {
             sees_head: false,
             arm_minus_tracker_s: -0.1,
         };
-        // A hand whose values have two decimals could not be recorded.
+        // Regression: a hand with values of two decimals could not be recorded.
         for value_step_m in [0.0, 0.01, 0.1 + 0.2] {
             let filter = settings.filter.with_value_step(value_step_m);
             let run = run_of(3, &SessionSettings { filter, ..settings }).unwrap();
@@ -366,7 +366,7 @@ mod tests {
         assert_eq!(run_from(&run).unwrap().0, settings.filter);
     }
 
-    /// A scene and an arm in Latin-1 were loaded, and could not be recorded.
+    /// Regression: a scene and an arm in Latin-1 could be loaded but not recorded.
     #[test]
     fn texts_in_latin_1_are_recorded() {
         let folder = std::env::temp_dir().join(format!("hwall-latin-{}", std::process::id()));

@@ -12,13 +12,13 @@ use hwall_files::same_file;
 use hwall_record::{Recorder, RecorderConfig, Skeleton};
 use std::path::{Path, PathBuf};
 
-/// Where the arm's capsules go: `session.urdf` for `session.mcap`.
+/// Path of the arm's capsules: `session.urdf` for `session.mcap`.
 #[must_use]
 pub fn urdf_beside(path: &Path) -> PathBuf {
     path.with_extension("urdf")
 }
 
-/// Adds a recording, if there is one, and what is written beside it to the files of a program.
+/// Adds a recording, if there is one, and its URDF to the files of a program.
 #[must_use]
 pub fn planned(plan: FilePlan, flag: &'static str, path: Option<&Path>) -> FilePlan {
     let urdf = path.map(urdf_beside);
@@ -29,10 +29,11 @@ pub fn planned(plan: FilePlan, flag: &'static str, path: Option<&Path>) -> FileP
     plan.write(flag, path).write(beside, urdf.as_deref())
 }
 
-/// Begins a recording and writes the arm's capsules [beside](urdf_beside) it. The recording stands under its name from the beginning: what a crash leaves can be opened.
+/// Begins a recording and writes the arm's capsules [beside](urdf_beside) it. The recording has its final name from the start, so it
+/// can be opened after a crash.
 ///
 /// # Errors
-/// A file that cannot be read or written, or that is the arm's own description; an arm whose links are not known.
+/// A file that cannot be read or written, or that is the arm's own description; an arm with unknown links.
 pub fn start(
     path: &Path,
     source: &SessionSource<'_>,
@@ -49,13 +50,13 @@ pub fn start(
     let setup = source.to_setup()?;
     let name = Path::new(&source.arm.name).file_stem().unwrap_or_default();
     let text = skeleton.to_urdf(&name.to_string_lossy());
-    // First the recorder: while somebody else records to the file, the description beside it is theirs as well.
+    // Create the recorder first: if another program records to the file, the URDF belongs to that program too.
     let recorder = Recorder::create(path, &setup, skeleton, scene, config)?;
     hwall_files::write(&urdf, text).with_context(|| urdf.display().to_string())?;
     Ok(recorder)
 }
 
-/// As [`start`], for the runs of the main job, of which nothing is left out.
+/// As [`start`], for the runs of the main job; drops no messages.
 ///
 /// # Errors
 /// As for [`start`].

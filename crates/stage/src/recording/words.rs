@@ -1,4 +1,4 @@
-//! Values of options in words, and back.
+//! Conversion of option values to text and back.
 
 use anyhow::Context;
 use clap::ValueEnum;

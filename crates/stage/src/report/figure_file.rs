@@ -1,16 +1,16 @@
-//! A figure on its way to its file.
+//! A figure file that appears only when complete.
 
 use anyhow::Context;
 use hwall_files::Beside;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
-/// Where a figure is drawn; it has its name from [`finish`](Self::finish) on.
+/// Path for drawing a figure; the figure gets its name at [`finish`](Self::finish).
 ///
-/// A drawing that is given up writes what it has when it is dropped, so make this first: it is then removed last.
+/// An abandoned drawing writes its content when dropped, so create this first: it is then removed last.
 #[derive(Debug)]
 pub struct FigureFile {
-    /// `None` once it has its name; drawing areas borrow the path until then.
+    /// `None` once renamed; drawing areas borrow the path until then.
     beside: RefCell<Option<Beside>>,
     path: PathBuf,
     target: PathBuf,
@@ -30,7 +30,7 @@ impl FigureFile {
         })
     }
 
-    /// Where to draw.
+    /// Path for drawing.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path

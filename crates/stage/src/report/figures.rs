@@ -1,11 +1,11 @@
-//! The look that all figures share.
+//! The common style of figures.
 
 use anyhow::anyhow;
 use plotters::coord::{CoordTranslate, Shift};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-/// Colours that colour-blind readers can tell apart (Okabe and Ito 2008).
+/// Colours distinguishable by colour-blind readers (Okabe and Ito 2008).
 pub const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -21,12 +21,12 @@ pub const TITLE: (&str, u32) = ("sans-serif", 20);
 /// Text of axes and legends.
 pub const TEXT: (&str, u32) = ("sans-serif", 15);
 
-/// Plotting errors carry types of the backend; only their text matters here.
+/// Plotting errors have backend types; keep only the text.
 pub fn plot_error(error: impl std::fmt::Display) -> anyhow::Error {
     anyhow!("figure: {error}")
 }
 
-/// The series' names in a corner, as all figures have them.
+/// The standard legend in a corner.
 ///
 /// # Errors
 /// Any error of the drawing.
@@ -44,10 +44,10 @@ pub fn legend<'a, DB: DrawingBackend + 'a, CT: CoordTranslate>(
         .map_err(plot_error)
 }
 
-/// How a series is drawn, for a legend.
+/// The legend symbol of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sign {
-    /// A line so many pixels wide.
+    /// A line with a width in pixels.
     Line(u32),
     /// A full dot.
     Dot,
@@ -55,15 +55,15 @@ pub enum Sign {
     Ring,
 }
 
-/// Width of the line of a series among `count` that may lie on one another, pixels: those drawn first are wider, so that
-/// they are seen on both sides of those drawn over them.
+/// Line width of one of `count` series that may overlap, pixels: series drawn first are wider, so that
+/// they show on both sides of later ones.
 #[must_use]
 pub const fn width_of(place: u32, count: usize) -> u32 {
     let below = (count as u32).saturating_sub(place + 1);
     2 + 3 * below
 }
 
-/// The names of series beside the axes instead of over the lines: one below the other, from a pixel of `area` down.
+/// A legend beside the axes instead of over the lines: one row per series, from a pixel of `area` down.
 ///
 /// # Errors
 /// Any error of the drawing.

@@ -1,4 +1,4 @@
-//! The touches of a run and their summary as JSON, for others to read: docs/COMMANDS.md says what each number means.
+//! The touches of a run and their summary as JSON, for other programs; docs/COMMANDS.md explains each number.
 
 use crate::report::summary::Summary;
 use crate::run::judged::regret::Miss;
@@ -7,7 +7,7 @@ use anyhow::Context;
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
-/// A touch of the person of this number, from 0: every person has a run, and a clock, of their own. A number that does not exist (the
+/// A touch of person `person`, from 0: every person has a separate run and clock. A missing number (such as the
 /// lead of a board that was not in place) is `null`.
 fn touch(person: usize, judged: &JudgedTouch) -> Value {
     let (outcome, regret) = (&judged.outcome, &judged.regret);
@@ -64,10 +64,10 @@ fn summary(summary: &Summary) -> Value {
     })
 }
 
-/// The text of the file: touches in the order in which people and their touches come.
+/// The text of the file: touches by person, then in order of time.
 ///
 /// # Errors
-/// None that is known of; the serializer's, if it has one.
+/// Errors of the serializer; none are known.
 pub fn text(runs: &[PersonRun]) -> anyhow::Result<String> {
     let people = runs.iter().enumerate();
     let touches = people.flat_map(|(person, run)| {

@@ -1,4 +1,4 @@
-//! The legend beside the plan: what is drawn means what, one row below the other.
+//! The legend beside the plan, one row per symbol.
 
 use crate::report::figures::{COLOURS, TEXT, plot_error};
 use crate::run::kept::trace::TouchMark;
@@ -14,7 +14,7 @@ const ROW_PX: i32 = 22;
 const SIGN_PX: i32 = 30;
 const TEXT_PX: i32 = 40;
 
-/// Signs and their names. Draws in pixels of the whole picture, also what belongs in the drawing itself.
+/// Draws symbols and their names, in pixels of the whole picture; also used for symbols in the drawing.
 pub(super) struct Legend<'a> {
     pub(super) area: DrawingArea<SVGBackend<'a>, Shift>,
     /// Left end, and middle of the next row.
@@ -23,14 +23,14 @@ pub(super) struct Legend<'a> {
 }
 
 impl Legend<'_> {
-    /// What the rows below it are about.
+    /// A heading for the rows below.
     pub(super) fn heading(&mut self, text: &str) -> anyhow::Result<()> {
         self.y += ROW_PX / 2;
         let style = TextStyle::from((TEXT.0, TEXT.1, FontStyle::Bold)).color(&BLACK);
         self.label(text, 0, &style)
     }
 
-    /// A sentence without a sign.
+    /// A sentence without a symbol.
     pub(super) fn text(&mut self, text: &str) -> anyhow::Result<()> {
         let grey = BLACK.mix(0.7);
         let style = TextStyle::from((TEXT.0, TEXT.1 - 2)).color(&grey);
@@ -90,13 +90,13 @@ impl Legend<'_> {
         self.name(name)
     }
 
-    /// What became of touches.
+    /// The outcome of touches.
     pub(super) fn touch(&mut self, mark: TouchMark, name: &str) -> anyhow::Result<()> {
         self.mark(self.sign(SIGN_PX / 2), mark)?;
         self.name(name)
     }
 
-    /// The sign of a touch: full, crossed or hollow. They differ in shape as well as in colour.
+    /// The symbol of a touch: full, crossed or hollow; differs in shape and colour.
     pub(super) fn mark(&self, at: Pixel, mark: TouchMark) -> anyhow::Result<()> {
         let [_, _, green, pink, _, _, grey] = COLOURS;
         match mark {
@@ -136,7 +136,7 @@ impl Legend<'_> {
         self.area.draw(&path).map_err(plot_error)
     }
 
-    /// A place in the row at hand, so far from its left end.
+    /// A point of the current row, `x` from its left end.
     const fn sign(&self, x: i32) -> Pixel {
         (self.x + x, self.y)
     }

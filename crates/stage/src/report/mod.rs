@@ -1,4 +1,4 @@
-//! Tables and figures of a run, and the look that all figures share.
+//! Tables and figures of a run, and the common style of figures.
 
 pub mod figure_file;
 pub mod figures;

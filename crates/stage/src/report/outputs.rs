@@ -1,4 +1,4 @@
-//! All that a run of the main job leaves: what is printed, and the files.
+//! All output of the main job: printed tables and files.
 
 use super::{json, plan_figure, run_figures, tables, views};
 use crate::input::file_plan::FilePlan;
@@ -15,22 +15,22 @@ const TIME: &str = "time.svg";
 const TABLE: &str = "table.md";
 const TOUCHES: &str = "touches.csv";
 
-/// Where it goes.
+/// Destinations of the output.
 #[derive(Debug, Clone, Copy)]
 pub struct Outputs<'a> {
-    /// For figures and tables; made if it does not exist.
+    /// For figures and tables; created if missing.
     pub folder: &'a Path,
     /// For the touches and their summary as JSON.
     pub json: Option<&'a Path>,
-    /// Is the animation written as glTF, too?
+    /// Also write the animation as glTF?
     pub glb: bool,
-    /// For the recording of all runs; [`recording`] writes it, and the arm beside it.
+    /// For the recording of all runs; [`recording`] writes it, with the arm's URDF.
     pub mcap: Option<&'a Path>,
 }
 
 impl Outputs<'_> {
-    /// Says before minutes of work, not after them, that a file cannot be written, or that it is one of the `inputs`;
-    /// then makes the folder.
+    /// Checks, before minutes of work, that all files can be written and none of them is one of the `inputs`;
+    /// then creates the folder.
     ///
     /// # Errors
     /// As [`FilePlan::check`]; a folder that cannot be made.
@@ -44,9 +44,9 @@ impl Outputs<'_> {
         std::fs::create_dir_all(self.folder).with_context(|| self.folder.display().to_string())
     }
 
-    /// Writes plan.svg, time.svg, the replay, the film strip, table.md and touches.csv, and the JSON file if there is to
-    /// be one, after [`prepare`](Self::prepare). Figures are of the first person, whose hand is there from `span_s.0` to
-    /// `span_s.1`; returns what to say about it.
+    /// Writes plan.svg, time.svg, the replay, the film strip, table.md, touches.csv, and the JSON file if requested;
+    /// call [`prepare`](Self::prepare) first. Figures show the first person, whose hand exists from `span_s.0` to
+    /// `span_s.1`; returns remarks for the user.
     ///
     /// # Errors
     /// Nobody touched anything, or a file that cannot be written.
@@ -86,7 +86,7 @@ impl Outputs<'_> {
     }
 }
 
-/// The tables that are printed; `mapping` is the time that the maps took.
+/// The printed tables; `mapping`: the computing time of the maps.
 ///
 /// # Errors
 /// Nobody touched anything.

@@ -24,29 +24,29 @@ const TITLE_PX: u32 = 44;
 const RIM_PX: u32 = 10;
 /// The shorter side is at least this share of the longer one.
 const LEAST_ASPECT: f64 = 0.75;
-/// What is shown about the base at least, m.
+/// Least extent shown around the base, m.
 const BASE_M: f64 = 0.28;
-/// Room about everything, m.
+/// Margin around everything, m.
 const MARGIN_M: f64 = 0.12;
 /// Length of a normal, m.
 const NORMAL_M: f64 = 0.07;
 
 type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
-/// How the arm is drawn at each instant, from the first on: the later, the stronger.
+/// Opacity of the arm at successive instants.
 const ARM_SHADES: [f64; 3] = [0.25, 0.5, 1.0];
 
-/// And the boards that were met.
+/// Opacity of the boards at contacts.
 const MET_SHADE: f64 = 0.5;
 
-/// The room from above, with the paths of hand and board, the arm on its way to one touch, and what became of each touch.
+/// The room from above, with the paths of hand and board, the arm during one touch, and the outcome of each touch.
 ///
 /// # Errors
 /// A file that cannot be written.
 pub fn plan(path: &Path, scene: &Scene, maps: &WallMaps, trace: &Trace) -> anyhow::Result<()> {
     let [low, high] = extent(trace);
     let size = high - low;
-    // The same scale on both axes: the drawing takes the shape of what is shown.
+    // The same scale on both axes: the drawing has the aspect ratio of its content.
     let scale = SIDE_PX / size.x.max(size.y);
     let [w, h] = [
         (size.x * scale).round() as u32 + LABELS_PX[1] + 2 * RIM_PX,
@@ -100,7 +100,7 @@ pub fn plan(path: &Path, scene: &Scene, maps: &WallMaps, trace: &Trace) -> anyho
     file.finish()
 }
 
-/// Everything that is drawn, with room about it.
+/// Bounds of everything drawn, with a margin.
 fn extent(trace: &Trace) -> [DVec2; 2] {
     let hand = trace.hand_m.iter().map(|p| p.1);
     let arms = trace.arms.iter();
@@ -121,7 +121,7 @@ fn extent(trace: &Trace) -> [DVec2; 2] {
 /// The drawing and its legend, which grow together.
 struct Drawing<'a> {
     chart: Chart<'a>,
-    /// What is shown, m.
+    /// Bounds, m.
     low: DVec2,
     high: DVec2,
     legend: Legend<'a>,
@@ -134,7 +134,7 @@ impl Drawing<'_> {
         Ok(())
     }
 
-    /// A straight line, as far as it is in the picture: a chart would bend it at its border.
+    /// A straight line clipped to the picture; the chart itself would distort it at its border.
     fn clipped(&mut self, from: DVec2, to: DVec2, style: ShapeStyle) -> anyhow::Result<()> {
         let (mut first, mut last) = (0.0_f64, 1.0_f64);
         for i in 0..2 {
@@ -160,15 +160,15 @@ impl Drawing<'_> {
         at.cmpge(self.low).all() && at.cmple(self.high).all()
     }
 
-    /// Where a place of the room is in the picture.
+    /// The pixel of a point of the room.
     fn pixel(&self, at: (f64, f64)) -> Pixel {
         self.chart.plotting_area().map_coordinate(&at)
     }
 
-    /// What was there before anybody moved.
+    /// The static parts.
     fn room(&mut self, scene: &Scene, maps: &WallMaps, reach_m: f64) -> anyhow::Result<()> {
         let [_, _, green, _, _, _, grey] = COLOURS;
-        // Below everything else: the more heights are in reach, the darker.
+        // Drawn first: darker where more heights are in reach.
         let stretches = maps.stretches();
         let veil = green.mix(0.035).stroke_width(11);
         for [a, b] in &stretches {
@@ -221,10 +221,10 @@ impl Drawing<'_> {
         Ok(())
     }
 
-    /// The arm at a few instants, its board as wide as it is.
+    /// The arm at a few instants, with its board to scale.
     fn arm(&mut self, trace: &Trace) -> anyhow::Result<()> {
         let [_, orange, ..] = COLOURS;
-        // Below the arm, whose board stands out.
+        // Drawn below the arm, whose board must stand out.
         for board in &trace.boards {
             self.board(board, orange.mix(MET_SHADE), 2)?;
         }
@@ -259,7 +259,7 @@ impl Drawing<'_> {
             self.legend
                 .board(colour, "board at each contact, and its normal")?;
         }
-        // Places may lie above each other: what went wrong is on top.
+        // Points may overlap: draw failures on top.
         for drawn in [TouchMark::InPlace, TouchMark::OutOfReach, TouchMark::Late] {
             for (at_m, _) in trace.touched_m.iter().filter(|t| t.1 == drawn) {
                 let at = self.pixel((at_m.x, at_m.y));

@@ -16,7 +16,7 @@ type Series<'a> = (&'a [(f64, f64)], RGBColor, &'a str);
 /// Samples further apart than this are not joined by a line, s.
 const GAP_S: f64 = 0.1;
 
-/// The whole figure, a panel of it, and what stands beside its axes; pixels.
+/// Sizes of the figure, its panels and the legend, pixels.
 const WIDTH: u32 = 1100;
 const PANEL: u32 = 280;
 const MARGIN: u32 = 10;
@@ -28,7 +28,7 @@ fn short(value: &f64) -> String {
     format!("{}", (value * 1e3).round() / 1e3)
 }
 
-/// How far hand and board are from the predicted contact, force and opening of what is pushed, over time.
+/// Distances of hand and board from the predicted contact, and force and opening of a pushed object, over time.
 ///
 /// # Errors
 /// A file that cannot be written.
@@ -95,7 +95,7 @@ pub fn over_time(
             });
             chart.draw_series(lines).map_err(plot_error)?;
         }
-        // Beside the axes, not over the lines.
+        // Legend beside the axes, not over the lines.
         let spans = [
             (&trace.contacts_s, green, "contact felt (above 3 N)"),
             (&trace.lost_s, yellow, "hand lost"),
@@ -157,7 +157,7 @@ pub fn over_time(
     file.finish()
 }
 
-/// Cuts samples where time leaps.
+/// Splits samples at gaps in time.
 pub(super) fn runs(samples: &[(f64, DVec3)]) -> Vec<&[(f64, DVec3)]> {
     samples
         .chunk_by(|a, b| b.0 - a.0 <= GAP_S)

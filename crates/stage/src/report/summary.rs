@@ -1,11 +1,11 @@
-//! The numbers that a run is judged by.
+//! Summary figures of a run.
 
 use crate::run::judged::regret::Miss;
 use crate::run::people::{JudgedTouch, PersonRun};
 use hwall_testkit::quantile;
 use std::collections::BTreeMap;
 
-/// A first contact with a face that is faster counts as a blow, m/s.
+/// Above this face speed a first contact counts as an impact, m/s.
 pub const FAST_M_PER_S: f64 = 0.1;
 
 /// All touches of all people in a few numbers.
@@ -17,42 +17,42 @@ pub struct Summary {
     pub touches: usize,
     /// Touches that the arm can reach.
     pub reachable: usize,
-    /// Touches at which the board could have been in time.
+    /// Touches for which the board could have been in time.
     pub possible: usize,
     /// Touches within reach at which the board was there before the hand.
     pub in_place: usize,
-    /// Possible touches at which it was.
+    /// Possible touches with the board in place.
     pub possible_in_place: usize,
     /// Distance of the face from the touched point along the normal, of the touches within reach, m; `None` without any.
     pub gap_median_m: Option<f64>,
-    /// Nine of ten are not larger, m.
+    /// 90th percentile of the same distance, m.
     pub gap_p90_m: Option<f64>,
-    /// From the arrival of the hand until the touch was felt, of the touches that were felt, s.
+    /// Median time from the arrival of the hand until the touch was felt, of felt touches, s.
     pub felt_median_s: Option<f64>,
-    /// Of all touches that met the board, the share in which it was faster than [`FAST_M_PER_S`] at first.
+    /// Share of the touches meeting the board with a first contact faster than [`FAST_M_PER_S`].
     pub met_fast: Option<f64>,
-    /// Times that a board turned back before a touch.
+    /// Median number of reversals of the board before a touch.
     pub reversals_median: Option<f64>,
-    /// Boards sent in vain for each touch.
+    /// False dispatches per touch.
     pub in_vain_per_touch: Option<f64>,
-    /// Touches at which the board was not in place, by [`Miss::ALL`].
+    /// Touches without the board in place, by cause, in the order of [`Miss::ALL`].
     pub misses: [usize; Miss::ALL.len()],
-    /// Of these touches those before which the arm was stopped, by what stopped it.
+    /// Number of these touches with a stop of the arm before them, by reason.
     pub stops: BTreeMap<String, usize>,
-    /// How often the arm was held in all, and how often a person had to let it go.
+    /// Number of holds of the arm, and of latched ones that needed a reset by a person.
     pub holds: usize,
     /// See `holds`.
     pub latches: usize,
     /// Share of the control steps in which a link was in front of a surface within reach of the person.
     pub link_in_front: Option<f64>,
-    /// How far at most, m.
+    /// Largest such distance, m.
     pub link_in_front_most_m: Option<f64>,
-    /// Time of a control step that 99 of 100 do not exceed, us.
+    /// 99th percentile of the time of a control step, us.
     pub step_p99_us: Option<f64>,
 }
 
 impl Summary {
-    /// Of all touches in these runs.
+    /// Summarises all touches of these runs.
     #[must_use]
     pub fn new(runs: &[PersonRun]) -> Self {
         let touches: Vec<&JudgedTouch> = runs.iter().flat_map(|run| &run.touches).collect();
@@ -123,7 +123,7 @@ fn share(part: usize, all: usize) -> Option<f64> {
     (all > 0).then(|| part as f64 / all as f64)
 }
 
-/// Values from the least to the largest.
+/// Sorted values.
 pub(super) struct Sorted(Vec<f64>);
 
 impl Sorted {
@@ -137,12 +137,12 @@ impl Sorted {
         self.0.len()
     }
 
-    /// The quantile; without values there is none, and NaN would look like one.
+    /// The quantile; `None` without values.
     pub(super) fn at(&self, p: f64) -> Option<f64> {
         (!self.0.is_empty()).then(|| quantile(&self.0, p))
     }
 
-    /// These quantiles in words, with a unit behind them: `12 / 34 ms`; `none` without values.
+    /// These quantiles as text with a unit: `12 / 34 ms`; `none` without values.
     pub(super) fn text(&self, p: &[f64], unit: &str, words: impl Fn(f64) -> String) -> String {
         let at: Option<Vec<String>> = p.iter().map(|p| self.at(*p).map(&words)).collect();
         at.map_or("none".to_owned(), |at| at.join(" / ") + unit)

@@ -142,7 +142,7 @@ pub fn table(runs: &[PersonRun], maps: &WallMaps, mapping: Duration) -> Markdown
     table
 }
 
-/// A count of a count, with the share where there is one.
+/// `part` of `all`, with the share if `all` is not zero.
 fn of(part: usize, all: usize) -> String {
     match all {
         0 => format!("{part} of {all}"),
@@ -159,7 +159,7 @@ fn misses(summary: &Summary) -> String {
 /// Touches of more people than these are not listed one by one.
 const LISTED_PEOPLE: usize = 2;
 
-/// Of whom something is, where there are several: `person 2: `; people are counted from 1, as in [`touches_csv`].
+/// Prefix for one of several people: `person 2: `; counted from 1, as in [`touches_csv`].
 fn of_person(runs: &[PersonRun], person: usize) -> String {
     match runs.len() {
         0 | 1 => String::new(),
@@ -167,11 +167,11 @@ fn of_person(runs: &[PersonRun], person: usize) -> String {
     }
 }
 
-/// For every touch: how long before it each predictor had been right; then the medians. With many people the touches of the
-/// first one and the medians of all.
+/// For every touch: how long before it each predictor had been right; then the medians. With many people: touches of the first,
+/// medians of all.
 #[must_use]
 pub fn who_was_right(runs: &[PersonRun]) -> MarkdownTable {
-    // One that nobody asked for was not there.
+    // An untrained predictor has no records.
     let took_part = |kind: &PredictorKind| {
         let mut records = runs.iter().flat_map(|run| &run.run.predictions);
         *kind != PredictorKind::EndToEnd || records.any(|p| p.took_ns[*kind as usize] > 0.0)
@@ -197,7 +197,7 @@ pub fn who_was_right(runs: &[PersonRun]) -> MarkdownTable {
     if leads.is_empty() {
         return table;
     }
-    // A predictor that is wrong until the end has no lead.
+    // A predictor that is wrong until the contact has a lead of zero.
     let of = |i: usize| leads.iter().map(move |l| l[i].unwrap_or(0.0));
     let median = |values: &mut dyn Iterator<Item = f64>| Sorted::of(values).text(&[0.5], "", ms);
     let mut summary = |name: &str, cell: &dyn Fn(usize) -> String| {
@@ -218,7 +218,7 @@ pub fn who_was_right(runs: &[PersonRun]) -> MarkdownTable {
     table
 }
 
-/// For every touch: what was possible, and what became of it. With many people the touches of the first one.
+/// For every touch: what was possible, and the outcome. With many people: touches of the first.
 #[must_use]
 pub fn regrets(runs: &[PersonRun]) -> MarkdownTable {
     let mut table = MarkdownTable::new([
@@ -264,8 +264,8 @@ pub fn regrets(runs: &[PersonRun]) -> MarkdownTable {
     table
 }
 
-/// The touches that are listed one by one, by person where there are several, number and surface; each person's are counted
-/// from 1, as each has a clock of their own.
+/// The touches listed one by one, with person (if several), number and surface. Each person's are counted from 1, because
+/// each has a separate clock.
 fn listed(runs: &[PersonRun]) -> impl Iterator<Item = (String, &JudgedTouch)> {
     let people = match runs.len() {
         count if count <= LISTED_PEOPLE => count,
@@ -282,7 +282,7 @@ fn listed(runs: &[PersonRun]) -> impl Iterator<Item = (String, &JudgedTouch)> {
     })
 }
 
-/// For every touch of the first person on a textured surface: what was to be felt and what was felt; empty if no texture was
+/// For every touch of the first person on a textured surface: wanted and felt texture; empty if no texture was
 /// presented.
 #[must_use]
 pub fn textures(runs: &[PersonRun]) -> String {
@@ -323,7 +323,7 @@ pub fn textures(runs: &[PersonRun]) -> String {
     format!("\n{table}")
 }
 
-/// What the hand of the first person did to doors and other moving surfaces: force, opening, energy.
+/// Pushes of the first person at doors and other moving surfaces: force, opening, energy.
 #[must_use]
 pub fn pushes(runs: &[PersonRun]) -> String {
     let pushes = runs.first().map_or(&[][..], |first| &first.run.pushes);
@@ -397,10 +397,10 @@ fn join(parts: impl Iterator<Item = String>) -> String {
     }
 }
 
-/// A column of the touches: its name, and what stands in it for a touch of the person of a number, from 1.
+/// A column of the touches: its name, and its cell for a touch of person n, from 1.
 type Column = (&'static str, fn(usize, &JudgedTouch) -> String);
 
-/// Readers know the first columns by their place.
+/// Do not reorder: readers use the first columns by position.
 const COLUMNS: [Column; 25] = [
     ("surface", |_, t| t.outcome.touch.surface.clone()),
     ("px", |_, t| digits(4, t.outcome.touch.point_m.x)),
@@ -444,7 +444,7 @@ const COLUMNS: [Column; 25] = [
     }),
 ];
 
-/// With so many digits after the point; empty without a value.
+/// With `count` decimals; empty without a value.
 fn digits(count: usize, value: impl Into<Option<f64>>) -> String {
     let value = value.into();
     value.map_or(String::new(), |value| format!("{value:.count$}"))

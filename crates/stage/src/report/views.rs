@@ -1,4 +1,4 @@
-//! The main job to look at: a replay, a film strip and, on request, an animation.
+//! Views of the main job: a replay, a film strip and, on request, an animation.
 
 use crate::input::output::remove_outdated;
 use crate::person::responses::Scenery;
@@ -14,25 +14,25 @@ const REPLAY: &str = "replay.html";
 const STRIP: &str = "touch.svg";
 const ANIMATION: &str = "hwall.glb";
 
-/// The files that [`write`] may leave.
+/// Names of the files that [`write`] may write.
 pub(super) fn names(with_glb: bool) -> impl Iterator<Item = &'static str> {
     [REPLAY, STRIP]
         .into_iter()
         .chain(with_glb.then_some(ANIMATION))
 }
 
-/// What was written, and what was not.
+/// The files written, and remarks.
 pub struct Views {
     /// The names of the files.
     pub written: Vec<&'static str>,
-    /// Why there is no film strip.
+    /// Why there is no film strip, if so.
     pub missing: Option<String>,
-    /// What an earlier run had left and this one has not written.
+    /// A line about outdated files of an earlier run that were removed.
     pub removed: Option<String>,
 }
 
-/// Writes `replay.html` of a run to a folder, `touch.svg` if a board was in place for a touch, and `hwall.glb` if asked for.
-/// Those of an earlier run do not stay beside a run that has none.
+/// Writes `replay.html` of a run to a folder, `touch.svg` if a board was in place for a touch, and `hwall.glb` if requested.
+/// Removes those files of an earlier run that this run does not write.
 ///
 /// # Errors
 /// A file that cannot be written; a board or a scene that cannot be shown.
@@ -78,7 +78,7 @@ pub fn write(
     })
 }
 
-/// Of the touches that the board was in place for, that to which it came from furthest away; its frames and the contact, s.
+/// Frames and contact time, s, of the touch with the longest board motion among those with the board in place.
 fn stills_of_one_touch(scene: &ViewScene, person: &PersonRun) -> Option<(Vec<ViewFrame>, f64)> {
     let frames = &person.run.view.frames;
     let at = |t_s: f64| {

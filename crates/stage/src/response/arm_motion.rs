@@ -15,7 +15,7 @@ pub fn bodies(chain: &Chain) -> anyhow::Result<ChainDynamics> {
     Ok(ChainDynamics::new(chain)?.with_payload(&flange())?)
 }
 
-/// An arm from its start on.
+/// The motion of an arm from its start.
 #[derive(Debug)]
 pub struct ArmMotion {
     /// At the start.
@@ -27,10 +27,10 @@ pub struct ArmMotion {
 }
 
 impl ArmMotion {
-    /// Writes `t,q1..qN,qd1..qdN,energy_j` (s, rad, rad/s, J), a row a sample; whole rows also if it fails.
+    /// Writes `t,q1..qN,qd1..qdN,energy_j` (s, rad, rad/s, J), one row per sample; complete rows even on an error.
     ///
     /// # Errors
-    /// Settings that make no sense, a motion that diverges (names time and joint), or output that cannot be written.
+    /// Invalid settings, a diverging motion (names time and joint), or output that cannot be written.
     pub fn write(
         mut self,
         torques: &HeldTorques,
@@ -53,7 +53,7 @@ impl ArmMotion {
                 .chain([sample.energy_j]);
             anyhow::Ok(output.write_record(to_cells(row))?)
         });
-        // What came before an error is written, too.
+        // Also write the rows before an error.
         output.flush()?;
         followed.map_err(|error| match error.downcast::<SimError>() {
             Ok(SimError::Diverged {
@@ -68,7 +68,7 @@ impl ArmMotion {
     }
 }
 
-/// Joints are counted from 1, as the columns are.
+/// Counts joints from 1, like the columns.
 fn diverged(chain: &Chain, t_s: f64, joint: usize, velocity: f64) -> anyhow::Error {
     let kind = chain.joints().get(joint).map(|joint| joint.kind);
     let is_slide = kind == Some(JointKind::Prismatic);
@@ -80,8 +80,8 @@ fn diverged(chain: &Chain, t_s: f64, joint: usize, velocity: f64) -> anyhow::Err
     )
 }
 
-/// The flange, as simulators have it that know no bodies without mass: a millionth of a gram changes the motion by
-/// less than 1e-8 rad in half a second, and makes it comparable to more digits than that.
+/// The flange: a tiny mass, for comparison with simulators that need a mass on every body. A millionth of a gram changes the
+/// motion by less than 1e-8 rad in half a second.
 fn flange() -> Inertial {
     Inertial {
         link: "flange".to_owned(),

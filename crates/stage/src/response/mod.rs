@@ -1,4 +1,4 @@
-//! What moves under forces that are given row by row: an arm, or an object with one degree of freedom.
+//! Motion under forces given row by row: of an arm, or of an object with one degree of freedom.
 
 pub mod arm_motion;
 pub mod object_motion;

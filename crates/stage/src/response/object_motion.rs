@@ -30,7 +30,7 @@ impl ObjectKind {
     }
 }
 
-/// An object as a command line describes it: degrees, and metres.
+/// Options of an object: degrees and metres.
 #[derive(Debug, Clone, Default)]
 pub struct ObjectOptions<'a> {
     /// Of a door, kg m².
@@ -51,9 +51,9 @@ pub struct ObjectOptions<'a> {
     pub range_deg: Option<[f64; 2]>,
     /// Stops of anything else, m.
     pub range_m: Option<[f64; 2]>,
-    /// Share of the speed that stops give back.
+    /// Coefficient of restitution of the stops.
     pub restitution: f64,
-    /// Middle, half width, largest pull of each latch.
+    /// Middle, half width and largest pull of each latch.
     pub detents: &'a [[f64; 3]],
     /// Start, snap, release, force of a button.
     pub click: Option<[f64; 4]>,
@@ -90,7 +90,7 @@ impl ForceRows {
 pub struct PushedObject {
     object: MovingObject,
     turns: bool,
-    /// One for what does not turn.
+    /// 1 for sliding objects.
     radius_m: f64,
 }
 
@@ -98,15 +98,15 @@ impl PushedObject {
     /// The object that options describe.
     ///
     /// # Errors
-    /// Options of another kind, a missing inertia, or values that make no sense.
+    /// Options of another kind, a missing inertia, or invalid values.
     pub fn from_options(kind: ObjectKind, options: &ObjectOptions<'_>) -> anyhow::Result<Self> {
         Self::new(configured(kind, options)?, kind == ObjectKind::Door)
     }
 
-    /// The object that a surface of a scene is.
+    /// The object of a surface of a scene.
     ///
     /// # Errors
-    /// A scene that cannot be read, or no surface of this name that moves.
+    /// A scene that cannot be read, or no movable surface of this name.
     pub fn from_scene(path: &Path, name: &str) -> anyhow::Result<Self> {
         let (scene, _) = Scene::from_obj_file(path, None)?;
         let surface = scene
@@ -134,7 +134,7 @@ impl PushedObject {
     /// The same door with the force at this distance from its hinge, m.
     ///
     /// # Errors
-    /// Something that is no door, or a distance that is not above zero.
+    /// An object that is not a door, or a distance that is not above zero.
     pub fn with_radius(mut self, radius_m: f64) -> anyhow::Result<Self> {
         if !self.turns {
             bail!("--radius is for doors");
@@ -147,7 +147,7 @@ impl PushedObject {
         Ok(self)
     }
 
-    /// Writes `t,position,velocity` at the time of each row; whole rows also if it fails.
+    /// Writes `t,position,velocity` at the time of each row; complete rows even on an error.
     ///
     /// # Errors
     /// No rows, a row that is not two finite numbers with a later time (names the line), or output that cannot be written.
@@ -158,7 +158,7 @@ impl PushedObject {
     ) -> anyhow::Result<()> {
         output.write_record(["t", "position", "velocity"])?;
         let moved = self.follow(input, output);
-        // What came before an error is written, too.
+        // Also write the rows before an error.
         output.flush()?;
         moved
     }
@@ -168,7 +168,7 @@ impl PushedObject {
         input: &mut ForceRows,
         output: &mut csv::Writer<impl Write>,
     ) -> anyhow::Result<()> {
-        // Time and force of the row before.
+        // Time and force of the previous row.
         let mut held = None;
         while let Some(row) = input.reader.next_row()? {
             let place = input.reader.place(&row);
@@ -192,7 +192,7 @@ impl PushedObject {
 
 fn configured(kind: ObjectKind, options: &ObjectOptions<'_>) -> anyhow::Result<ObjectConfig> {
     let door = kind == ObjectKind::Door;
-    // What the other kinds have instead.
+    // Options of the other kinds.
     let others = if door {
         [
             ("mass", options.mass.is_some()),

@@ -7,11 +7,11 @@ use hwall_kinematics::Chain;
 use hwall_sim::HeldTorques;
 use std::io::BufRead;
 
-/// Reads `t,tau1..tauN` (s, N m) to the end, with or without that header; no rows are no torques. `saturate` limits them to what the
-/// joints allow.
+/// Reads `t,tau1..tauN` (s, N m) to the end, with or without that header; no rows mean no torques. `saturate` limits them to the
+/// joints' limits.
 ///
 /// # Errors
-/// A missing column, a row that is not as many finite numbers, or a time that does not rise; names the line.
+/// A missing column, a row without exactly that many finite numbers, or a time that does not increase; names the line.
 pub fn read(
     source: impl BufRead,
     name: &str,

@@ -9,8 +9,8 @@ use hwall_stage::run::people;
 use hwall_stage::run::stage::Stage;
 use std::time::Duration;
 
-/// The arm stays within its limits (a simulated one refuses anything else), goes to meet the hand, and brings the board nearer to it
-/// than it waits; how near is written in docs/END-TO-END.md.
+/// The arm stays within its limits (the simulated arm refuses anything else), moves towards the hand, and brings the board nearer to it
+/// than when waiting; docs/END-TO-END.md states how near.
 #[test]
 fn a_dozen_touches_led_end_to_end_are_safe_and_beside_the_others_in_the_tables() {
     let room = BuiltInRoom::new().unwrap();
@@ -22,7 +22,7 @@ fn a_dozen_touches_led_end_to_end_are_safe_and_beside_the_others_in_the_tables()
     let scenery = room.scenery(&walls, &people_like, false);
     let (predictors, remark) = responses::taught(untaught, &scenery).unwrap();
     assert!(remark.is_some_and(|remark| remark.contains("demonstrations")));
-    // The door gives way; what is not taught says why.
+    // The door yields; the line about untrained tasks says why.
     let line = responses::untaught_line(&room.scene);
     assert!(line.contains("no push: what gives way") && line.contains("no grasp"));
     let stage = Stage::of(&scenery, &predictors, 2e-3);

@@ -1,4 +1,4 @@
-//! Recordings of hands as headsets and engines write them, followed by the main job.
+//! The main job on recordings of hands as headsets and engines write them.
 
 use clap::Parser;
 use hwall_haptics::Board;
@@ -115,7 +115,7 @@ fn other_units_are_named_with_their_flags() {
     assert_eq!(setting.participants[0].touches.len(), 3);
 }
 
-/// Two decimals were a frozen hand; a slow head, or one that ends, was the policy's fault, or the arm's.
+/// Regression: values of two decimals counted as a frozen hand, and slow or ending heads as misses of the policy or the arm.
 #[test]
 fn few_digits_and_slow_heads_are_served_and_what_stops_the_arm_is_named() {
     let job = Job::new();

@@ -1,4 +1,4 @@
-//! Several people in one go, and what others read of them.
+//! Several people in one run, and the JSON output.
 
 use glam::DVec3;
 use hwall_hand::HandFrame;
@@ -11,7 +11,7 @@ use hwall_stage::run::people::{self, PersonRun};
 use hwall_stage::run::stage::Stage;
 use serde_json::Value;
 
-/// A hand that is first seen far from everything still has a predictor that was learnt from others.
+/// A hand first seen far from everything still gets a trained predictor.
 #[test]
 fn who_is_first_seen_out_of_reach_is_foreseen_all_the_same() {
     let room = BuiltInRoom::new().unwrap();
@@ -24,7 +24,7 @@ fn who_is_first_seen_out_of_reach_is_foreseen_all_the_same() {
     assert!(said.contains("stand elsewhere"), "{said}");
 }
 
-/// Fifteen touches by two people, judged together; then each alone, the second one first.
+/// Fifteen touches by two people, evaluated together; then each alone, the second one first.
 #[test]
 fn who_else_takes_part_changes_nothing_and_the_json_is_as_agreed() {
     let room = BuiltInRoom::new().unwrap();
@@ -48,7 +48,7 @@ fn who_else_takes_part_changes_nothing_and_the_json_is_as_agreed() {
         let alone = people::run(&stage, &both[number..=number], |_| {}).unwrap();
         assert_eq!(facts(&alone), facts(&together[number..=number]));
     }
-    // The first dozen is the same whether or not more are asked for.
+    // The first dozen does not depend on the number of touches.
     let dozen = people::run(&stage, &cast(12), |_| {}).unwrap();
     assert_eq!(facts(&dozen), facts(&together[..1]));
 
@@ -88,13 +88,13 @@ fn counts(cast: &[Participant]) -> Vec<usize> {
     cast.iter().map(|one| one.touches.len()).collect()
 }
 
-/// Everything but the times that steps took.
+/// Everything except computing times.
 fn facts(runs: &[PersonRun]) -> String {
     let fact = |run: &PersonRun| format!("{:?} {}", run.touches, run.run.costs.len());
     runs.iter().map(fact).collect()
 }
 
-/// In a summary where there is something to measure.
+/// Fields present if there is something to measure.
 const MEASURED: [&str; 3] = ["gap_p90_m", "felt_median_s", "step_p99_us"];
 
 fn check_json(value: &Value, summary: &Summary) {

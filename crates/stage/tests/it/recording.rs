@@ -1,4 +1,4 @@
-//! A run of the main job, recorded and run again from the file alone.
+//! A run of the main job, recorded and replayed from the file alone.
 
 use clap::Parser;
 use hwall_haptics::Board;
@@ -17,7 +17,7 @@ fn a_recorded_run_is_made_again_bit_by_bit() {
     let flags = SettingFlags::parse_from(["", "--touches", "1", "--seed", "5"]);
     let setting = Setting::new(&arm, &flags).unwrap();
     let scene = &setting.scene;
-    // No training, which takes most of the time and is asked for in the main job.
+    // No training, which takes most of the time.
     let leader = Some(PredictorKind::RayLed);
     let (predictors, _) = Predictors::train(scene, &arm, &setting.training_people, leader).unwrap();
     let likely = setting.likely_touches.clone();
@@ -41,7 +41,7 @@ fn a_recorded_run_is_made_again_bit_by_bit() {
     let line = recording::finish(recorder, &path).unwrap();
     assert!(line.contains("MB"), "{line}");
 
-    // Made again once: training takes most of the time.
+    // Rebuilt only once: training takes most of the time.
     let recorded = Recording::open(&path).unwrap();
     let rebuilt = Rebuilt::new(recorded.setup()).unwrap();
     let again = |recording: &Recording| {
@@ -71,7 +71,7 @@ fn a_recorded_run_is_made_again_bit_by_bit() {
     std::fs::remove_file(&path).unwrap();
 }
 
-/// Where the chunk that holds the middle of the file begins.
+/// Start of the chunk that contains the middle of the file.
 fn chunk_in_the_middle(bytes: &[u8]) -> usize {
     let (mut at, mut chunk) = (8, 0);
     while at < bytes.len() / 2 {

@@ -1,10 +1,10 @@
-//! What the log holds.
+//! Events of the log.
 
 use crate::present::Presentation;
 use crate::protocol::{ArmKind, Participants, Protocol};
 use serde::{Deserialize, Serialize};
 
-/// Something that happened in a study.
+/// An event of a study.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "event", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Event {
@@ -14,16 +14,16 @@ pub enum Event {
         version: u32,
         /// The study.
         protocol: Protocol,
-        /// Who takes part; people in logs of version 1, which did not say.
+        /// Who takes part; absent in logs of version 1, which means people.
         #[serde(default)]
         participants: Participants,
-        /// What presents the trials; not written for the simulated arm.
+        /// Kind of arm; omitted for the simulated arm.
         #[serde(default, skip_serializing_if = "ArmKind::is_simulated")]
         arm: ArmKind,
     },
-    /// The study goes on after its program had ended.
+    /// The study continues after its program had ended.
     Resumed {
-        /// Bytes of a line that was not whole, and was dropped.
+        /// Bytes of an incomplete line that was dropped.
         dropped_bytes: u64,
     },
     /// A trial was presented.
@@ -35,7 +35,7 @@ pub enum Event {
         /// What was rendered.
         shown: Presentation,
     },
-    /// It was answered, or it failed.
+    /// The trial was answered, or it failed.
     Answered {
         /// Subject, from 0.
         subject: usize,
@@ -45,7 +45,7 @@ pub enum Event {
         answer: Option<f64>,
         /// From the end of the touch to the answer, s.
         answered_s: f64,
-        /// Why the trial does not count; none for one that does.
+        /// Why the trial is invalid; none for a valid one.
         why_not: Option<String>,
     },
     /// A break ended.
@@ -56,7 +56,7 @@ pub enum Event {
 }
 
 impl Event {
-    /// Its kind, in a word.
+    /// Its kind, as one word.
     #[must_use]
     pub const fn word(&self) -> &'static str {
         match self {

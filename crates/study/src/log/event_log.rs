@@ -7,13 +7,13 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
-/// When an event counts as written.
+/// When an event counts as written: guarantees against loss.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Durability {
-    /// When the disk has it: a power cut loses nothing.
+    /// When it is on the disk: a power cut loses nothing.
     #[default]
     Disk,
-    /// When the system has it: the end of the program loses nothing. For simulations.
+    /// When the operating system has it: a crash of the program loses nothing. For simulations.
     System,
 }
 
@@ -24,26 +24,26 @@ pub struct EventLog {
     file: File,
     sum: u32,
     durability: Durability,
-    /// A write failed: what follows would hide it.
+    /// A write failed: refuse further events, which would hide the failure.
     broken: bool,
 }
 
-/// What was found in a log.
+/// Contents of an opened log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recovered {
     /// The events, in order.
     pub events: Vec<Event>,
-    /// Bytes of a last line that was not whole.
+    /// Bytes of an incomplete last line.
     pub dropped_bytes: u64,
 }
 
 impl EventLog {
-    /// A new log, under a lock of its own: no other run writes to it while this one has it. What a cut left of the first line
-    /// of an earlier log is overwritten.
+    /// Creates a log under an exclusive lock: no other run can write to it. Overwrites the truncated first line of an earlier
+    /// log.
     ///
     /// # Errors
-    /// A file that cannot be made; [`StudyError::InUse`]; [`StudyError::Exists`] for a log with events,
-    /// [`StudyError::NotALog`] for a file that is something else.
+    /// A file that cannot be created; [`StudyError::InUse`]; [`StudyError::Exists`] for a log with events,
+    /// [`StudyError::NotALog`] for any other file.
     pub fn create(path: &Path, durability: Durability) -> Result<Self, StudyError> {
         let failed = |error: std::io::Error| StudyError::io(path, &error);
         let mut options = OpenOptions::new();
@@ -70,12 +70,12 @@ impl EventLog {
         })
     }
 
-    /// Reads a log and goes on with it, under a lock. A last line without its line feed, as a crash leaves it, is cut off.
+    /// Reads a log and continues it, under a lock. Drops a last line without line feed, as a crash leaves it.
     ///
     /// # Errors
-    /// A file that cannot be read or cut; [`StudyError::InUse`]; [`StudyError::NothingRecorded`] if not even the first line is
-    /// whole; [`StudyError::NotALog`] for a file that is something else, which is not touched; [`StudyError::Changed`] for a
-    /// wrong line that others follow, [`StudyError::DamagedEnd`] for a wrong last one with a line feed.
+    /// A file that cannot be read or truncated; [`StudyError::InUse`]; [`StudyError::NothingRecorded`] for an incomplete first
+    /// line; [`StudyError::NotALog`] for any other file, which is not touched; [`StudyError::Changed`] for a
+    /// wrong line followed by others, [`StudyError::DamagedEnd`] for a wrong last line with a line feed.
     pub fn open(path: &Path, durability: Durability) -> Result<(Self, Recovered), StudyError> {
         let failed = |error: std::io::Error| StudyError::io(path, &error);
         let (file, bytes) = locked(path, &mut OpenOptions::new())?;
@@ -98,16 +98,16 @@ impl EventLog {
         Ok((log, recovered))
     }
 
-    /// The events of a log, which may be in use and is not changed.
+    /// Reads the events of a log without changing it; the log may be in use.
     ///
     /// # Errors
-    /// As [`EventLog::open`], but for [`StudyError::InUse`].
+    /// As [`EventLog::open`], except [`StudyError::InUse`].
     pub fn events(path: &Path) -> Result<Vec<Event>, StudyError> {
         let bytes = std::fs::read(path).map_err(|error| StudyError::io(path, &error))?;
         Self::events_of(&bytes, path)
     }
 
-    /// As [`EventLog::events`], of the bytes of a log; `path` is for errors.
+    /// As [`EventLog::events`], from the bytes of a log; `path` is for errors.
     ///
     /// # Errors
     /// As [`EventLog::events`].
@@ -116,11 +116,11 @@ impl EventLog {
         Ok(found.events)
     }
 
-    /// Writes an event; when this returns, it is as safe as the log's [`Durability`] says.
+    /// Writes an event; on return it is stored with the log's [`Durability`].
     ///
     /// # Errors
-    /// [`StudyError::NotStorable`] for an event that would not come back as it was, of which nothing is written; a file that
-    /// cannot be written, after which the log takes nothing more.
+    /// [`StudyError::NotStorable`] for an event that cannot be restored exactly: nothing is written. A file that
+    /// cannot be written: the log then accepts no more events.
     pub fn append(&mut self, event: &Event) -> Result<(), StudyError> {
         let failed = |error: std::io::Error| StudyError::io(&self.path, &error);
         if self.broken {
@@ -128,7 +128,7 @@ impl EventLog {
                 "a write before this one failed",
             )));
         }
-        // What cannot be read again must not be in the log.
+        // Verify that the line can be read back exactly.
         let encoded = encode(self.sum, event).filter(|(line, sum)| {
             let decoded = line
                 .strip_suffix('\n')
@@ -157,11 +157,11 @@ impl EventLog {
 struct Found {
     events: Vec<Event>,
     sum: u32,
-    /// Bytes of whole lines.
+    /// Bytes of complete lines.
     whole: usize,
 }
 
-/// The file of a path, under an exclusive lock, and its bytes.
+/// Opens a file under an exclusive lock, and reads its bytes.
 fn locked(path: &Path, options: &mut OpenOptions) -> Result<(File, Vec<u8>), StudyError> {
     let failed = |error: std::io::Error| StudyError::io(path, &error);
     let mut file = options.read(true).append(true).open(path).map_err(failed)?;
@@ -182,7 +182,7 @@ fn not_a_log(path: &Path) -> StudyError {
     }
 }
 
-/// Errors of [`read`], which does not know the file.
+/// Adds the file name to an error of [`read`].
 fn named(error: Unreadable, path: &Path) -> StudyError {
     match error {
         Unreadable::Nothing => StudyError::NothingRecorded {
@@ -194,9 +194,9 @@ fn named(error: Unreadable, path: &Path) -> StudyError {
     }
 }
 
-/// Why bytes are no log.
+/// Why bytes are not a log.
 enum Unreadable {
-    /// Less than one line of one.
+    /// Less than one line of a log.
     Nothing,
     NotALog,
     /// The line, from 1.
@@ -219,7 +219,7 @@ fn read(bytes: &[u8]) -> Result<Found, Unreadable> {
             let rest = bytes.get(found.whole..).unwrap_or_default();
             let first_feed = rest.iter().position(|b| *b == b'\n');
             return match first_feed {
-                // A write that was cut is the last there is: no line feed comes after it.
+                // Only the last write can be truncated: no line feed follows it.
                 None if number > 1 => Ok(found),
                 None if is_cut_first_line(rest) => Err(Unreadable::Nothing),
                 None => Err(Unreadable::NotALog),

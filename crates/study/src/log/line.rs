@@ -1,9 +1,9 @@
-//! One line of the log: the checksum of it and all lines before it, a space, the event as JSON.
+//! One line of the log: checksum of all lines up to this one, a space, the event as JSON.
 
 use super::event::Event;
 use crc::{CRC_32_ISCSI, Crc};
 
-/// The checksum that disks and networks use for their own blocks: finds every error of up to five bits in a line.
+/// CRC-32C, as used for disk and network blocks: detects every error of up to five bits in a line.
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
 
 /// The checksum before the first line.
@@ -19,10 +19,10 @@ fn checksum(before: u32, json: &[u8]) -> u32 {
     digest.finalize()
 }
 
-/// How the JSON of the first line begins.
+/// Start of the JSON of the first line.
 const FIRST: &[u8] = b"{\"event\":\"opened\",";
 
-/// Can these bytes, without a line feed, be what a cut left of a first line?
+/// Can these bytes, without a line feed, be a truncated first line?
 pub(super) fn is_cut_first_line(bytes: &[u8]) -> bool {
     let (digits, rest) = bytes.split_at(bytes.len().min(HEAD - 1));
     let lower = digits
@@ -36,7 +36,7 @@ pub(super) fn is_cut_first_line(bytes: &[u8]) -> bool {
         && !rest.contains(&b'\n')
 }
 
-/// Does any line look like one of a log, whatever its checksum?
+/// Does any line look like a log line, with any checksum?
 pub(super) fn holds_log_lines(bytes: &[u8]) -> bool {
     bytes.split(|b| *b == b'\n').any(|line| {
         let json = line.get(HEAD..).unwrap_or_default();
@@ -52,7 +52,7 @@ pub(super) fn encode(before: u32, event: &Event) -> Option<(String, u32)> {
     Some((format!("{sum:08x} {json}\n"), sum))
 }
 
-/// The event of a line without its line feed, and its checksum; `None` for a line that is not as it was written.
+/// The event of a line without its line feed, and its checksum; `None` for a changed line.
 pub(super) fn decode(before: u32, line: &[u8]) -> Option<(Event, u32)> {
     let (head, json) = (line.get(..HEAD)?, line.get(HEAD..)?);
     let digits = std::str::from_utf8(head.strip_suffix(b" ")?).ok()?;

@@ -1,4 +1,4 @@
-//! The log of a study: every event is one line, and on the disk before the study goes on.
+//! The log of a study: one line per event, written to disk before the study continues.
 
 mod event;
 mod event_log;

@@ -1,4 +1,4 @@
-//! Simulated participants: what they feel, and what they say.
+//! Simulated participants: felt roughness and answers.
 
 mod promise;
 mod roughness;

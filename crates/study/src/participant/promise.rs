@@ -1,4 +1,4 @@
-//! The power that a protocol promises for planted effects.
+//! Predicted power of a protocol for planted effects.
 
 use super::simulated::ParticipantConfig;
 use crate::error::StudyError;
@@ -6,14 +6,13 @@ use crate::present::Stimulus;
 use crate::protocol::Protocol;
 use hwall::psychophysics::{EffectPower, Factor, PowerStudy, PowerTest, power};
 
-/// How often a study of this protocol finds each planted effect, by the analysis of variance of the logarithms of the answers
-/// against own errors, at 5 %.
+/// Predicted power for each planted effect: analysis of variance of the logarithms of the answers in strata, at 5 %.
 ///
-/// Left out of it: lapses, fatigue, differences between what was wanted and what was rendered, how strongly roughness varies for
-/// each participant. So it is a little too high.
+/// Ignores lapses, fatigue, differences between wanted and rendered stimuli, and differences in sensitivity between
+/// participants. It is therefore slightly too high.
 ///
 /// # Errors
-/// A factor of one level alone; settings outside their range.
+/// A factor with only one level; settings outside their range.
 pub fn promised_power(
     protocol: &Protocol,
     participants: &ParticipantConfig,

@@ -1,29 +1,29 @@
-//! How rough a rendered texture feels to a simulated participant.
+//! Roughness of a rendered texture for a simulated participant.
 
 use crate::error::StudyError;
 use crate::present::Rendered;
 use hwall::numeric::check::{finite, that};
 
-/// The natural logarithm of the roughness that is felt: a curve over the rendered angle, a line over the rendered speed, a
+/// The natural logarithm of the felt roughness: a curve over the rendered angle, a line over the rendered speed, a
 /// power of the force.
 ///
-/// A model to plant effects with, not one of perception.
+/// A model for planting effects, not a model of perception.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Roughness {
-    /// Angles, degrees, rising, and the logarithms there; linear between, constant beyond.
+    /// Increasing angles, degrees, and their logarithms; linear between, constant beyond.
     pub over_angle: Vec<[f64; 2]>,
-    /// Logarithm per 100 mm/s of the board.
+    /// Change of the logarithm per 100 mm/s of board speed.
     pub per_100_mm_per_s: f64,
     /// Exponent of the force, relative to 7.5 N.
     pub force_exponent: f64,
 }
 
-/// A force in the middle of those of a touch, N.
+/// Nominal force of a touch, N.
 const USUAL_N: f64 = 7.5;
 
 impl Default for Roughness {
-    /// The dissertation's order: 0 < 45 < 63.43 ~ 71.57 ~ 90 degrees, and rising with speed; sizes with which
-    /// [`ParticipantConfig::default`](super::ParticipantConfig) gives F values like its own, 71.7, 15.9 and 0.44.
+    /// The dissertation's order: 0 < 45 < 63.43 ~ 71.57 ~ 90 degrees, rising with speed. Effect sizes give, with
+    /// [`ParticipantConfig::default`](super::ParticipantConfig), F values like the dissertation's: 71.7, 15.9 and 0.44.
     fn default() -> Self {
         Self {
             over_angle: vec![
@@ -64,7 +64,7 @@ impl Roughness {
         Ok(())
     }
 
-    /// The logarithm at an angle and a speed, at the usual force.
+    /// The logarithm at an angle and a speed, at the nominal force.
     #[must_use]
     pub fn ln(&self, angle_deg: f64, speed_mm_per_s: f64) -> f64 {
         let points = &self.over_angle;
@@ -80,7 +80,7 @@ impl Roughness {
         by_angle + 0.01 * self.per_100_mm_per_s * speed_mm_per_s
     }
 
-    /// The logarithm for what was rendered; `None` for what was not felt.
+    /// The logarithm for a rendered stimulus; `None` if it was not felt.
     #[must_use]
     pub fn felt(&self, rendered: &Rendered) -> Option<f64> {
         let force = rendered.force_n.filter(|f| *f > 0.0)?;

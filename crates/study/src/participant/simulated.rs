@@ -9,20 +9,20 @@ use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-/// How participants differ from each other and from themselves; standard deviations are of natural logarithms.
+/// Variation between and within participants; standard deviations of natural logarithms.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ParticipantConfig {
-    /// What a mean participant feels.
+    /// Roughness for the mean participant.
     pub roughness: Roughness,
-    /// Between participants: the number that they say for the same roughness. Default 0.6.
+    /// Between participants: the answer to the same roughness. Default 0.6.
     pub modulus_sd: f64,
-    /// Between participants: how strongly roughness varies for them, relative. Default 0.15.
+    /// Between participants: sensitivity to changes of roughness, relative. Default 0.15.
     pub sensitivity_sd: f64,
     /// From trial to trial. Default 0.25.
     pub noise_sd: f64,
-    /// Share of trials in which the answer has nothing to do with the touch. Default 0.01.
+    /// Share of trials with an answer independent of the touch. Default 0.01.
     pub lapse_rate: f64,
-    /// By how much the noise has grown after 100 trials, relative. Default 0.1.
+    /// Relative growth of the noise over 100 trials. Default 0.1.
     pub fatigue_per_100: f64,
 }
 
@@ -61,7 +61,7 @@ impl ParticipantConfig {
     }
 }
 
-/// One of them: a number of its own for every roughness.
+/// A simulated participant with its own modulus and sensitivity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SimulatedParticipant {
     config: ParticipantConfig,
@@ -70,16 +70,16 @@ pub struct SimulatedParticipant {
     seed: u64,
 }
 
-/// What a mean participant says for a roughness whose logarithm is zero.
+/// Answer of the mean participant to a roughness with logarithm zero.
 const USUAL_ANSWER: f64 = 5.0;
-/// The least and the largest number that anybody says.
+/// Smallest and largest answer.
 const SAID: [f64; 2] = [1e-3, 1e8];
-/// The logarithm that is the middle of a scale of points, and what one end is away from it.
+/// Logarithm at the middle of a rating scale, and its distance to the ends.
 const SCALE_MIDDLE: f64 = 0.45;
 const SCALE_HALF: f64 = 0.75;
 
 impl SimulatedParticipant {
-    /// The participant of a number, from 0; the same for the same seed.
+    /// Participant `number`, from 0; equal seeds give equal participants.
     ///
     /// # Errors
     /// As [`ParticipantConfig::validate`].
@@ -96,10 +96,10 @@ impl SimulatedParticipant {
         })
     }
 
-    /// The answer to a trial, and the time that it took, s; `None` for a presentation that was not felt.
+    /// The answer to a trial, and its response time, s; `None` for a presentation that was not felt.
     ///
-    /// Depends on the participant, the trial's number and what was rendered alone, so that a study that goes on after a crash
-    /// hears the same.
+    /// Depends only on the participant, the trial's number and the rendered stimulus, so a study resumed after a crash
+    /// gets the same answers.
     #[must_use]
     pub fn answer(
         &self,
@@ -120,7 +120,7 @@ impl SimulatedParticipant {
         let answer = match procedure {
             Procedure::Magnitude => {
                 let ln = if lapse { 2.0 * luck - 1.0 } else { felt };
-                // People say numbers of two digits or so.
+                // People answer with about two digits.
                 two_digits((self.ln_modulus + ln).exp().clamp(SAID[0], SAID[1]))
             }
             Procedure::Likert { points } => {
@@ -149,7 +149,7 @@ impl SimulatedParticipant {
     }
 }
 
-/// Two digits of a number above zero.
+/// Rounds a positive number to two digits.
 fn two_digits(value: f64) -> f64 {
     let digits = 10_f64.powi(1 - value.abs().max(1e-9).log10().floor() as i32);
     round((value * digits).round() / digits)

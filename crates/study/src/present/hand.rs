@@ -4,40 +4,40 @@ use hwall::glam::DVec3;
 use hwall::hand::HandFrame;
 use hwall::sim::minimum_jerk;
 
-/// A hand that rests, reaches for a surface facing +x, presses while it slides along it, and goes back. It has neither tremor
-/// nor noise. The person looks a little ahead of the target.
+/// A hand that rests, reaches for a surface facing +x, presses while it slides along it, and returns. Without tremor
+/// or noise. The gaze is slightly ahead of the target.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StudyHand {
     pub(super) target_m: DVec3,
-    /// How far beyond the face the finger aims, m.
+    /// Aim of the finger beyond the face, m.
     pub(super) depth_m: f64,
     /// Velocity along the surface while it presses, m/s.
     pub(super) slide_m_per_s: DVec3,
-    /// How it speeds up beside that to take what it touches along, m/s².
+    /// Additional acceleration that drags the touched object along, m/s².
     pub(super) takes_m_per_s2: DVec3,
 }
 
-/// When the hand leaves its rest, presses, lets go and is back, s.
+/// Times at which the hand starts to move, presses, lets go and is back, s.
 pub(super) const START_S: f64 = 0.2;
 pub(super) const PRESS_S: f64 = 1.8;
 pub(super) const LEAVE_S: f64 = 2.5;
 pub(super) const END_S: f64 = 2.8;
 
-/// Where the hand rests, seen from the target, m.
+/// Rest position relative to the target, m.
 const REST_M: DVec3 = DVec3::new(0.4, 0.1, 0.1);
 
-/// The person looks so far ahead of where the scan begins, m: the board comes with more of its face ahead.
+/// Gaze ahead of the start of the scan, m: the board then arrives with more of its face ahead.
 const LOOKS_AHEAD_M: f64 = 0.03;
 
 impl StudyHand {
-    /// Where the tip of the index finger would be if nothing stopped it, m.
+    /// Position of the index fingertip without contact, m.
     pub(super) fn tip_m(&self, t_s: f64) -> DVec3 {
         let share = |from_s: f64, to_s: f64| minimum_jerk((t_s - from_s) / (to_s - from_s));
         let out = share(START_S, PRESS_S) - share(LEAVE_S, END_S);
         let slid_s = t_s.clamp(PRESS_S, LEAVE_S) - PRESS_S;
         let slid_m = self.slide_m_per_s * slid_s + self.takes_m_per_s2 * (0.5 * slid_s * slid_s);
         let inside_m = self.target_m - DVec3::X * self.depth_m + slid_m;
-        // It comes straight to what it takes along: friction on the way would set that in motion.
+        // Approach straight to an object that is dragged along: friction during the approach would move it.
         let way = self.takes_m_per_s2.normalize_or_zero();
         let rest_m = REST_M - way * way.dot(REST_M);
         (self.target_m + rest_m).lerp(inside_m, out)
@@ -48,7 +48,7 @@ impl StudyHand {
         (self.tip_m(t_s + 1e-5) - self.tip_m(t_s - 1e-5)) / 2e-5
     }
 
-    /// What the tracker sees.
+    /// The tracker's frame.
     pub(super) fn frame(&self, t_s: f64) -> HandFrame {
         let tip_m = self.tip_m(t_s);
         let head_m = self.target_m + REST_M + DVec3::new(0.3, -0.2, 0.3);

@@ -1,4 +1,4 @@
-//! Presenting a condition: what is wanted, what was rendered, and an arm that does it.
+//! Presentation of a condition: wanted stimulus, rendered stimulus, and the arms that present it.
 
 mod arm;
 mod hand;

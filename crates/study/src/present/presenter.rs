@@ -1,4 +1,4 @@
-//! Whatever presents stimuli.
+//! Interface for presenting stimuli.
 
 use super::simulated::SimulatedStage;
 use super::stimulus::{Rendered, Stimulus};
@@ -7,18 +7,18 @@ use crate::protocol::ArmKind;
 
 /// Presents stimuli: an arm, real or simulated.
 pub trait Presenter {
-    /// Presents a stimulus once and says what was rendered; `seed` for what is left to chance.
+    /// Presents a stimulus once and returns what was rendered; `seed` for random parts.
     ///
     /// # Errors
-    /// What keeps the study from going on. A trial that is spoilt is no error: its [`Rendered::fault`] says so.
+    /// Failures that stop the study. A spoilt trial is not an error; see [`Rendered::fault`].
     fn present(&mut self, stimulus: &Stimulus, seed: u64) -> Result<Rendered, StudyError>;
 
-    /// More words about why the last touch was spoilt, once; none by default.
+    /// Details of why the last touch was spoilt, returned once; none by default.
     fn because(&mut self) -> Option<String> {
         None
     }
 
-    /// Which kind of arm it presents with; the simulated one by default.
+    /// Kind of arm; simulated by default.
     fn arm(&self) -> ArmKind {
         ArmKind::Simulated
     }

@@ -1,4 +1,4 @@
-//! Trials on the simulated arm, each presented by a session of its own.
+//! Trials on the simulated arm, each presented by its own session.
 
 use super::hand::{END_S, LEAVE_S, PRESS_S, StudyHand};
 use super::stimulus::{Fault, Rendered, Stimulus, Surface};
@@ -22,35 +22,35 @@ use std::sync::{Arc, OnceLock};
 /// Control period, s, and that of the tracker.
 const DT_S: f64 = 1e-3;
 const TRACKER_S: f64 = 1.0 / 90.0;
-/// Where the surface stands, m in front of the base.
+/// Distance of the surface in front of the base, m.
 const WALL_M: f64 = 0.6;
-/// Where it is touched, and how far from there at most, m.
+/// Nominal point of touch, and largest offset from it, m.
 const TARGET_M: DVec3 = DVec3::new(WALL_M, 0.0, 0.6);
 const TARGET_OFF_M: f64 = 0.02;
-/// How far beyond the face the finger aims, m: 500 N/m make 5 to 10 N of it.
+/// Aim of the finger beyond the face, m: 5 to 10 N at 500 N/m.
 const DEPTH_M: [f64; 2] = [0.010, 0.020];
-/// How fast the finger itself scans, m/s: above the speed below which a finger counts as resting.
+/// Scan speed of the finger, m/s: above the threshold for a resting finger.
 const SCAN_M_PER_S: [f64; 2] = [0.058, 0.066];
-/// Which way it scans. A door or a panel moves under it.
+/// Direction of the scan. A door or a panel moves under it.
 const SCAN: DVec3 = DVec3::Y;
-/// How the hand takes a panel upwards while the finger scans, m/s², ...
+/// Upward acceleration of the hand that drags a panel along while the finger scans, m/s², ...
 const LIFT_M_PER_S2: f64 = 0.03;
-/// ... by friction: coefficient, and the speed over the board at which it is half of its largest, m/s.
+/// ... by friction: coefficient, and slip speed at which friction reaches half its maximum, m/s.
 const FRICTION: f64 = 0.5;
 const SLIPS_M_PER_S: f64 = 0.03;
-/// Means begin so long after the touch and the beginning of the scan, s: the motion is settled.
+/// Averages start this long after the touch and the start of the scan, s, when the motion has settled.
 const SETTLED_S: f64 = 0.2;
-/// A touch is felt if so much of it is left after that, s.
+/// A touch counts as felt if it lasts at least this much longer, s.
 const LEAST_FELT_S: f64 = 0.1;
-/// Roughness of the surface: any, as the session presents the condition's level whatever it is.
+/// Roughness of the surface: arbitrary, because the session presents the condition's level at any roughness.
 const ROUGHNESS: f64 = 1.0;
 
-/// One arm, one board and the surfaces of a study; presents trials without keeping anything from one to the next.
+/// One arm, one board and the surfaces of a study; trials do not affect each other.
 #[derive(Debug, Clone)]
 pub struct SimulatedStage {
     arm: SrsArm,
     board: Board,
-    /// By surface. Made when they are first needed: each takes about a second.
+    /// By surface. Created on first use: each takes about a second.
     rooms: [OnceLock<Room>; 3],
 }
 
@@ -60,7 +60,7 @@ struct Room {
     walls: Walls,
 }
 
-/// Everybody touches the same place, so the arm waits for that.
+/// Everybody touches the same place, so the arm waits there.
 fn likely_touches() -> LikelyTouches {
     let off_m = [-TARGET_OFF_M, 0.0, TARGET_OFF_M];
     let places = off_m
@@ -77,7 +77,7 @@ impl SimulatedStage {
     /// The iiwa with its board before a wall, a door and a panel.
     ///
     /// # Errors
-    /// Nothing that a user could cause.
+    /// None that a user can cause.
     pub fn new() -> Result<Self, StudyError> {
         let board = Board::default();
         let arm =
@@ -107,7 +107,7 @@ impl SimulatedStage {
 
     /// Presents a stimulus once: approach, touch, motion of the texture, release.
     ///
-    /// `seed` moves the place of the touch by up to 2 cm and sets how hard the finger presses and how fast it scans. Same
+    /// `seed` shifts the point of touch by up to 2 cm and sets the finger's force and scan speed. Same
     /// stimulus and seed, same result.
     ///
     /// # Errors
@@ -170,19 +170,19 @@ impl SimulatedStage {
 /// A wall, a door or a panel, 0.6 m in front of the base and facing +x, with a roughness: what the simulated arm presents.
 ///
 /// # Errors
-/// Nothing that a user could cause.
+/// None that a user can cause.
 pub fn scene_of(surface: Surface) -> Result<Scene, SceneError> {
     let obj = format!(
         "o surface\nv {WALL_M} -1 0\nv {WALL_M} 1 0\nv {WALL_M} 1 2\nv {WALL_M} -1 2\nf 1 2 3 4\n"
     );
     let kind = match surface {
         Surface::Wall => String::new(),
-        // So damped that it gives way for a whole touch and does not run ahead of the finger that pushes it.
+        // Damping: the door yields for a whole touch without running ahead of the finger.
         Surface::Door => format!(
             "kind = \"revolving_door\"\nhinge_point_m = [{WALL_M}, -1, 0]\nhinge_axis = [0, 0, 1]\nrange_deg = [-60, 60]\n\
              inertia_kg_m2 = 40\ndamping_n_m_s_per_rad = 600\n"
         ),
-        // A light sash: it goes up with the finger, and its texture moves across that.
+        // A light sash: it moves up with the finger, and its texture moves across that motion.
         Surface::Panel => {
             "kind = \"sliding_panel\"\ndirection = [0, 0, 1]\nrange_m = [-0.5, 0.5]\n\
              mass_kg = 6\ndamping_n_s_per_m = 1\n"
@@ -193,7 +193,7 @@ pub fn scene_of(surface: Surface) -> Result<Scene, SceneError> {
     Ok(Scene::from_obj_str(&obj, Some(&sidecar))?.0)
 }
 
-/// What a finger that presses exerts on the board that it slides over.
+/// The wrench of a pressing finger on the board, including friction of sliding.
 fn with_friction(
     pressed: &Wrench,
     base_from_board: &Pose,
@@ -209,7 +209,7 @@ fn with_friction(
     }
 }
 
-/// Sums over the part of a touch that is felt.
+/// Sums over the felt part of a touch.
 #[derive(Debug, Clone, Copy, Default)]
 struct Felt {
     count: usize,
@@ -301,7 +301,7 @@ impl Trial {
                 .then(|| sum / felt.count as f64)
                 .filter(|m| m.is_finite())
         };
-        // A board that hardly moves does not present its level, whatever was begun.
+        // A board that hardly moves does not present its level, even if the texture started.
         let half = 0.5 * stimulus.speed_mm_per_s;
         let slow = mean(felt.board_mm_per_s).is_some_and(|v| v < half);
         let fault = if stopped {

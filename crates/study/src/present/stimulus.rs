@@ -1,27 +1,27 @@
-//! What a condition asks for, and what was rendered.
+//! Wanted and rendered stimuli.
 
 use crate::error::StudyError;
 use crate::protocol::Protocol;
 use hwall::numeric::check::{finite, that};
 use serde::{Deserialize, Serialize};
 
-/// What the board stands for.
+/// The virtual surface that the board represents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Surface {
-    /// A wall, which stands.
+    /// A fixed wall.
     #[default]
     Wall,
-    /// A door on hinges, which gives way to the finger.
+    /// A hinged door, which yields to the finger.
     Door,
     /// A panel that slides upwards with the finger, across its scan.
     Panel,
 }
 
-/// A condition as it is wanted.
+/// The wanted stimulus of a condition.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Stimulus {
-    /// What the board stands for.
+    /// The virtual surface.
     pub surface: Surface,
     /// Angle between scan and long axis of the bumps, degrees, 0 to 90.
     pub angle_deg: f64,
@@ -30,7 +30,7 @@ pub struct Stimulus {
 }
 
 impl Surface {
-    /// In a word, as it stands among the levels of a factor.
+    /// As one word, as in the levels of a factor.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -42,7 +42,7 @@ impl Surface {
 }
 
 impl Default for Stimulus {
-    /// Across the bumps at 40 mm/s on a wall: for factors that a study does not have.
+    /// Across the bumps at 40 mm/s on a wall: values for factors that a study does not have.
     fn default() -> Self {
         Self {
             surface: Surface::Wall,
@@ -57,7 +57,7 @@ impl Stimulus {
     /// unit of their numbers (`_deg`, `_mm_s`, `_mm_per_s`).
     ///
     /// # Errors
-    /// Another factor; a level that is not a number in its range, or no surface; no such condition.
+    /// An unknown factor; a level that is not a number in its range or not a surface; no such condition.
     pub fn of(protocol: &Protocol, condition: usize) -> Result<Self, StudyError> {
         let mut stimulus = Self::default();
         let levels = protocol.levels(condition);
@@ -95,7 +95,7 @@ impl Stimulus {
     /// Checks that every condition of a protocol can be presented.
     ///
     /// # Errors
-    /// As [`Stimulus::of`]; [`StudyError::SameQuantity`] for two factors that set the same, as `angle` and `orientation`.
+    /// As [`Stimulus::of`]; [`StudyError::SameQuantity`] for two factors that set the same quantity, such as `angle` and `orientation`.
     pub fn check_all(protocol: &Protocol) -> Result<(), StudyError> {
         let mut named: Vec<(Quantity, &str)> = Vec::new();
         for factor in &protocol.factors {
@@ -109,7 +109,7 @@ impl Stimulus {
             }
             named.push((quantity, &factor.name));
         }
-        // Every level stands in a condition that differs from the first one in its factor alone.
+        // Every level occurs in a condition that differs from the first one only in this factor.
         let mut step = protocol.conditions();
         for factor in &protocol.factors {
             step /= factor.levels.len().max(1);
@@ -121,7 +121,7 @@ impl Stimulus {
     }
 }
 
-/// What a factor sets.
+/// The quantity that a factor sets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Quantity {
     Angle,
@@ -130,7 +130,7 @@ enum Quantity {
 }
 
 impl Quantity {
-    /// Of a factor's name, with or without the unit of its numbers.
+    /// The quantity for a factor's name, with or without the unit of its numbers.
     fn of(factor: &str) -> Result<Self, StudyError> {
         let name = factor.to_lowercase();
         let mut units = ["_deg", "_mm_per_s", "_mm_s"].into_iter();
@@ -154,10 +154,10 @@ impl Quantity {
     }
 }
 
-/// What was rendered in a trial, means over the touch from the moment the motion is settled.
+/// What was rendered in a trial: means over the touch after the motion has settled.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Rendered {
-    /// Angle between the way of the finger over the board and the long axis of the bumps, degrees, 0 to 90.
+    /// Angle between the finger's motion over the board and the long axis of the bumps, degrees, 0 to 90.
     pub angle_deg: Option<f64>,
     /// Speed of the board against the scan, mm/s.
     pub speed_mm_per_s: Option<f64>,
@@ -167,7 +167,7 @@ pub struct Rendered {
     pub force_n: Option<f64>,
     /// Time in contact, s.
     pub contact_s: f64,
-    /// How far a door or a panel was moved, rad or m.
+    /// Displacement of a door or a panel, rad or m.
     pub moved: Option<f64>,
     /// What went wrong.
     pub fault: Fault,
@@ -182,11 +182,11 @@ pub enum Fault {
     None,
     /// The board was not touched, or not long enough to be felt.
     NoTouch,
-    /// The board came after the hand.
+    /// The board arrived after the hand.
     Late,
-    /// The texture did not move though it should.
+    /// The texture did not move.
     NoTexture,
-    /// The board stopped for safety.
+    /// The board made a safety stop.
     Stopped,
     /// The tracker lost the hand, or never saw it.
     HandLost,
@@ -194,14 +194,14 @@ pub enum Fault {
     NotReleased,
     /// Another kind of surface was touched.
     OtherSurface,
-    /// The arm went away, or refused what it was told.
+    /// The arm disconnected, or refused a command.
     ArmGone,
-    /// Whoever runs the study ended it.
+    /// The experimenter ended it.
     Interrupted,
 }
 
 impl Fault {
-    /// In a word; `None` for no fault.
+    /// As one word; `None` for no fault.
     #[must_use]
     pub const fn word(self) -> Option<&'static str> {
         match self {
@@ -229,7 +229,7 @@ pub struct Presentation {
 }
 
 impl Presentation {
-    /// Rejects numbers that no touch has.
+    /// Rejects impossible numbers.
     ///
     /// # Errors
     /// The first number that is not finite, an angle outside 0 to 90 degrees, a negative time in contact.
@@ -245,7 +245,7 @@ impl Presentation {
         }
     }
 
-    /// Why the trial does not count; `None` if it does.
+    /// Why the trial is invalid; `None` if it is valid.
     #[must_use]
     pub fn why_not(&self) -> Option<&'static str> {
         let reference = self.reference.and_then(|r| r.fault.word());
@@ -278,7 +278,7 @@ impl Rendered {
         Ok(())
     }
 
-    /// With six digits after the point: what is stored is what is used, also after a log was read again.
+    /// Rounded to six decimals: the values in use then equal the stored ones, also after reading the log.
     #[must_use]
     pub fn rounded(self) -> Self {
         Self {
@@ -293,7 +293,7 @@ impl Rendered {
     }
 }
 
-/// To six digits after the point.
+/// Rounds to six decimals.
 pub(crate) fn round(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }

@@ -3,15 +3,15 @@
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Which kind of arm presents the trials. A study stays with one kind from its first line on: what one renders is not what another
-/// does.
+/// Which kind of arm presents the trials. Fixed for a study from its first line on, because kinds of arm render
+/// differently.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ArmKind {
-    /// The simulated one, with a simulated hand.
+    /// The simulated arm, with a simulated hand.
     #[default]
     Simulated,
-    /// One behind KUKA's Fast Robot Interface, with the tracked hand of whoever takes part.
+    /// An arm behind KUKA's Fast Robot Interface, with the participant's tracked hand.
     Fri,
 }
 

@@ -1,4 +1,4 @@
-//! What a study does: factors, procedure, and the plan of every subject.
+//! The protocol of a study: factors, procedure, and the plan of every subject.
 
 mod arm_kind;
 mod participants;

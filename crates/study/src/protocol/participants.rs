@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Who takes part. A study is one with people or with simulated participants from its first line on.
+/// Who takes part. Fixed for a study from its first line on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Participants {
@@ -12,7 +12,7 @@ pub enum Participants {
     People,
     /// Simulated participants.
     Simulated {
-        /// Is every condition presented once only, and its rendering used for all its trials?
+        /// Present every condition only once and reuse its rendering for all its trials?
         once_per_condition: bool,
     },
 }

@@ -7,15 +7,15 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
 
-/// What a trial is for.
+/// Purpose of a trial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TrialKind {
-    /// To get used to the task; does not count.
+    /// Practice; does not count.
     Practice,
-    /// One of the study.
+    /// A trial of the study.
     Main,
-    /// The condition of the trial before it again, to see how well the answers agree; does not count.
+    /// Repeats the condition of the previous trial, to measure the agreement of answers; does not count.
     Catch,
 }
 
@@ -26,7 +26,7 @@ pub struct PlannedTrial {
     pub number: usize,
     /// Block, from 1; 0 for practice.
     pub block: usize,
-    /// What it is for.
+    /// Its purpose.
     pub kind: TrialKind,
     /// Combination of levels, from 0, the last factor fastest.
     pub condition: usize,
@@ -43,7 +43,7 @@ pub enum Planned {
     Break,
 }
 
-/// Random numbers of one subject that no other number of the study shares.
+/// Random generator of one subject, independent of the study's other random numbers.
 fn generator(seed: u64, subject: usize) -> Pcg64 {
     let step = (subject as u64 + 1).wrapping_mul(0xd134_2543_de82_ef95);
     Pcg64::seed_from_u64(seed.rotate_left(17) ^ step)
@@ -52,7 +52,7 @@ fn generator(seed: u64, subject: usize) -> Pcg64 {
 impl Protocol {
     /// The steps of a subject, counted from 0, in order.
     ///
-    /// A plan depends on the protocol and the number of the subject alone.
+    /// A plan depends only on the protocol and the number of the subject.
     ///
     /// # Errors
     /// As [`Protocol::validate`]; a subject beyond the study has an empty plan.
@@ -68,7 +68,7 @@ impl Protocol {
             }
         }
         for block in own.chunk_by(|a, b| a.round == b.round) {
-            // Which places of the block are asked twice.
+            // Positions in the block that get a catch trial.
             let mut places: Vec<usize> = (0..block.len()).collect();
             places.shuffle(&mut numbers);
             places.truncate(self.catch_per_block);

@@ -27,36 +27,36 @@ impl StudyFactor {
     }
 }
 
-/// How conditions are ordered within a block.
+/// Order of conditions within a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TrialOrder {
-    /// At random; no condition comes twice in a row.
+    /// Random; no condition occurs twice in a row.
     #[default]
     Random,
     /// Rows of a balanced Latin square over subjects and blocks.
     Latin,
 }
 
-/// What is asked after a touch.
+/// The question after a touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Procedure {
-    /// Any number above zero, in proportion to what was felt.
+    /// Magnitude estimation: any number above zero, in proportion to the sensation.
     #[default]
     Magnitude,
-    /// A point of a scale from 1 to so many.
+    /// A point on a scale from 1 to `points`.
     Likert {
         /// Points, 2 to 100.
         points: u8,
     },
-    /// Which of two was rougher: 1 or 2. The condition is one of the two, the first condition of the study the other;
-    /// which of them comes first changes at random.
+    /// Which of two was rougher: 1 or 2. One of the two is the trial's condition, the other the first condition of the study,
+    /// in random order.
     TwoIntervals,
-    /// The same, but the answers so far decide the condition: harder after two right ones, easier after a wrong one. One
-    /// factor; the levels after the first are told apart from it more easily the later they stand.
+    /// As `TwoIntervals`, but the answers choose the condition: harder after two right ones, easier after a wrong one. One
+    /// factor; its first level is the reference, and later levels are easier to discriminate from it.
     Staircase,
-    /// The same by QUEST+: where the answer is expected to tell most.
+    /// As `Staircase`, but QUEST+ chooses the condition with the largest expected information.
     Quest,
 }
 
@@ -67,10 +67,10 @@ impl Procedure {
         matches!(self, Self::TwoIntervals | Self::Staircase | Self::Quest)
     }
 
-    /// The answer, if the procedure has it.
+    /// The answer, if the procedure accepts it.
     ///
     /// # Errors
-    /// An answer that it does not have; NaN is never accepted.
+    /// An answer that it does not accept; NaN is never accepted.
     pub fn check(self, answer: f64) -> Result<f64, StudyError> {
         let (holds, wanted) = match self {
             Self::Magnitude => (
@@ -92,11 +92,11 @@ impl Procedure {
     }
 }
 
-/// A whole study before it begins.
+/// The settings of a whole study.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Protocol {
-    /// What the study is called in its report.
+    /// Title of the report.
     pub title: String,
     /// Factors within subjects; their combinations are the conditions, the last factor fastest.
     pub factors: Vec<StudyFactor>,
@@ -106,21 +106,21 @@ pub struct Protocol {
     pub repeats: usize,
     /// Order within blocks.
     pub order: TrialOrder,
-    /// What is asked.
+    /// The question after each trial.
     pub procedure: Procedure,
     /// Practice trials before the first block; they do not count.
     pub practice: usize,
-    /// Trials of a block that are repeated right away to see how well answers agree; they do not count.
+    /// Trials per block that are repeated immediately to measure the agreement of answers; they do not count.
     pub catch_per_block: usize,
-    /// A break after so many trials; 0: none.
+    /// Trials between breaks; 0: no breaks.
     pub break_after: usize,
-    /// How often a trial is tried before it is left out: a late board or a lost hand spoils one.
+    /// Attempts at a trial before it is left out; a late board or a lost hand spoils an attempt.
     pub most_attempts: u32,
     /// Seed of all orders.
     pub seed: u64,
 }
 
-/// Largest numbers of a study.
+/// Upper bounds of a study.
 const MOST_SUBJECTS: usize = 1000;
 const MOST_TRIALS: usize = 100_000;
 
@@ -229,7 +229,7 @@ impl Protocol {
             for (place, level) in factor.levels.iter().enumerate() {
                 let plain =
                     !level.is_empty() && level.len() <= 100 && !level.chars().any(char::is_control);
-                // 0 and 0.0 are one level to whoever reads the table.
+                // 0 and 0.0 are the same level for readers of the table.
                 let number = |text: &String| text.parse::<f64>().ok().filter(|v| v.is_finite());
                 let same = |other: &String| {
                     other == level || number(other).is_some_and(|v| Some(v) == number(level))
@@ -246,7 +246,7 @@ impl Protocol {
         if matches!(self.procedure, Procedure::Staircase | Procedure::Quest) {
             self.rising_levels()?;
         }
-        // Names that stand twice, and squares that are too large.
+        // Checks for duplicate names and too large squares.
         self.schedule().validate()?;
         Ok(())
     }
@@ -254,7 +254,7 @@ impl Protocol {
     /// The levels of the only factor as numbers, the first above zero.
     ///
     /// # Errors
-    /// More factors than one, fewer than three levels, levels that are not numbers that rise.
+    /// More than one factor, fewer than three levels, levels that are not increasing numbers.
     pub fn rising_levels(&self) -> Result<Vec<f64>, StudyError> {
         let [factor] = &self.factors[..] else {
             let got = self.factors.len();

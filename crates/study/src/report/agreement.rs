@@ -1,13 +1,13 @@
-//! How well two answers to one condition agree: trials and the catch trials after them.
+//! Agreement of two answers to the same condition: trials and their catch trials.
 
 use crate::protocol::{Procedure, TrialKind};
 use crate::run::TrialRecord;
 use std::collections::HashMap;
 
-/// In a sentence; empty without a pair of valid answers.
+/// The result as a sentence; empty without a pair of valid answers.
 ///
-/// A pair is a catch trial and the trial before it in the plan, each by its valid attempt, if both presented the same condition:
-/// with a rule that places trials, one that was spoilt may have come again elsewhere.
+/// A pair is a catch trial and the trial before it in the plan, each by its valid attempt, if both presented the same
+/// condition: with an adaptive procedure a repeated trial may have another condition.
 pub(super) fn sentence(procedure: Procedure, done: &[TrialRecord]) -> String {
     let valid = || done.iter().filter(|r| r.is_valid());
     let planned: HashMap<(usize, usize), &TrialRecord> =
@@ -56,7 +56,7 @@ pub(super) fn sentence(procedure: Procedure, done: &[TrialRecord]) -> String {
     pairs + &what + "\n"
 }
 
-/// The mean of the two in the middle, for an even number.
+/// The median: mean of the middle two for an even number.
 pub(super) fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     let upper = values.get(values.len() / 2).copied();
@@ -94,7 +94,7 @@ mod tests {
         }
     }
 
-    /// A catch trial that was spoilt comes again after another condition: it still belongs to the trial before it in the plan.
+    /// A spoilt catch trial is repeated after another condition, but still belongs to the trial before it in the plan.
     #[test]
     fn catch_trials_that_come_again_keep_their_partners() {
         let done = [
@@ -113,7 +113,7 @@ mod tests {
             text.contains("difference of the two answers is 2"),
             "{text}"
         );
-        // A rule placed the trial elsewhere when it came again: no pair.
+        // The adaptive procedure gave the repeated trial another condition: no pair.
         let moved = [
             record(1, TrialKind::Main, 4, None),
             record(2, TrialKind::Catch, 4, Some(1.0)),

@@ -19,28 +19,28 @@ use std::fmt::Write;
 /// Pairs with an adjusted p below this differ.
 const ALPHA: f64 = 0.05;
 
-/// A study, analysed.
+/// The analysis of a study, and its report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StudyReport {
-    /// The analysis of the answers; none where they make no complete study.
+    /// The analysis of the answers; none if they do not form a complete study.
     pub analysis: Option<Analysis>,
-    /// Why there is none.
+    /// Why there is no analysis.
     pub why_not: Option<String>,
     /// Levels of each factor in groups.
     pub groups: Vec<LevelGroups>,
-    /// The table that was analysed: of the subjects with a valid answer in every condition.
+    /// The analysed table: subjects with a valid answer in every condition.
     pub table: Option<Table>,
-    /// Subjects who were left out of it.
+    /// Subjects left out of the table.
     pub left_out: Vec<LeftOut>,
     text: String,
 }
 
 impl StudyReport {
     /// Analyses the answers so far: magnitudes normalised by geometric means, both error models, pairs by Holm. Subjects without
-    /// a valid answer in every cell are left out, and named.
+    /// a valid answer in every cell are left out and named.
     ///
     /// # Errors
-    /// A table that cannot be made. Answers that cannot be analysed yet are no error: the report says why.
+    /// A table that cannot be created. Answers that cannot be analysed yet are not an error: the report states why.
     pub fn of(study: &StudyRecord) -> Result<Self, StudyError> {
         let protocol = &study.protocol;
         let table = match protocol.procedure.is_two_intervals() {
@@ -86,7 +86,7 @@ impl StudyReport {
         Ok(report)
     }
 
-    /// The report in Markdown; figures are linked by these names and captions.
+    /// The report in Markdown; `figures`: file names and captions of linked figures.
     #[must_use]
     pub fn to_markdown(&self, figures: &[(&str, &str)]) -> String {
         let mut text = self.text.clone();
@@ -171,7 +171,7 @@ impl StudyReport {
     }
 }
 
-/// Wanted beside rendered.
+/// Table of wanted and rendered values.
 fn rendered(out: &mut String, valid: &[&TrialRecord]) -> std::fmt::Result {
     let spread = |of: &dyn Fn(&TrialRecord) -> Option<f64>| -> Option<[f64; 3]> {
         let mut values: Vec<f64> = valid.iter().filter_map(|r| of(r)).collect();
@@ -209,12 +209,12 @@ fn rendered(out: &mut String, valid: &[&TrialRecord]) -> std::fmt::Result {
     Ok(())
 }
 
-/// The table of valid answers, or why there is none.
+/// The table of valid answers, or the reason there is none.
 fn table(p: &Protocol, records: &[TrialRecord]) -> Result<Result<Table, String>, StudyError> {
     let mut bytes = Vec::new();
     let valid: Vec<TrialRecord> = records.iter().filter(|r| r.is_valid()).cloned().collect();
     write_trials(p, &valid, &mut bytes)?;
-    // A factor of one level is no factor of the analysis.
+    // A factor with one level is not analysed.
     let varied = p.factors.iter().filter(|f| f.levels.len() > 1);
     let columns =
         Columns::new("subject", varied.map(|f| f.name.clone()), "answer").with_round("block");

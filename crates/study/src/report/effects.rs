@@ -1,9 +1,9 @@
-//! An effect in a line.
+//! One line per effect.
 
 use hwall::psychophysics::{Effect, ErrorModel};
 
-/// Factors, degrees of freedom, F, p and size. Against its own errors an effect of several degrees of freedom has its degrees
-/// and its p as Greenhouse and Geisser correct them, since few answers are spherical; pooled errors know no such correction.
+/// Factors, degrees of freedom, F, p and size. In strata, degrees of freedom and p of effects with several degrees of
+/// freedom are Greenhouse-Geisser corrected, because answers are rarely spherical; pooled errors have no such correction.
 pub(super) fn sentence(effect: &Effect) -> String {
     let none = || "none".to_owned();
     let f = effect.f.finite().map_or_else(none, |f| format!("{f:.2}"));
@@ -49,7 +49,7 @@ mod tests {
     use super::*;
     use hwall::psychophysics::{Columns, Study, anova};
 
-    /// The first p of a report was the uncorrected one, beside a warning in the same report not to read it.
+    /// Regression: reports gave the uncorrected p while warning not to use it.
     #[test]
     fn the_p_of_an_effect_is_the_corrected_one() {
         let mut csv = String::from("subject,a,b,y\n");
@@ -83,7 +83,7 @@ mod tests {
         let [p_gg, p] = [p_gg, p].map(|p| probability(Some(p)));
         assert!(first_p.starts_with(&format!("{p_gg} (Greenhouse")));
         assert!(said.contains(&format!("uncorrected p = {p})")), "{said}");
-        // With one degree of freedom there is nothing to correct, and pooled errors have no correction.
+        // No correction with one degree of freedom, or for pooled errors.
         assert!(!sentence(&of(ErrorModel::Strata, "a")).contains("Greenhouse"));
         let pooled = sentence(&of(ErrorModel::Pooled, "b"));
         assert!(pooled.starts_with("b (pooled error): F(2, 20)") && !pooled.contains("Greenhouse"));

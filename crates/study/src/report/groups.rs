@@ -1,8 +1,8 @@
-//! Levels of a factor in groups: those of one group do not differ.
+//! Groups of levels of a factor that do not differ significantly.
 
 use hwall::psychophysics::{Adjustment, Comparison};
 
-/// The levels of a factor from the least to the greatest mean, with the letters of their groups.
+/// The levels of a factor in order of their means, with the letters of their groups.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LevelGroups {
     /// The factor.
@@ -11,12 +11,12 @@ pub struct LevelGroups {
     pub order: Vec<String>,
     /// Letters of each: two levels that share a letter do not differ significantly. After `z` come capital letters, then `a'`.
     pub letters: Vec<String>,
-    /// The groups behind the letters, from 0, of each level.
+    /// The groups of each level, as numbers from 0.
     pub groups: Vec<Vec<usize>>,
 }
 
 impl LevelGroups {
-    /// Do two levels, by name, differ significantly, and is the first the lesser?
+    /// Is the first level, by name, significantly less than the second?
     #[must_use]
     pub fn is_less(&self, less: &str, more: &str) -> bool {
         let place = |name: &str| self.order.iter().position(|level| level == name);
@@ -32,7 +32,7 @@ impl LevelGroups {
         a < b && !of(a).iter().any(|group| of(b).contains(group))
     }
 
-    /// In one line: `0 (a) < 45 (b) < 90 (c)`; the signs only say the order of the means.
+    /// One line: `0 (a) < 45 (b) < 90 (c)`; the signs show only the order of the means.
     #[must_use]
     pub fn to_text(&self) -> String {
         let named = self.order.iter().zip(&self.letters);
@@ -44,7 +44,7 @@ impl LevelGroups {
 /// The groups of each factor, from comparisons of all pairs of its levels.
 ///
 /// `alpha`: pairs with an adjusted p below it differ. A pair without a p does not differ.
-/// Source: the sets of levels that do not differ among each other and are not part of a larger such set that is an
+/// Source: the maximal sets of levels without significant differences that are not part of a larger such set that is an
 /// interval in the order of the means (Piepho 2004).
 #[must_use]
 pub fn level_groups(pairs: &[Comparison], adjustment: Adjustment, alpha: f64) -> Vec<LevelGroups> {
@@ -56,7 +56,7 @@ pub fn level_groups(pairs: &[Comparison], adjustment: Adjustment, alpha: f64) ->
             .max()
             .unwrap_or(0);
         let mut names = vec![String::new(); count];
-        // Sums of differences to all others are in the order of the means.
+        // Sums of differences to all others have the order of the means.
         let mut height = vec![0.0; count];
         let mut differ = vec![vec![false; count]; count];
         for pair in of_factor {
@@ -98,7 +98,7 @@ pub fn level_groups(pairs: &[Comparison], adjustment: Adjustment, alpha: f64) ->
 
 const LETTERS: &str = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
 
-/// The letter of a group, with a stroke for every time that letters began anew.
+/// The letter of a group, with a prime for every restart of the alphabet.
 fn letter(group: usize) -> String {
     let count = LETTERS.len();
     let letter = LETTERS.chars().nth(group % count).unwrap_or('a');
@@ -107,9 +107,9 @@ fn letter(group: usize) -> String {
     text
 }
 
-/// All largest sets of levels of which no two differ, in the order of their least members.
+/// All maximal sets of levels without differing pairs, in the order of their least members.
 fn maximal_sets(order: &[usize], differ: &[Vec<bool>]) -> Vec<Vec<usize>> {
-    // Insert and absorb: for each pair that differs, every set that has both is split in two.
+    // Insert and absorb: for each differing pair, every set with both members is split in two.
     let mut sets = vec![order.to_vec()];
     for (place, a) in order.iter().enumerate() {
         for b in &order[place + 1..] {
@@ -134,7 +134,7 @@ fn maximal_sets(order: &[usize], differ: &[Vec<bool>]) -> Vec<Vec<usize>> {
     sets
 }
 
-/// Without sets that are part of another one.
+/// Removes sets contained in another one.
 fn absorbed(sets: Vec<Vec<usize>>) -> Vec<Vec<usize>> {
     let mut kept: Vec<Vec<usize>> = Vec::new();
     for set in sets {
@@ -162,7 +162,7 @@ mod tests {
         }
     }
 
-    /// Sixty levels that all differ: the first and the 53rd are in groups of their own.
+    /// Sixty levels that all differ: the first and the 53rd have their own groups.
     #[test]
     fn sixty_levels_have_sixty_groups() {
         let levels: Vec<String> = (0..60).map(|i| i.to_string()).collect();

@@ -1,9 +1,9 @@
-//! The paragraph of the methods, from what was done.
+//! The methods paragraph, from the recorded trials.
 
 use crate::protocol::{Participants, Procedure, Protocol, TrialKind, TrialOrder};
 use crate::run::StudyRecord;
 
-/// In plain sentences, every count from the log.
+/// Writes the paragraph, with every count from the log.
 pub(super) fn paragraph(study: &StudyRecord) -> String {
     let p = &study.protocol;
     let of_kind = |kind| study.trials.iter().filter(move |r| r.trial.kind == kind);

@@ -1,4 +1,4 @@
-//! What a study says, and the numbers of its methods paragraph.
+//! The report of a study, with the numbers of its methods paragraph.
 
 mod agreement;
 mod document;

@@ -1,4 +1,4 @@
-//! Answers on a scale, as they are usually summarised: counts, median and quartiles of each level.
+//! Summary of ratings on a scale: counts, median and quartiles of each level.
 
 use super::agreement::median;
 use crate::protocol::Protocol;
@@ -33,7 +33,7 @@ pub(super) fn section(p: &Protocol, points: u8, valid: &[&TrialRecord]) -> Strin
                 })
                 .collect();
             let middle = median(&mut answers);
-            // Sorted by now; the middle one of an odd number is in both halves.
+            // Already sorted; for an odd number both halves contain the middle one.
             let half = answers.len().div_ceil(2);
             let [mut low, mut high] = [answers.clone(), answers.clone()];
             low.truncate(half);

@@ -12,7 +12,7 @@ const CONFIDENCE: f64 = 0.95;
 /// The section of thresholds, in Markdown.
 ///
 /// # Errors
-/// Levels that a rule cannot take.
+/// Levels that an adaptive procedure cannot use.
 pub(super) fn section(p: &Protocol, records: &[TrialRecord]) -> Result<String, StudyError> {
     let mut out = String::new();
     let Ok(levels) = p.rising_levels() else {

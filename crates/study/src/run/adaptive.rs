@@ -1,4 +1,4 @@
-//! Which condition comes next where the answers so far decide.
+//! Adaptive procedures: the answers so far choose the next condition.
 
 use super::record::TrialRecord;
 use crate::error::StudyError;
@@ -7,11 +7,11 @@ use hwall::psychophysics::{
     QuestEstimate, QuestGrid, QuestPlus, Staircase, StaircaseConfig, StaircaseEstimate,
 };
 
-/// Trials placed by the answers of one subject: the first level of the only factor is the reference, the others are
-/// told apart from it more easily the later they stand.
+/// The adaptive procedure of one subject. The first level of the only factor is the reference; later levels are easier
+/// to discriminate from it.
 #[derive(Debug, Clone)]
 pub enum Adaptive {
-    /// Two right answers down, one wrong one up; stimuli are places of levels.
+    /// Two right answers down, one wrong one up; stimuli are indices of levels.
     Staircase(Staircase),
     /// QUEST+; stimuli are the levels themselves.
     Quest(QuestPlus),
@@ -19,14 +19,14 @@ pub enum Adaptive {
 
 /// Confidence of the intervals of thresholds.
 const CONFIDENCE: f64 = 0.95;
-/// Answers are taken for lapses this often at least.
+/// Smallest assumed lapse rate.
 const LAPSE: f64 = 0.02;
 
 impl Adaptive {
-    /// The rule of a protocol before the first answer; `None` for a procedure with a plan of its own.
+    /// The adaptive procedure of a protocol before the first answer; `None` for other procedures.
     ///
     /// # Errors
-    /// More factors than one, fewer than three levels, levels that are not numbers that rise.
+    /// More than one factor, fewer than three levels, levels that are not increasing numbers.
     pub fn of(protocol: &Protocol) -> Result<Option<Self>, StudyError> {
         if !matches!(protocol.procedure, Procedure::Staircase | Procedure::Quest) {
             return Ok(None);
@@ -49,10 +49,10 @@ impl Adaptive {
         Ok(Some(Self::Quest(QuestPlus::new(grid)?)))
     }
 
-    /// The same after the answers of a subject to its trials that count, in order.
+    /// Updates with a subject's valid trials, in order.
     ///
     /// # Errors
-    /// Answers that the rule cannot take.
+    /// Answers that the procedure cannot use.
     pub fn after<'a>(
         mut self,
         records: impl Iterator<Item = &'a TrialRecord>,
@@ -71,7 +71,7 @@ impl Adaptive {
         Ok(self)
     }
 
-    /// The condition that comes next.
+    /// The next condition.
     #[must_use]
     pub fn condition(&self) -> usize {
         match self {
@@ -80,7 +80,7 @@ impl Adaptive {
         }
     }
 
-    /// The threshold by now, for a rule that gives one; a staircase's is a place among the levels.
+    /// The threshold so far; a staircase's is an index of the levels.
     ///
     /// # Errors
     /// Never, with this confidence.
@@ -92,7 +92,7 @@ impl Adaptive {
     }
 }
 
-/// What a rule found.
+/// The threshold of an adaptive procedure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AdaptiveThreshold {
     /// Of a staircase; `None` with too few reversals.

@@ -1,4 +1,4 @@
-//! A study with people: somebody presents, somebody answers.
+//! A study with people: a presenter and a respondent.
 
 use super::progress::NextStep;
 use super::study::{Answer, Study};
@@ -6,16 +6,16 @@ use crate::error::StudyError;
 use crate::present::{Presentation, Presenter, Stimulus};
 use crate::protocol::{Participants, PlannedTrial, Procedure, TrialKind};
 
-/// What a subject is asked.
+/// A question to a subject.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ask {
-    /// What the procedure asks.
+    /// The question of the procedure.
     Procedure(Procedure),
-    /// To go on when it is ready; any answer will do.
+    /// To continue when ready; any answer is accepted.
     GoOn,
 }
 
-/// Whoever answers, and how. It never learns the condition.
+/// The interface to the subject. It never learns the condition.
 pub trait Respondent {
     /// Shows a text.
     ///
@@ -23,28 +23,29 @@ pub trait Respondent {
     /// A text that cannot be shown.
     fn tell(&mut self, text: &str) -> Result<(), StudyError>;
 
-    /// Sees the study after each answer, when that is in the log; does nothing by default.
+    /// Called after each answer is in the log; does nothing by default.
     ///
     /// # Errors
-    /// What keeps the study from going on.
+    /// Failures that stop the study.
     fn recorded(&mut self, study: &Study) -> Result<(), StudyError> {
         let _ = study;
         Ok(())
     }
 
-    /// Asks; `None`: the session ends here, and goes on another time.
+    /// Asks; `None` ends the session, which can be resumed later.
     ///
     /// # Errors
     /// A question that cannot be asked.
     fn ask(&mut self, text: &str, ask: Ask) -> Result<Option<Answer>, StudyError>;
 }
 
-/// Runs a study with people until it is done or a session ends; returns the number of trials that were answered.
+/// Runs a study with people until it is done or the session ends; returns the number of answered trials.
 ///
-/// What is asked names the trial and how many there are, never its condition. A trial that was spoilt is said to come again.
+/// Questions show the number of the trial and of all trials, never the condition. The subject is told when a spoilt trial will be repeated.
 ///
 /// # Errors
-/// A study with simulated participants, or on another kind of arm; as [`Presenter::present`] and [`Respondent`]; a log that cannot be written. Everything up to then is in the log.
+/// A study with simulated participants, or on another kind of arm; as [`Presenter::present`] and [`Respondent`]; a log that cannot be
+/// written. Everything up to the error is in the log.
 pub fn conduct(
     study: &mut Study,
     presenter: &mut dyn Presenter,
@@ -99,7 +100,7 @@ pub fn conduct(
                     return Ok(answered);
                 };
                 match study.answered(answer) {
-                    // It is asked again.
+                    // Ask again.
                     Err(StudyError::BadAnswer { wanted, .. }) => {
                         respondent.tell(&format!("Please answer with {wanted}."))?;
                     }
@@ -114,7 +115,7 @@ pub fn conduct(
     }
 }
 
-/// Both intervals in their order, or the one touch.
+/// Presents both intervals in order, or the single touch.
 fn present(
     study: &Study,
     presenter: &mut dyn Presenter,

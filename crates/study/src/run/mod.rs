@@ -1,4 +1,4 @@
-//! A study under way: what comes next, what was answered, and all of it in the log.
+//! A running study: its next step, its answers, and its log.
 
 mod adaptive;
 mod conduct;

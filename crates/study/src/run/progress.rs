@@ -1,4 +1,4 @@
-//! Where a study stands, as its events tell.
+//! The state of a study, from its events.
 
 use super::adaptive::Adaptive;
 use super::record::{StudyRecord, TrialRecord};
@@ -8,53 +8,53 @@ use crate::present::{Presentation, Stimulus};
 use crate::protocol::{ArmKind, Participants, Planned, PlannedTrial, Protocol, TrialKind};
 use std::collections::{BTreeMap, VecDeque};
 
-/// What a study does next.
+/// The next step of a study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NextStep {
-    /// A trial is to be presented to a subject, counted from 0, and this is the attempt at it, from 1.
+    /// Present a trial.
     Present {
-        /// Who.
+        /// Subject, from 0.
         subject: usize,
-        /// What.
+        /// The trial.
         trial: PlannedTrial,
-        /// Which attempt.
+        /// Attempt, from 1.
         attempt: u32,
     },
-    /// The trial that was presented is to be answered.
+    /// The presented trial needs an answer.
     Answer {
-        /// Who.
+        /// Subject, from 0.
         subject: usize,
-        /// What.
+        /// The trial.
         trial: PlannedTrial,
     },
-    /// The subject rests until it goes on.
+    /// A break, until the subject continues.
     Rest {
-        /// Who.
+        /// Subject, from 0.
         subject: usize,
     },
     /// Nothing is left.
     Done,
 }
 
-/// Everything that follows from the events so far.
+/// State derived from the events so far.
 #[derive(Debug, Clone)]
 pub(super) struct Progress {
     pub(super) protocol: Protocol,
     pub(super) records: Vec<TrialRecord>,
-    /// Events so far, with the first.
+    /// Number of events so far, including the first.
     pub(super) events: usize,
     breaks: usize,
     resumptions: usize,
     subject: usize,
     queue: VecDeque<Planned>,
     shown: Option<Presentation>,
-    /// Attempts that failed, of the trials left of this subject.
+    /// Failed attempts, by number of this subject's remaining trials.
     failed: BTreeMap<usize, u32>,
-    /// Where the answers of this subject place its trials.
+    /// The adaptive procedure of this subject, if any.
     adaptive: Option<Adaptive>,
 }
 
-/// The beginning of a subject.
+/// Start of the next subject.
 #[derive(Debug)]
 pub(super) struct NextSubject {
     subject: usize,
@@ -62,7 +62,7 @@ pub(super) struct NextSubject {
     queue: VecDeque<Planned>,
 }
 
-/// What an event changes.
+/// The state change of an event.
 #[derive(Debug)]
 pub(super) enum Taken {
     Resumed,
@@ -116,7 +116,7 @@ impl Progress {
         self.shown.as_ref()
     }
 
-    /// A trial with the condition that the answers so far give it; a catch trial with that of the trial before it.
+    /// The trial with its adaptive condition; a catch trial gets the condition of the trial before it.
     fn placed(&self, trial: &PlannedTrial) -> PlannedTrial {
         let Some(rule) = &self.adaptive else {
             return *trial;
@@ -141,7 +141,7 @@ impl Progress {
         1 + self.failed.get(&trial.number).copied().unwrap_or_default()
     }
 
-    /// What an event changes, if it follows from those before it; else why it does not.
+    /// The state change of an event; an error if the event does not follow from the previous ones.
     pub(super) fn prepare(&self, event: &Event) -> Result<Taken, StudyError> {
         self.taken(event).map_err(|why| StudyError::OutOfOrder {
             event: self.events + 1,
@@ -215,11 +215,11 @@ impl Progress {
         }
     }
 
-    /// Makes that change.
+    /// Applies a state change.
     pub(super) fn commit(&mut self, taken: Taken) {
         self.events += 1;
         let next = match taken {
-            // The program ended: what was presented and not answered is presented again.
+            // The program had ended: an unanswered presentation is repeated.
             Taken::Resumed => {
                 self.shown = None;
                 self.resumptions += 1;
@@ -258,7 +258,7 @@ impl Progress {
         }
     }
 
-    /// A trial that failed comes again at the end of its block.
+    /// Repeats a failed trial at the end of its block.
     fn try_again(&mut self, trial: PlannedTrial) {
         *self.failed.entry(trial.number).or_default() += 1;
         let of_block = |step: &Planned| matches!(step, Planned::Trial(t) if t.block == trial.block);
@@ -267,7 +267,7 @@ impl Progress {
         self.queue.insert(place, Planned::Trial(trial));
     }
 
-    /// What comes after the step that is due now, if it is the last of its subject.
+    /// The next subject, if the current step is the last one of its subject.
     fn after_last_step(&self) -> Result<Option<NextSubject>, &'static str> {
         let subject = self.subject + 1;
         if self.queue.len() > 1 || subject >= self.protocol.subjects {
@@ -295,7 +295,7 @@ impl Progress {
         }
     }
 
-    /// Trials that are planned and not done, without those that may have to be repeated.
+    /// Remaining planned trials, without possible repetitions.
     pub(super) fn left(&self) -> usize {
         let p = &self.protocol;
         let each =

@@ -1,4 +1,4 @@
-//! What was done in a study.
+//! The record of a study.
 
 use crate::present::{Presentation, Stimulus};
 use crate::protocol::{ArmKind, Participants, PlannedTrial, Protocol};
@@ -8,9 +8,9 @@ use crate::protocol::{ArmKind, Participants, PlannedTrial, Protocol};
 pub struct TrialRecord {
     /// Subject, from 0.
     pub subject: usize,
-    /// Which trial of the subject's plan.
+    /// Trial of the subject's plan.
     pub trial: PlannedTrial,
-    /// Which attempt at it, from 1.
+    /// Attempt, from 1.
     pub attempt: u32,
     /// What was wanted.
     pub wanted: Stimulus,
@@ -20,12 +20,12 @@ pub struct TrialRecord {
     pub answer: Option<f64>,
     /// From the end of the touch to the answer, s.
     pub answered_s: f64,
-    /// Why the trial does not count; none for one that does.
+    /// Why the trial is invalid; none for a valid one.
     pub why_not: Option<String>,
 }
 
 impl TrialRecord {
-    /// Does it count?
+    /// Is it valid?
     #[must_use]
     pub const fn is_valid(&self) -> bool {
         self.answer.is_some() && self.why_not.is_none()
@@ -39,10 +39,10 @@ impl TrialRecord {
     }
 }
 
-/// A study as its log tells it.
+/// A study, as recorded in its log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StudyRecord {
-    /// What was to be done.
+    /// The protocol.
     pub protocol: Protocol,
     /// Who takes part.
     pub participants: Participants,
@@ -50,7 +50,7 @@ pub struct StudyRecord {
     pub arm: ArmKind,
     /// All attempts so far, in order.
     pub trials: Vec<TrialRecord>,
-    /// Breaks that were taken, of all subjects.
+    /// Breaks taken by all subjects.
     pub breaks: usize,
     /// How often the study was resumed.
     pub resumptions: usize,

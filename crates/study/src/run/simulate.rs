@@ -10,24 +10,24 @@ use hwall_numeric::parallel;
 use std::collections::HashMap;
 use std::ops::ControlFlow;
 
-/// How a study is simulated.
+/// Settings of a simulated study.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Simulation {
     /// Who takes part.
     pub participants: ParticipantConfig,
-    /// Is every condition presented once only, and its rendering used for all its trials? Much faster; trials of one
-    /// condition then differ by the participant alone.
+    /// Present every condition only once and reuse its rendering for all its trials? Much faster; trials of one
+    /// condition then differ only by the participant.
     pub once_per_condition: bool,
     /// Stop after so many trials, as if the program had been killed; for tests.
     pub kill_after: Option<usize>,
 }
 
-/// Presentations that were made ahead, by subject, trial and attempt; or by condition alone.
+/// Presentations computed in advance, by subject, trial and attempt, or by condition only.
 type Made = HashMap<(usize, usize, u32), Rendered>;
 
 /// Runs a study to its end, every trial presented by a session on the simulated arm, on all cores.
 ///
-/// Returns the number of trials that were presented in this call. Same study and settings, same result, also over a stop
+/// Returns the number of trials presented in this call. Same study and settings, same result, even with a stop
 /// and a resumption.
 ///
 /// # Errors
@@ -41,7 +41,7 @@ pub fn simulate(
     simulate_and_tell(study, stage, simulation, &mut |_| ControlFlow::Continue(()))
 }
 
-/// The same; `tell` sees the study after every answer, and may end it there.
+/// As [`simulate`]; `tell` is called after every answer and may stop the run.
 ///
 /// # Errors
 /// As [`simulate`].
@@ -113,8 +113,8 @@ pub fn simulate_and_tell(
     }
 }
 
-/// What tells one rendering from another: subject, trial and attempt, or the condition alone. The reference of two intervals
-/// is told apart by the highest bit.
+/// Key of a rendering: subject, trial and attempt, or the condition only. The highest bit marks the reference of two
+/// intervals.
 fn key(
     simulation: &Simulation,
     subject: usize,
@@ -145,7 +145,7 @@ fn one(
     stage.present(&stimulus, seed)
 }
 
-/// All first attempts of a subject, or of all conditions, on all cores.
+/// Computes all first attempts of a subject, or all conditions, on all cores.
 fn make_ahead(
     protocol: &Protocol,
     stage: &SimulatedStage,
@@ -156,7 +156,7 @@ fn make_ahead(
     if simulation.once_per_condition {
         jobs.extend((0..protocol.conditions()).map(|condition| (condition, (0, condition, 1))));
     } else if matches!(protocol.procedure, Procedure::Staircase | Procedure::Quest) {
-        // What comes is not known ahead.
+        // Adaptive conditions are not known in advance.
         return Ok(Made::new());
     } else {
         for step in protocol.plan(subject)? {

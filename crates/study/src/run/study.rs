@@ -22,8 +22,8 @@ pub struct Answer {
     pub answered_s: f64,
 }
 
-/// A study in a folder. Every step is in its log before the next one is told, so that a study that ended at any
-/// moment goes on with the step that it had not finished.
+/// A study in a folder. Every step is logged before the next one is returned, so a study that ended at any moment
+/// resumes with its unfinished step.
 #[derive(Debug)]
 pub struct Study {
     log: EventLog,
@@ -33,7 +33,7 @@ pub struct Study {
 }
 
 impl Study {
-    /// Begins a study in a folder, which is made. What a cut left of the first line of an earlier study is overwritten.
+    /// Creates a study and its folder. Overwrites the truncated first line of an earlier study.
     ///
     /// # Errors
     /// A protocol that cannot be run or presented; a folder that holds a study ([`StudyError::Exists`]) or something else
@@ -53,7 +53,7 @@ impl Study {
         )
     }
 
-    /// As [`Study::create`], for trials that this kind of arm presents.
+    /// As [`Study::create`], for this kind of arm.
     ///
     /// # Errors
     /// As [`Study::create`].
@@ -97,11 +97,11 @@ impl Study {
         })
     }
 
-    /// Goes on with the study of a folder where it stopped. A trial that was presented and not answered is presented again.
+    /// Resumes the study of a folder. A trial that was presented but not answered is presented again.
     ///
     /// # Errors
-    /// No study there; [`StudyError::NothingRecorded`] where one was cut in its first line, so that a new one may be created
-    /// there; [`StudyError::InUse`]; a log that was changed.
+    /// No study in the folder; [`StudyError::NothingRecorded`] if it was truncated in its first line (a new study may be created
+    /// there); [`StudyError::InUse`]; a changed log.
     pub fn resume(folder: &Path, durability: Durability) -> Result<Self, StudyError> {
         let (log, recovered) = EventLog::open(&Self::log_path(folder), durability)?;
         let (progress, participants, arm) = replay(&recovered.events)?;
@@ -116,25 +116,25 @@ impl Study {
         Ok(study)
     }
 
-    /// The study of a folder as it stands, to look at; nothing is written, also while another run goes on with it.
+    /// Reads the study of a folder without writing; another run may be using it.
     ///
     /// # Errors
-    /// As [`Study::resume`], but for [`StudyError::InUse`].
+    /// As [`Study::resume`], except [`StudyError::InUse`].
     pub fn read(folder: &Path) -> Result<StudyRecord, StudyError> {
         let events = EventLog::events(&Self::log_path(folder))?;
         Self::record_of(&events)
     }
 
-    /// The study of a log's events, to look at.
+    /// The study of a log's events.
     ///
     /// # Errors
-    /// Events that do not follow from each other.
+    /// Events in an impossible order.
     pub fn record_of(events: &[Event]) -> Result<StudyRecord, StudyError> {
         let (progress, participants, arm) = replay(events)?;
         Ok(progress.into_record(participants, arm))
     }
 
-    /// The study as it stands.
+    /// The study so far.
     #[must_use]
     pub fn record(&self) -> StudyRecord {
         self.progress
@@ -154,7 +154,7 @@ impl Study {
         self.arm
     }
 
-    /// Refuses another kind of arm than that on which the study began.
+    /// Refuses a kind of arm other than the study's.
     pub(super) fn expect_arm(&self, asked: ArmKind) -> Result<(), StudyError> {
         let stored = self.arm;
         if stored == asked {
@@ -163,7 +163,7 @@ impl Study {
         Err(StudyError::OtherArm { stored, asked })
     }
 
-    /// Refuses others than those with whom the study began.
+    /// Refuses participants other than the study's.
     pub(super) fn expect(&self, asked: Participants) -> Result<(), StudyError> {
         if self.participants == asked {
             return Ok(());
@@ -174,13 +174,13 @@ impl Study {
         })
     }
 
-    /// Where the log of a folder is.
+    /// Path of the log in a folder.
     #[must_use]
     pub fn log_path(folder: &Path) -> PathBuf {
         folder.join(LOG)
     }
 
-    /// What it does.
+    /// The protocol.
     #[must_use]
     pub const fn protocol(&self) -> &Protocol {
         &self.progress.protocol
@@ -192,33 +192,33 @@ impl Study {
         &self.progress.records
     }
 
-    /// Trials that are left, if none fails.
+    /// Remaining trials, if none fails.
     #[must_use]
     pub fn left(&self) -> usize {
         self.progress.left()
     }
 
-    /// What comes next; the same until it is done.
+    /// The next step; unchanged until it is done.
     #[must_use]
     pub fn next_step(&self) -> NextStep {
         self.progress.next()
     }
 
-    /// What was presented and waits for an answer.
+    /// The presentation that waits for an answer.
     #[must_use]
     pub const fn shown(&self) -> Option<&Presentation> {
         self.progress.shown()
     }
 
-    /// The trial was presented. One that is spoilt is recorded as such, and comes again at the end of its block.
+    /// Records a presented trial. A spoilt trial is recorded as such and repeated at the end of its block.
     ///
     /// # Errors
-    /// No trial was to be presented; a number that is not finite or not possible; a log that cannot be written.
+    /// No trial was to be presented; a number that is not finite or impossible; a log that cannot be written.
     pub fn presented(&mut self, shown: &Presentation) -> Result<(), StudyError> {
         self.presented_because(shown, None)
     }
 
-    /// As [`Study::presented`], with more words about why a trial was spoilt.
+    /// As [`Study::presented`], with details of why a trial was spoilt.
     ///
     /// # Errors
     /// As [`Study::presented`].
@@ -233,7 +233,7 @@ impl Study {
             });
         };
         shown.validate()?;
-        // What is stored is what is used.
+        // Use exactly the stored values.
         let shown = shown.rounded();
         self.take(Event::Presented {
             subject,
@@ -246,10 +246,10 @@ impl Study {
         Ok(())
     }
 
-    /// The trial that was presented is answered.
+    /// Records the answer to the presented trial.
     ///
     /// # Errors
-    /// An answer that the procedure does not have; nothing was presented; a log that cannot be written.
+    /// An answer that the procedure does not accept; nothing was presented; a log that cannot be written.
     pub fn answered(&mut self, answer: Answer) -> Result<(), StudyError> {
         let value = self.protocol().procedure.check(answer.value)?;
         let seconds = answer.answered_s;
@@ -258,7 +258,7 @@ impl Study {
         self.answer(Some(value), round(seconds), None)
     }
 
-    /// The trial that was presented does not count, for a reason of whoever runs the study.
+    /// Marks the presented trial as invalid, for a reason of the experimenter.
     ///
     /// # Errors
     /// Nothing was presented; a log that cannot be written.
@@ -284,10 +284,10 @@ impl Study {
         })
     }
 
-    /// The break is over.
+    /// Records the end of a break.
     ///
     /// # Errors
-    /// There is none; a log that cannot be written.
+    /// There is no break; a log that cannot be written.
     pub fn rested(&mut self) -> Result<(), StudyError> {
         let NextStep::Rest { subject } = self.next_step() else {
             return Err(StudyError::NoTrial {
@@ -297,7 +297,7 @@ impl Study {
         self.take(Event::Rested { subject })
     }
 
-    /// An event that follows from those before it goes to the disk, then into memory; another one goes nowhere.
+    /// Checks an event against the previous ones, logs it, then applies it.
     fn take(&mut self, event: Event) -> Result<(), StudyError> {
         let taken = self.progress.prepare(&event)?;
         self.log.append(&event)?;
@@ -331,7 +331,7 @@ fn replay(events: &[Event]) -> Result<(Progress, Participants, ArmKind), StudyEr
     Ok((progress, *participants, *arm))
 }
 
-/// Is there anything in a folder but hidden files?
+/// Does a folder contain anything except hidden files?
 fn holds_anything(folder: &Path) -> Result<bool, StudyError> {
     let failed = |error: std::io::Error| StudyError::io(folder, &error);
     for entry in std::fs::read_dir(folder).map_err(failed)? {
@@ -351,7 +351,7 @@ fn new_folders(folder: &Path) -> Vec<PathBuf> {
     missing.map(Path::to_owned).collect()
 }
 
-/// Puts the names of a new log and of new folders on the disk: each name is in the folder above it.
+/// Syncs the names of a new log and new folders to disk: each name is stored in its parent folder.
 fn sync_names(folder: &Path, made: &[PathBuf]) -> Result<(), StudyError> {
     let above = made.iter().filter_map(|f| f.parent());
     for folder in std::iter::once(folder).chain(above) {
@@ -359,7 +359,7 @@ fn sync_names(folder: &Path, made: &[PathBuf]) -> Result<(), StudyError> {
             true => Path::new("."),
             false => folder,
         };
-        // Other systems have no folders that can be opened, and write names by themselves.
+        // Other systems cannot open folders, and write names on their own.
         if cfg!(unix) {
             let synced = std::fs::File::open(folder).and_then(|f| f.sync_all());
             synced.map_err(|error| StudyError::io(folder, &error))?;

@@ -1,4 +1,4 @@
-//! Trials on an arm that runs in its own time, here a simulated one that runs as fast as it can be computed.
+//! Trials on an arm with its own clock, here a simulated one that runs as fast as possible.
 
 use crate::common;
 use hwall::contact::{DeterministicConfig, DeterministicPredictor, Predictor};
@@ -22,22 +22,22 @@ const DT_S: f64 = 1e-3;
 const TRACKER_S: f64 = 1.0 / 90.0;
 const TARGET_M: DVec3 = DVec3::new(0.6, 0.0, 0.6);
 const REST_M: DVec3 = DVec3::new(0.4, 0.1, 0.1);
-/// When the hand leaves its rest, presses, lets go, is back, and begins again, s.
+/// Times at which the hand starts, presses, lets go, is back, and starts again, s.
 const TIMES_S: [f64; 5] = [1.0, 2.6, 3.7, 4.0, 5.0];
 const SLIDE_M_PER_S: f64 = 0.062;
 
-/// What the person does.
+/// Behaviour of the person.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Person {
-    /// Touches again and again.
+    /// Touches repeatedly.
     Touches,
-    /// Only looks.
+    /// Only watches.
     Waits,
-    /// Only looks, before an arm that fails.
+    /// Only watches an arm that fails.
     Breaks,
-    /// Is seen for two seconds and not any more.
+    /// Is tracked for two seconds, then lost.
     Leaves,
-    /// Touches, stops the arm as soon as that is felt for the first time, and lets it go after 2 s.
+    /// Touches, stops the arm at the first felt touch, and resets it after 2 s.
     Stops,
 }
 
@@ -46,11 +46,11 @@ struct Room {
     now_s: f64,
     frames: u32,
     finger: HandContact,
-    /// When the arm was stopped, s.
+    /// Time at which the arm was stopped, s.
     stopped_s: Option<f64>,
-    /// The arm fails after 20 s.
+    /// Does the arm fail after 20 s?
     breaks: bool,
-    /// It has run for a second.
+    /// Has it run for a second?
     runs: Arc<AtomicBool>,
 }
 
@@ -127,7 +127,7 @@ impl StudyRoom<Breakable> for Room {
     }
 }
 
-/// An arm that may refuse what it is told.
+/// An arm that may refuse commands.
 struct Breakable {
     servo: ServoArm,
     broken: bool,
@@ -188,7 +188,7 @@ fn try_stage(
     Ok((stage, runs))
 }
 
-/// Answers every question until it has answered enough of them.
+/// Answers a given number of questions.
 struct Answers {
     left: usize,
     said: String,
@@ -245,7 +245,7 @@ fn three_conditions_run_to_the_end_and_go_on_after_a_cut() {
     };
     assert_eq!(conduct(&mut study, &mut stage, &mut answers), Ok(1));
     drop(study);
-    // A cut in the middle of the last line.
+    // Truncate in the middle of the last line.
     let path = Study::log_path(&folder);
     let log = std::fs::read(&path).expect("a log");
     std::fs::write(&path, &log[..log.len() - 7]).expect("written");
@@ -270,7 +270,7 @@ fn three_conditions_run_to_the_end_and_go_on_after_a_cut() {
     }
     assert_eq!(record.trials.iter().filter(|t| t.is_valid()).count(), 3);
     drop(study);
-    // Another arm does not go on with it.
+    // Another kind of arm cannot resume it.
     let mut study = Study::resume(&folder, disk).expect("it is done");
     let mut simulated = hwall_study::SimulatedStage::new().expect("one");
     let refused = conduct(&mut study, &mut simulated, &mut answers);

@@ -1,4 +1,4 @@
-//! The log survives every cut, and finds every change.
+//! The log survives every truncation, and detects every change.
 
 use crate::common;
 use hwall_study::{
@@ -8,7 +8,7 @@ use hwall_study::{
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// It was refused for this reason.
+/// Asserts a refusal for this reason.
 macro_rules! refused {
     ($result:expr, $why:pat) => {
         let result = &$result;
@@ -16,7 +16,7 @@ macro_rules! refused {
     };
 }
 
-/// A folder of a test's own, empty.
+/// An empty folder for a test.
 fn folder(name: &str) -> PathBuf {
     let folder = common::folder(&format!("log-{name}"));
     fs::create_dir_all(&folder).unwrap();
@@ -40,7 +40,7 @@ fn create(folder: &Path, durability: Durability) -> Result<Study, StudyError> {
     Study::create(folder, protocol(), Participants::People, durability)
 }
 
-/// The same with so many subjects.
+/// The same with `subjects` subjects.
 fn create_for(folder: &Path, subjects: usize) -> Result<Study, StudyError> {
     let protocol = Protocol {
         subjects,
@@ -56,7 +56,7 @@ fn answer(value: f64) -> Answer {
     }
 }
 
-/// What a subject without whims feels and says.
+/// A deterministic presentation.
 fn shown(angle_deg: f64) -> Presentation {
     let rendered = Rendered {
         angle_deg: Some(angle_deg),
@@ -71,7 +71,7 @@ fn shown(angle_deg: f64) -> Presentation {
     }
 }
 
-/// Runs so many steps, or to the end.
+/// Runs `steps` steps, or to the end.
 fn run(study: &mut Study, steps: usize) -> usize {
     for done in 0..steps {
         match study.next_step() {
@@ -110,14 +110,14 @@ fn a_cut_at_any_byte_resumes_to_the_same_study() {
         fs::write(&path, &bytes[..cut]).unwrap();
         let resumed = Study::resume(&folder, Durability::System);
         let mut study = if cut < first {
-            // Without its protocol there is no study, and nothing had been done: it begins anew in the same folder.
+            // Without its protocol there is no study, and nothing was recorded: a new study starts in the same folder.
             refused!(resumed, StudyError::NothingRecorded { .. });
             create_for(&folder, 1)
         } else {
             resumed
         }
         .unwrap_or_else(|error| panic!("cut at {cut}: {error}"));
-        // Whole lines are never lost: what was answered by then is still there.
+        // Complete lines are never lost: earlier answers are still there.
         let answered = |b: &[u8]| {
             b.split_inclusive(|b| *b == b'\n')
                 .filter(|l| l.ends_with(b"\n") && l.windows(10).any(|w| w == b"\"answered\""))
@@ -129,7 +129,7 @@ fn a_cut_at_any_byte_resumes_to_the_same_study() {
         assert_eq!(study.trials(), expected, "cut at {cut}");
         assert_eq!(study.left(), 0);
         drop(study);
-        // And the log that went on is a log.
+        // And the continued log is a valid log.
         let (_, recovered) = EventLog::open(&path, Durability::System).unwrap();
         assert_eq!(recovered.dropped_bytes, 0);
         let again = Study::record_of(&recovered.events).unwrap();
@@ -155,17 +155,17 @@ fn every_changed_byte_is_found() {
         if place + 1 < last_line {
             refused!(opened, StudyError::Changed { .. });
         } else if place + 1 < bytes.len() {
-            // Whole, but not as it was written: no cut. Without the line feed before it, it is longer.
+            // Complete but changed: not a truncation. Without the line feed before it, it is longer.
             refused!(opened, StudyError::DamagedEnd { .. });
         } else {
-            // Without its line feed it is a line that was cut.
+            // Without its line feed it counts as truncated.
             assert!(opened.unwrap().1.dropped_bytes > 0);
         }
         if place + 1 < bytes.len() {
             assert_eq!(fs::read(&path).unwrap(), spoilt, "byte {place}");
         }
     }
-    // Lines that are left out, doubled or exchanged.
+    // Lines removed, doubled or exchanged.
     let lines: Vec<&[u8]> = bytes.split_inclusive(|b| *b == b'\n').collect();
     for i in 1..lines.len() - 1 {
         let mut left_out = lines.clone();
@@ -190,7 +190,7 @@ fn a_study_is_stopped_and_resumed_at_every_step() {
     while run(&mut study, 1) == 1 {
         drop(study);
         study = Study::resume(&folder, Durability::Disk).unwrap();
-        // A presentation without an answer was forgotten on purpose: it comes again, and then the answer in the same life.
+        // An unanswered presentation is dropped by design: it is repeated, and then answered in the same run.
         if matches!(study.next_step(), NextStep::Present { .. }) {
             run(&mut study, 2);
         }
@@ -297,7 +297,7 @@ fn what_is_not_due_is_refused() {
         assert!(created.is_err(), "{what}");
         assert!(!Study::log_path(&path).exists());
     }
-    // A log that was opened, but holds something else.
+    // A log with a first event other than `Opened`.
     let event = Event::Rested { subject: 0 };
     let path = Study::log_path(&folder.join("foreign"));
     fs::create_dir_all(folder.join("foreign")).unwrap();
@@ -319,7 +319,7 @@ fn a_second_run_is_refused_while_the_first_goes_on() {
         let new = create(&folder, Durability::Disk);
         refused!(new, StudyError::InUse { .. });
     }
-    // Whoever only looks may.
+    // Reading is allowed.
     assert_eq!(Study::read(&folder).unwrap(), study.record());
     let before = study.trials().to_vec();
     drop(study);
@@ -381,7 +381,7 @@ fn what_would_not_come_back_is_not_written() {
         refused!(refused, StudyError::Argument(_));
     }
     assert_eq!(fs::read(&path).unwrap(), before);
-    // Every number comes back bit by bit.
+    // Every number is restored bit by bit.
     let presented = with(&|r| r.force_n = Some(0.1 + 0.2));
     study.presented(&presented).unwrap();
     let value = 1e-9 * (1.0 + f64::EPSILON);
@@ -389,7 +389,7 @@ fn what_would_not_come_back_is_not_written() {
     study.answered(Answer { value, answered_s }).unwrap();
     assert_eq!(Study::read(&folder).unwrap(), study.record());
     assert_eq!(study.trials()[0].answer, Some(value));
-    // The log itself takes no such event either.
+    // The log itself rejects such an event, too.
     let path = folder.join("other.log");
     let mut log = EventLog::create(&path, Durability::System).unwrap();
     for answer in [Some(f64::NAN), Some(1.0)] {
@@ -466,7 +466,7 @@ fn a_new_study_makes_all_its_folders() {
     assert!(Study::log_path(&folder).exists());
 }
 
-/// The plan of one subject does not take longer with more subjects; a study of the largest size begins at once.
+/// The time for one subject's plan does not depend on the number of subjects; the largest study starts at once.
 #[test]
 fn plans_are_those_of_the_whole_schedule() {
     use hwall_study::TrialOrder;

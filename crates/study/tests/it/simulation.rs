@@ -12,7 +12,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
-/// One for all tests: its maps take a second.
+/// Shared by all tests, because its maps take a second.
 static STAGE: LazyLock<SimulatedStage> = LazyLock::new(|| SimulatedStage::new().unwrap());
 
 /// Each condition once.
@@ -24,7 +24,7 @@ fn folder(name: &str) -> PathBuf {
     common::folder(&format!("run-{name}"))
 }
 
-/// By these participants, each condition presented once.
+/// A simulation with these participants, each condition presented once.
 fn once_by(participants: ParticipantConfig) -> Simulation {
     Simulation {
         participants,
@@ -40,7 +40,7 @@ fn simulated(name: &str, protocol: Protocol, simulation: &Simulation) -> Study {
     study
 }
 
-/// A study that is killed after every so many trials, and goes on.
+/// A study that is killed after every `after` trials, and resumed.
 fn killed(name: &str, protocol: Protocol, simulation: &Simulation, after: usize) -> Study {
     let simulation = Simulation {
         kill_after: Some(after),
@@ -89,18 +89,18 @@ fn what_is_rendered_is_what_was_wanted() {
                 assert_eq!(shown.fault, Fault::None, "{stimulus:?}: {shown:?}");
                 let off_deg = shown.angle_deg.unwrap() - angle_deg;
                 let off = shown.speed_mm_per_s.unwrap() - speed_mm_per_s;
-                // A finger that lifts the panel slips on it a little.
+                // A finger that lifts the panel slips slightly.
                 let most_deg = if surface == Surface::Panel { 2.5 } else { 0.5 };
                 assert!(off_deg.abs() < most_deg, "{stimulus:?}: {off_deg} degrees");
                 assert!(off.abs() < 1.0, "{stimulus:?}: {off} mm/s");
                 let least_n = if surface == Surface::Door { 1.0 } else { 3.0 };
                 assert!((least_n..15.0).contains(&shown.force_n.unwrap()));
                 assert!(shown.contact_s > 0.5);
-                // A door gives way while its texture moves.
+                // A door yields while its texture moves.
                 if surface == Surface::Door {
                     assert!(shown.moved.unwrap().abs() > 0.003);
                 }
-                // A panel goes along with the finger.
+                // A panel moves with the finger.
                 if surface == Surface::Panel {
                     assert!((0.003..0.008).contains(&shown.moved.unwrap()));
                 }
@@ -136,7 +136,7 @@ fn a_killed_study_resumes_to_the_same_tables() {
     assert_eq!(whole[0].lines().count(), 1 + 3 * 6);
 }
 
-/// The planted effects are found as often as `power` promises, and levels come back in their order.
+/// The planted effects are found as often as `power` predicts, and levels keep their order.
 #[test]
 fn planted_effects_come_back() {
     const SEEDS: u64 = 10;
@@ -204,7 +204,7 @@ fn other_procedures_run_to_their_end() {
 /// Constant stimuli, staircases and QUEST+ find the threshold of simulated observers, which follows from their noise.
 #[test]
 fn thresholds_of_two_intervals_are_those_that_were_planted() {
-    // The logarithm of roughness is 0.02 a mm/s: a speed is judged rougher with probability Φ(0.02 Δ / (0.28 √2)).
+    // The logarithm of roughness is 0.02 per mm/s: a speed is judged rougher with probability Φ(0.02 Δ / (0.28 √2)).
     let simulation = once_by(ParticipantConfig {
         roughness: Roughness {
             over_angle: vec![[90.0, 0.0]],
@@ -233,7 +233,7 @@ fn thresholds_of_two_intervals_are_those_that_were_planted() {
             procedure,
             ..Protocol::default()
         };
-        // Stopped and resumed on the way, as trials depend on the answers before them.
+        // Stopped and resumed midway, because trials depend on earlier answers.
         let name = format!("threshold-{procedure:?}");
         let study = killed(&name, protocol.clone(), &simulation, 100);
         let text = StudyReport::of(&study.record()).unwrap().to_markdown(&[]);
@@ -253,7 +253,7 @@ fn thresholds_of_two_intervals_are_those_that_were_planted() {
             };
             let own = study.trials().iter().filter(|r| r.subject == subject);
             mean += match rule.after(own).unwrap().threshold().unwrap() {
-                // From places to mm/s above the reference.
+                // From indices to mm/s above the reference.
                 AdaptiveThreshold::Staircase(t) => 4.0 * t.unwrap().threshold / 6.0,
                 AdaptiveThreshold::Quest(t) => (t.threshold - 20.0) / 6.0,
             };
@@ -285,7 +285,7 @@ fn thresholds_of_two_intervals_are_those_that_were_planted() {
     }
 }
 
-/// The dissertation's study: its order and groups of orientations, its rise with speed, no interaction, and its pooled degrees
+/// The dissertation's study: order and groups of orientations, increase with speed, no interaction, and pooled degrees
 /// of freedom.
 #[test]
 fn the_study_of_the_dissertation_comes_back() {
@@ -323,7 +323,7 @@ fn the_study_of_the_dissertation_comes_back() {
     assert!(grouped >= 3, "{grouped} of 5");
 }
 
-/// An effect that is found in some studies only is found in as many as `power` promises.
+/// A weak effect is found in as many studies as `power` predicts.
 #[test]
 fn studies_find_a_weak_effect_as_often_as_promised() {
     const SEEDS: u64 = 40;
@@ -355,7 +355,7 @@ fn studies_find_a_weak_effect_as_often_as_promised() {
     assert!((share - power).abs() <= most, "{found}, power {power:.3}");
 }
 
-/// A door that ran ahead of the finger was not felt long enough: more than a third of such trials were spoilt.
+/// Regression: a door ran ahead of the finger and was not felt long enough, which spoilt a third of the trials.
 #[test]
 fn doors_stay_under_the_finger() {
     for seed in 0..12 {
@@ -371,7 +371,7 @@ fn doors_stay_under_the_finger() {
     }
 }
 
-/// Whoever takes part, and however wildly, gives an answer that the procedure has.
+/// Even extreme participants give answers that the procedure accepts.
 #[test]
 fn answers_of_extreme_participants_are_answers() {
     let rendered = Rendered {
@@ -427,7 +427,7 @@ fn answers_of_extreme_participants_are_answers() {
     assert!(wild.validate().is_err());
 }
 
-/// The methods are told from what was done, zero counts and what is missing included.
+/// The methods paragraph reports the recorded trials, including zero counts and missing data.
 #[test]
 fn the_methods_are_told_from_the_log() {
     let folder = folder("methods");
@@ -494,7 +494,7 @@ fn the_methods_are_told_from_the_log() {
     assert!(!text.contains("not finished"));
 }
 
-/// A catch trial repeats what the rule placed before it.
+/// A catch trial repeats the condition that the adaptive procedure chose before it.
 #[test]
 fn catch_trials_follow_the_rule() {
     for procedure in [Procedure::Staircase, Procedure::Quest] {

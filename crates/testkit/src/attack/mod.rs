@@ -1,4 +1,4 @@
-//! Seeded mutational fuzzing: hostile inputs from good ones, and what a reader did with them.
+//! Seeded mutational fuzzing: hostile inputs from good ones, and a reader's reactions.
 
 mod mutation;
 mod report;

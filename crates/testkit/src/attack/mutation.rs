@@ -2,7 +2,7 @@
 
 use crate::sampler::Sampler;
 
-/// What numbers are replaced by.
+/// Replacements for numbers.
 const NUMBERS: [&str; 26] = [
     "0",
     "-0",
@@ -31,7 +31,7 @@ const NUMBERS: [&str; 26] = [
     "",
     "1e",
 ];
-/// What is put in anywhere.
+/// Byte sequences inserted anywhere.
 const SCRAPS: [&[u8]; 16] = [
     b"\r\n",
     b"\r",
@@ -50,7 +50,7 @@ const SCRAPS: [&[u8]; 16] = [
     b"\\\n",
     b"#",
 ];
-/// Counts of binary files.
+/// Extreme counts for binary files.
 const COUNTS: [u64; 10] = [
     0,
     1,
@@ -64,8 +64,8 @@ const COUNTS: [u64; 10] = [
     u64::MAX,
 ];
 
-/// Makes inputs from a few good ones: bits flipped, ends cut off, pieces of two joined, numbers made extreme, lines
-/// repeated or moved, counts made huge. One seed, one sequence.
+/// Makes inputs from a few good ones: flips bits, truncates, joins pieces of two inputs, makes numbers extreme, repeats
+/// or moves lines, makes counts huge. One seed, one sequence.
 #[derive(Debug, Clone)]
 pub struct Mutator<'a> {
     good: &'a [Vec<u8>],
@@ -74,7 +74,7 @@ pub struct Mutator<'a> {
 }
 
 impl<'a> Mutator<'a> {
-    /// From inputs that are accepted; what is made has at most `most_bytes`.
+    /// From accepted inputs; the mutated ones have at most `most_bytes`.
     ///
     /// # Panics
     /// Without any input.
@@ -88,7 +88,7 @@ impl<'a> Mutator<'a> {
         }
     }
 
-    /// The next input: one to six mutations of a good one, mostly few, so that much of it gets past the door.
+    /// The next input: one to six mutations of a good one, mostly few, so that many pass the first checks.
     pub fn input(&mut self) -> Vec<u8> {
         let mut bytes = self.any().to_vec();
         let most = 1 + self.sampler.index(6);
@@ -136,7 +136,7 @@ impl<'a> Mutator<'a> {
                 bytes.drain(at..end);
             }
             12 => {
-                // Eight bytes as a number: what binary formats hold.
+                // Eight bytes as a number, as in binary formats.
                 let numbers = [
                     f64::NAN,
                     f64::INFINITY,
@@ -159,7 +159,7 @@ impl<'a> Mutator<'a> {
         }
     }
 
-    /// Replaces the number nearest after a place.
+    /// Replaces the next number after a position.
     fn number(&mut self, bytes: &mut Vec<u8>, at: usize) {
         let of_number =
             |b: &u8| b.is_ascii_digit() || matches!(b, b'.' | b'-' | b'+' | b'e' | b'E');
@@ -175,7 +175,7 @@ impl<'a> Mutator<'a> {
         bytes.splice(start..start + length, new.bytes());
     }
 
-    /// Repeats, drops or moves the line of a place.
+    /// Repeats, drops or moves the line at a position.
     fn line(&mut self, bytes: &mut Vec<u8>, at: usize) {
         let start = bytes[..at]
             .iter()
@@ -199,7 +199,7 @@ impl<'a> Mutator<'a> {
         }
     }
 
-    /// Writes a count over what stands at a place, little-endian, two, four or eight bytes.
+    /// Overwrites a position with a count, little-endian, two, four or eight bytes.
     fn count(&mut self, bytes: &mut [u8], at: usize) {
         let count = COUNTS[self.sampler.index(COUNTS.len())].to_le_bytes();
         let width = 2 << self.sampler.index(3);

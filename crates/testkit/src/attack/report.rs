@@ -1,37 +1,37 @@
-//! Inputs given to a reader, and what it did.
+//! Gives inputs to a reader, and reports the results.
 
 use super::mutation::Mutator;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
-/// Bytes of an input at most: long enough for every loop, short enough for millions of them.
+/// Largest input, bytes: long enough for every loop, short enough for millions of inputs.
 const MOST_BYTES: usize = 40_000;
-/// Findings that are kept; more tell nothing new.
+/// Largest number of findings kept.
 const MOST_FINDINGS: usize = 20;
 
-/// What a reader did with an input.
+/// A reader's result for an input.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Verdict {
     /// A typed error.
     Refused,
-    /// Something that holds what it promises.
+    /// A result that satisfies its contract.
     Accepted,
-    /// Something that does not, and what is wrong with it.
+    /// A result that violates its contract, with the violation.
     Broken(String),
 }
 
-/// An input that got through.
+/// An input that caused a panic or a violation.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Finding {
     /// Its number in the sequence of the seed, from 0.
     pub number: u64,
-    /// What happened: the promise that was broken, or the panic.
+    /// The violated contract, or the panic.
     pub what: String,
     /// The input.
     pub input: Vec<u8>,
 }
 
-/// What became of an attack.
+/// The result of an attack.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct AttackReport {
     /// Name of the attack.
@@ -40,13 +40,13 @@ pub struct AttackReport {
     pub inputs: u64,
     /// Refused with an error.
     pub refused: u64,
-    /// Read, and nothing wrong with it.
+    /// Accepted without violation.
     pub accepted: u64,
-    /// Panics and broken promises.
+    /// Panics and violations.
     pub findings: u64,
     /// The first of them.
     pub examples: Vec<Finding>,
-    /// The longest time for one input, ms, and which it was.
+    /// The longest time for one input, ms.
     pub slowest_ms: f64,
     /// Number of that input.
     pub slowest: u64,

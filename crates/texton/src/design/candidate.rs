@@ -1,4 +1,4 @@
-//! A texture with the levels that present what is wanted.
+//! A texture with levels that present the wanted roughnesses.
 
 use super::given_up::GivenUp;
 use crate::geometry::{ScanAngle, Texture};
@@ -28,12 +28,12 @@ pub struct DesignLevel {
     pub magnitude: f64,
     /// Expected just noticeable difference, in magnitude.
     pub jnd: f64,
-    /// The same as a turn at this speed, degrees; `None` where no turn of 90 degrees would do.
+    /// `jnd` as a turn at this speed, degrees; `None` above 90 degrees.
     pub jnd_deg: Option<f64>,
-    /// The same as a change of speed at this angle, mm/s; `None` where the magnitude does not depend on it.
+    /// `jnd` as a change of speed at this angle, mm/s; `None` above 1e4 mm/s.
     pub jnd_mm_per_s: Option<f64>,
-    /// Error of the magnitude from those of printer and device, in just noticeable differences: the root of the
-    /// sum of squares of the largest errors of angle, speed and breadth.
+    /// Error of the magnitude in just noticeable differences: root sum of squares of the effects of the largest errors
+    /// of angle, speed (device) and breadth (printer).
     pub error_jnd: f64,
 }
 
@@ -49,7 +49,7 @@ impl DesignLevel {
     }
 }
 
-/// A texture that can be printed, with a level for every roughness that was wanted.
+/// A printable texture with a level for every wanted roughness.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DesignCandidate {
     /// Bump and grid.
@@ -58,9 +58,9 @@ pub struct DesignCandidate {
     pub path: LevelPath,
     /// A level for each wanted roughness, in the order given.
     pub levels: Vec<DesignLevel>,
-    /// Distance of the nearest two levels, in just noticeable differences; `None` for one level.
+    /// Smallest distance between two levels, in just noticeable differences; `None` for one level.
     pub least_step_jnd: Option<f64>,
-    /// Largest of the errors of the levels, in just noticeable differences.
+    /// Largest `error_jnd` of the levels.
     pub worst_error_jnd: f64,
     /// What was given up, and why.
     pub given_up: Vec<GivenUp>,

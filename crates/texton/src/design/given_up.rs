@@ -1,13 +1,13 @@
-//! What a design could not keep.
+//! Compromises of a design.
 
 use crate::roughness::Quantity;
 
-/// Something that a design gave up, with its reason.
+/// A compromise of a design, with its reason.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what the fields hold")]
 pub enum GivenUp {
-    /// Ratios are narrower than was wanted, as no texture reaches so far.
+    /// Ratios are narrower than wanted, because no texture reaches them.
     #[error(
         "the ratio of roughest to smoothest is {given:.3} instead of {wanted:.3}: no texture within the limits reaches farther"
     )]
@@ -22,12 +22,12 @@ pub enum GivenUp {
         at: f64,
         range: [f64; 2],
     },
-    /// Two levels are nearer to each other than people can tell.
+    /// Two levels are too close for people to tell apart.
     #[error(
         "{} and {} are only {jnd:.2} just noticeable differences apart", pair[0], pair[1]
     )]
     Step { pair: [f64; 2], jnd: f64 },
-    /// Errors of printer and device come to more than half of the distance between two levels.
+    /// Errors of printer and device exceed half of the distance between two levels.
     #[error(
         "errors of printer and device may come to {error_jnd:.2} just noticeable differences, levels are {step_jnd:.2} apart"
     )]
@@ -35,7 +35,7 @@ pub enum GivenUp {
     /// The published patch: the printer closes its gaps, or cannot make its bumps.
     #[error("the published patch: it has {is_mm:.2} mm where the printer needs {needs_mm} mm")]
     PublishedPatch { is_mm: f64, needs_mm: f64 },
-    /// That magnitudes grow as the model's predictions do is an assumption, not a finding.
+    /// Certainty of the ratios: magnitudes are assumed, not measured, to grow with the model's predictions.
     #[error(
         "certainty of the ratios: magnitudes are assumed to grow as the model's predictions do; a study's table would tell"
     )]

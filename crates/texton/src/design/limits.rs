@@ -1,4 +1,4 @@
-//! What a printer and a device can do.
+//! Limits of printers and devices.
 
 use crate::error::Result;
 use hwall_numeric::check::{finite, non_negative, positive, that};
@@ -16,11 +16,11 @@ pub enum PrintProcess {
 }
 
 impl PrintProcess {
-    /// Its usual limits.
+    /// Its typical limits.
     ///
-    /// Sources: the tables of design rules of two printing services, Protolabs Network ("3D printing design rules": clearance,
-    /// smallest feature, tolerance) and Fathom ("Additive technologies design guidelines": the same and the thickness of a layer),
-    /// read in 2026; where they differ, the more careful number. The height of three layers is this crate's own rule.
+    /// Sources: design rules of two printing services, read in 2026: Protolabs Network ("3D printing design rules": clearance,
+    /// smallest feature, tolerance) and Fathom ("Additive technologies design guidelines": the same, and layer thickness). Where
+    /// they differ, the more conservative value. The least height of three layers is this crate's own rule.
     #[must_use]
     pub const fn limits(self) -> ProcessLimits {
         let (gap, breadth, layer, tolerance) = match self {
@@ -40,7 +40,7 @@ impl PrintProcess {
 /// Limits of a printer that matter for bumps, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProcessLimits {
-    /// Smallest gap that does not close.
+    /// Smallest gap that stays open.
     pub least_gap_mm: f64,
     /// Smallest radius of a bump.
     pub least_radius_mm: f64,
@@ -60,18 +60,18 @@ impl ProcessLimits {
     }
 }
 
-/// What the device that moves the board can present, and how well.
+/// Range and accuracy of the device that moves the board.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DeviceLimits {
     /// Angles between scan and long axis of the bumps, degrees, within 0 to 90; default all of them.
     pub angle_deg: [f64; 2],
-    /// Speeds of the board against the scan, mm/s; default 10 to 80. At rest a resting finger feels nothing.
+    /// Speeds of the board against the scan, mm/s; default 10 to 80. A resting finger on a resting board feels nothing.
     pub speed_mm_per_s: [f64; 2],
-    /// Speed of the finger itself, mm/s; default 0: it rests.
+    /// Speed of the finger itself, mm/s; default 0 (at rest).
     pub finger_mm_per_s: f64,
     /// Largest error of the angle, degrees; default 1.
     pub angle_error_deg: f64,
-    /// Largest error of the speed, relative; default 0.05, that of the board 60 ms after a touch.
+    /// Largest error of the speed, relative; default 0.05, the board's error 60 ms after a touch.
     pub speed_error: f64,
 }
 

@@ -1,4 +1,4 @@
-//! From wanted roughnesses to a texture that can be printed and levels that a device can present.
+//! Finds a printable texture and presentable levels for wanted roughnesses.
 
 mod candidate;
 mod given_up;

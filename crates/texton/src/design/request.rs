@@ -1,4 +1,4 @@
-//! What is wanted, and how roughness is predicted.
+//! A request for a design: wanted roughness levels, prediction model and limits.
 
 use super::limits::{DeviceLimits, PrintProcess, ProcessLimits};
 use crate::error::{Result, TextonError};
@@ -15,7 +15,7 @@ const SIZES: [f64; 2] = [1e-9, 1e9];
 /// The roughness levels that are wanted, in any order.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Wanted {
-    /// Only their ratios count, as in magnitude estimation: 1, 2, 4 is the same as 3, 6, 12.
+    /// Only the ratios count, as in magnitude estimation: 1, 2, 4 equals 3, 6, 12.
     Ratios(Vec<f64>),
     /// Magnitudes in the scale of a study.
     Magnitudes(Vec<f64>),
@@ -29,21 +29,21 @@ impl Wanted {
     }
 }
 
-/// From what a model predicts to the magnitude that people say: `gain · prediction ^ exponent`.
+/// Maps a model's prediction to the magnitude that people report: `gain · prediction ^ exponent`.
 ///
-/// The order of predictions is all that a model's source vouches for; ratios need this assumption besides.
+/// A model's source supports only the order of its predictions; ratios also need this assumption.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MagnitudeScale {
     /// Magnitude of a prediction of 1.
     pub gain: f64,
     /// Stevens' exponent.
     pub exponent: f64,
-    /// Standard deviation of the natural logarithms about the law; `None` where it is assumed.
+    /// Standard deviation of the natural logarithms about the law; `None` if the law is assumed.
     pub ln_sd: Option<f64>,
 }
 
 impl Default for MagnitudeScale {
-    /// Magnitudes grow as the prediction does: an assumption.
+    /// Magnitudes proportional to the prediction: an assumption.
     fn default() -> Self {
         Self {
             gain: 1.0,
@@ -54,13 +54,13 @@ impl Default for MagnitudeScale {
 }
 
 impl MagnitudeScale {
-    /// The law through a study's conditions, by least squares of logarithms. `texture`: the study's patch;
-    /// `finger_mm_per_s`: how fast its fingers moved themselves.
+    /// Fits the law to a study's conditions, by least squares of logarithms. `texture`: the study's patch;
+    /// `finger_mm_per_s`: speed of the participants' fingers.
     ///
-    /// Conditions without a positive prediction and magnitude do not count.
+    /// Ignores conditions without a positive prediction and magnitude.
     ///
     /// # Errors
-    /// Fewer than three conditions that count, or a magnitude that does not rise with the prediction.
+    /// Fewer than three such conditions, or a magnitude that does not rise with the prediction.
     pub fn from_calibration(
         model: &dyn RoughnessModel,
         texture: &Texture,
@@ -114,17 +114,17 @@ impl MagnitudeScale {
     }
 }
 
-/// Where roughness comes from.
+/// Source of the roughness.
 #[derive(Clone, Copy)]
 pub enum RoughnessSource<'a> {
     /// A model, for any texture.
     Model {
         /// The model.
         model: &'a dyn RoughnessModel,
-        /// From its predictions to magnitudes.
+        /// Maps its predictions to magnitudes.
         scale: MagnitudeScale,
     },
-    /// The table of a study, for its own patch and at its fingers' own speed.
+    /// The table of a study, valid for its patch and its participants' finger speed.
     Table {
         /// The table.
         calibration: &'a Calibration,
@@ -136,14 +136,14 @@ pub enum RoughnessSource<'a> {
 /// What happens if the wanted ratios are wider than any texture allows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Compression {
-    /// The design is refused, and the error says which ratio is possible.
+    /// Refuse the design; the error states the possible ratio.
     #[default]
     Refuse,
-    /// Ratios are narrowed by one power, and the design says so.
+    /// Narrow all ratios by one power; the design reports it.
     Allow,
 }
 
-/// A design to be made.
+/// Input of a design.
 #[derive(Clone)]
 pub struct DesignRequest<'a> {
     /// Roughness levels.
@@ -155,7 +155,7 @@ pub struct DesignRequest<'a> {
     /// What the device can present.
     pub device: DeviceLimits,
     /// Just noticeable difference of magnitudes, relative; 0.1 by default, an assumption: published fractions for the spatial
-    /// period of gratings are about half of that (Morley, Goodwin, Darian-Smith 1983), and estimates of whole
+    /// period of gratings are about half of that (Morley, Goodwin, Darian-Smith 1983), and estimates for whole
     /// textures scatter more.
     pub weber_fraction: f64,
     /// What happens to ratios that are too wide.
@@ -165,7 +165,7 @@ pub struct DesignRequest<'a> {
 }
 
 impl<'a> DesignRequest<'a> {
-    /// These ratios by a model whose predictions count as magnitudes, with the usual limits of a printer and a device.
+    /// These ratios, with the model's predictions as magnitudes and the typical limits of printer and device.
     #[must_use]
     pub fn of_ratios(
         ratios: Vec<f64>,
@@ -214,7 +214,7 @@ impl<'a> DesignRequest<'a> {
         self.device.validate()
     }
 
-    /// How far apart two magnitudes are, in just noticeable differences.
+    /// Distance of two magnitudes, in just noticeable differences.
     pub(super) fn steps_between(&self, less: f64, more: f64) -> f64 {
         (more / less).ln().abs() / self.weber_fraction.ln_1p()
     }

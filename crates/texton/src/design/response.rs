@@ -1,4 +1,4 @@
-//! How rough one texture feels over angle and speed.
+//! Roughness of one texture over angle and speed.
 
 use super::limits::DeviceLimits;
 use super::request::{DesignRequest, MagnitudeScale, RoughnessSource};
@@ -6,18 +6,18 @@ use crate::geometry::{ScanAngle, Texture};
 use crate::levels::Calibration;
 use crate::roughness::{Prediction, Quantity, RoughnessModel};
 
-/// Lines of the grid that is searched: the largest step of the angle is 5 degrees.
+/// Size of the search grid: the largest step of the angle is 5 degrees.
 const ANGLES: usize = 19;
 const SPEEDS: usize = 9;
 
-/// A magnitude, and whether its model was measured there.
+/// A magnitude, and whether it lies within the model's measured range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Felt {
     pub(super) magnitude: f64,
     pub(super) beyond: Option<BeyondRange>,
 }
 
-/// What leaves the range of a model.
+/// A quantity outside a model's range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct BeyondRange {
     pub(super) what: Quantity,
@@ -50,7 +50,7 @@ impl<'a> Response<'a> {
         }
     }
 
-    /// `None` where nothing is predicted, or nothing above zero.
+    /// `None` without a positive prediction.
     pub(super) fn at(&self, deg: f64, speed_mm_per_s: f64) -> Option<Felt> {
         let scan = ScanAngle::from_deg(deg).ok()?;
         let (magnitude, beyond) = match self {
@@ -82,7 +82,7 @@ impl<'a> Response<'a> {
 pub(super) struct Grid {
     pub(super) angles_deg: Vec<f64>,
     pub(super) speeds_mm_per_s: Vec<f64>,
-    /// One row an angle.
+    /// One row per angle.
     pub(super) felt: Vec<Vec<Option<Felt>>>,
 }
 
@@ -93,7 +93,7 @@ impl Grid {
             between(device.speed_mm_per_s, SPEEDS),
         );
         if let Response::Table(table) = response {
-            // Its own conditions, too: there the table is exact, and its corners are the extremes.
+            // Include the table's own conditions: the table is exact there, and its corners are the extremes.
             let nodes = table.nodes();
             add(
                 &mut angles_deg,

@@ -9,34 +9,34 @@ use super::solve::{Found, Scope};
 use crate::error::{Result, TextonError};
 use crate::geometry::{Layout, Radii, ScanAngle, Texton, Texture};
 
-/// Short radii that are tried besides the printer's smallest, mm: around those of the published patches.
+/// Short radii to try besides the printer's smallest, mm; near those of the published patches.
 const RADII_MM: [f64; 3] = [0.75, 1.0, 1.5];
 /// Long radius by short radius; 3 in the released patch.
 const ASPECTS: [f64; 3] = [1.5, 2.0, 3.0];
-/// Gaps that are tried, by the printer's smallest.
+/// Gaps to try, as multiples of the printer's smallest.
 const GAPS: [f64; 3] = [1.0, 2.0, 4.0];
-/// Heights that are tried, mm; 0.7 in the published patches.
+/// Heights to try, mm; 0.7 in the published patches.
 const HEIGHTS_MM: [f64; 3] = [0.7, 0.4, 1.0];
-/// No finger meets bumps that are farther apart, mm.
+/// Largest pitch to try, mm: a finger does not span more.
 const MOST_PITCH_MM: f64 = 15.0;
 /// Gap, short radius and height of the released patch, mm.
 const RELEASED_MM: [f64; 3] = [0.2, 1.0, 0.7];
-/// A range counts as reached from so little outside, relative.
+/// Relative tolerance at the ends of a range.
 const ROUNDING: f64 = 1e-12;
 
-/// Textures and levels that present the wanted roughnesses, the best first.
+/// Finds textures and levels that present the wanted roughnesses, the best first.
 ///
-/// Candidates are hemiellipsoids on rectangular grids that the printer can make (with a table: the patch of its study),
-/// each with levels that vary the speed, the angle or both. Ratios are put in the middle of what a texture can present,
-/// on a logarithmic scale. The best candidate has the most levels in the range of its model; of equal ones that with
-/// the least [`DesignCandidate::worst_error_jnd`], to a tenth; of these that with the strongest magnitudes, and then the one that
-/// varies less. The best of speed alone, of angle alone and of both are among them where there is room.
+/// Candidates are hemiellipsoids on rectangular grids that the printer can make (with a table: the patch of its study).
+/// Their levels vary the speed, the angle or both. Ratios are placed in the middle of the range a texture can present,
+/// on a logarithmic scale. Ranking: most levels within the model's range; then the least
+/// [`DesignCandidate::worst_error_jnd`], rounded to a tenth; then the strongest magnitudes; then the least variation.
+/// The best candidate for speed alone, angle alone and both are included if `most_candidates` allows it.
 ///
-/// Error: magnitudes at the levels are those that are reported within 1e-9, relative.
+/// Error: the levels have the reported magnitudes within 1e-9, relative.
 ///
 /// # Errors
 /// An argument outside its range. Not printable: a table's patch with smaller gaps or bumps than the printer makes.
-/// [`TextonError::RatioTooWide`] and [`TextonError::MagnitudeOutOfReach`] name the nearest that is possible.
+/// [`TextonError::RatioTooWide`] and [`TextonError::MagnitudeOutOfReach`] state the nearest possible value.
 pub fn design(request: &DesignRequest<'_>) -> Result<Vec<DesignCandidate>> {
     request.validate()?;
     let textures = textures(request)?;
@@ -67,7 +67,7 @@ pub fn design(request: &DesignRequest<'_>) -> Result<Vec<DesignCandidate>> {
     Ok(chosen(candidates, request.most_candidates))
 }
 
-/// The first so many, with the first of every path among them where there is room; the best of all is always one.
+/// The best `most` candidates, including the best of every path if there is room; always the best of all.
 fn chosen(candidates: Vec<DesignCandidate>, most: usize) -> Vec<DesignCandidate> {
     let paths = [LevelPath::Speed, LevelPath::Angle, LevelPath::Both];
     let first = paths.map(|path| candidates.iter().position(|c| c.path == path));
@@ -81,7 +81,7 @@ fn chosen(candidates: Vec<DesignCandidate>, most: usize) -> Vec<DesignCandidate>
     kept.map(|(_, c)| c).collect()
 }
 
-/// With all ratios taken to the one power that fits, if that is allowed; else the refusal.
+/// Candidates with all ratios compressed by the power that fits, if allowed; else the refusal.
 fn narrowed(
     request: &DesignRequest<'_>,
     textures: &[Texture],
@@ -89,7 +89,7 @@ fn narrowed(
 ) -> Result<Vec<DesignCandidate>> {
     let refusal = nearest.refusal(request);
     let wanted = ratio(request.wanted.levels());
-    // Ratios are only ever narrowed: where they would fit, and have no levels all the same, predictions have gaps.
+    // Ratios are only ever narrowed: if they fit but have no levels, the predictions have gaps.
     let allowed = request.compression == Compression::Allow
         && matches!(request.wanted, Wanted::Ratios(_))
         && nearest.ratio > 1.0
@@ -105,7 +105,7 @@ fn narrowed(
     Ok(candidates)
 }
 
-/// A candidate for each texture and each of its scopes that has all levels, their ratios taken to a power.
+/// Candidates for each texture and scope that has all levels, with ratios raised to `power`.
 fn candidates_at(
     power: f64,
     request: &DesignRequest<'_>,
@@ -133,12 +133,12 @@ fn candidates_at(
     candidates
 }
 
-/// The nearest that is possible where the whole is not.
+/// The nearest possible values of an impossible request.
 #[derive(Debug, Clone, Copy, Default)]
 struct Nearest {
     /// Largest ratio of magnitudes.
     ratio: f64,
-    /// Of the design that misses least: the magnitude wanted, the nearest one, and the logarithm of the miss.
+    /// Of the design with the smallest miss: wanted magnitude, nearest possible one, and logarithm of their ratio.
     miss: Option<(f64, f64, f64)>,
 }
 
@@ -174,7 +174,7 @@ fn ends(levels: &[f64]) -> [f64; 2] {
     [low, levels.iter().copied().fold(0.0, f64::max)]
 }
 
-/// One texture, and the lines along which its levels may lie.
+/// One texture, and the part of the grid in which its levels may lie.
 struct Job<'a> {
     request: &'a DesignRequest<'a>,
     texture: &'a Texture,
@@ -259,9 +259,9 @@ impl Job<'_> {
         })
     }
 
-    /// Logarithm of the change of each level's magnitude with the largest error of a breadth, the larger one of more and of
-    /// less. Where only ratios count, without what all levels share. `None` where neither side has a prediction: an error
-    /// that is not known is not zero.
+    /// For each level, the absolute logarithm of the change of magnitude for the largest breadth error, the larger of both signs.
+    /// For ratios, the change common to all levels is removed. `None` if neither sign has a prediction: an unknown error is
+    /// not zero.
     fn breadth_errors(&self, found: &[Found]) -> Option<Vec<f64>> {
         let half_mm = 0.5 * self.request.printer.tolerance_mm;
         let none = vec![0.0; found.len()];
@@ -309,7 +309,7 @@ impl Job<'_> {
             Some((felt.magnitude / magnitude).ln())
         };
         let (deg, speed) = (found.deg, found.speed_mm_per_s);
-        // The largest change on either side; a side without a prediction says nothing.
+        // The larger change of the two sides; a side without a prediction is ignored.
         let largest = |a: Option<f64>, b: Option<f64>| {
             let size = |x: Option<f64>| x.map_or(0.0, f64::abs);
             size(a).max(size(b))
@@ -323,7 +323,7 @@ impl Job<'_> {
         let by_speed = largest(ln(deg, speed * (1.0 - off)), ln(deg, speed * (1.0 + off)));
         let jnd_ln = self.request.weber_fraction.ln_1p();
         let error = by_angle.hypot(by_speed).hypot(breadth);
-        // A change per degree and per mm/s, from the larger side of a small step.
+        // Change per degree and per mm/s: the larger side of a small step.
         let per_deg = largest(
             ln((deg - 0.5).max(0.0), speed),
             ln((deg + 0.5).min(90.0), speed),
@@ -375,7 +375,7 @@ impl Job<'_> {
     }
 }
 
-/// Can the released patch be printed? If not, what its printer needs.
+/// `None` if the released patch can be printed; otherwise the printer's requirement.
 fn published_patch(printer: &ProcessLimits) -> Option<GivenUp> {
     let needs = [
         printer.least_gap_mm,
@@ -389,7 +389,7 @@ fn published_patch(printer: &ProcessLimits) -> Option<GivenUp> {
     short.map(|(is_mm, needs_mm)| GivenUp::PublishedPatch { is_mm, needs_mm })
 }
 
-/// The textures that are tried: with a table its own, else all that the printer can make.
+/// The textures to try: with a table its own, else all that the printer can make.
 fn textures(request: &DesignRequest<'_>) -> Result<Vec<Texture>> {
     let printer = &request.printer;
     if let RoughnessSource::Table { texture, .. } = &request.source {
@@ -403,7 +403,7 @@ fn textures(request: &DesignRequest<'_>) -> Result<Vec<Texture>> {
                 printer.least_height_mm,
             ),
         ] {
-            // A gap is computed, and a rounding short.
+            // The computed gap may be too small by rounding.
             if is_mm < needs_mm * (1.0 - 1e-9) {
                 return Err(TextonError::NotPrintable {
                     what,
@@ -428,7 +428,7 @@ fn textures(request: &DesignRequest<'_>) -> Result<Vec<Texture>> {
         heights_mm.push(printer.least_height_mm);
     }
     if matches!(request.wanted, Wanted::Ratios(_)) {
-        // Ratios do not depend on it.
+        // Ratios do not depend on the height.
         heights_mm.truncate(1);
     }
     let mut textures = Vec::new();

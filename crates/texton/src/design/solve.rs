@@ -1,4 +1,4 @@
-//! Angles and speeds at which a texture has given magnitudes.
+//! Finds angles and speeds at which a texture has given magnitudes.
 
 use super::candidate::LevelPath;
 use super::response::{Felt, Grid, Response};
@@ -11,7 +11,7 @@ pub(super) struct Found {
     pub(super) felt: Felt,
 }
 
-/// The lines of a grid along which levels may lie.
+/// The part of a grid in which levels may lie.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Scope {
     /// Everywhere.
@@ -40,7 +40,7 @@ impl Scope {
     }
 }
 
-/// Halvings of a bracket: more than doubles have digits.
+/// Halvings of a bracket: more than the bits of a double.
 const HALVINGS: usize = 60;
 /// Relative error of a magnitude that counts as found.
 const FOUND: f64 = 1e-9;
@@ -63,8 +63,8 @@ impl Grid {
         range
     }
 
-    /// Everything; the row and the column over which the magnitude varies most; and those with the strongest magnitudes of
-    /// all that vary by the ratio asked.
+    /// The whole grid; the row and the column with the widest ratio of magnitudes; and, of the rows and columns that reach the
+    /// ratio `asked`, those with the strongest magnitudes.
     pub(super) fn scopes(&self, asked: f64) -> Vec<Scope> {
         let range = |scope: Scope| self.range(scope, true).or(self.range(scope, false));
         let ratio = |scope: Scope| range(scope).map_or(0.0, |[low, high]| high / low);
@@ -84,9 +84,8 @@ impl Grid {
         scopes
     }
 
-    /// The place in a scope with this magnitude that lies farthest from the ends of the device's range; within the
-    /// range of the model, if there is such a place. Between two points of the grid a magnitude may jump, or not be predicted:
-    /// then the next best pair of points is tried.
+    /// The point in a scope with this magnitude, preferably within the model's range, then farthest from the ends of the device's
+    /// range. If the magnitude jumps or has no prediction between two grid points, the next best pair is tried.
     pub(super) fn solve(
         &self,
         response: &Response<'_>,
@@ -121,7 +120,7 @@ impl Grid {
         };
         for i in 0..rows {
             for j in 0..columns {
-                // Along the speed, then along the angle; a single point is a line, too.
+                // Along the speed, then along the angle; a single point counts as a line.
                 let alone = match scope {
                     Scope::Row(_) => columns == 1,
                     Scope::Column(_) => rows == 1,
@@ -138,7 +137,7 @@ impl Grid {
                 }
             }
         }
-        // Stable: of equal ones the first is tried first.
+        // Stable sort: ties are tried in grid order.
         brackets.sort_by(|a, b| (b.inside.cmp(&a.inside)).then(b.depth.total_cmp(&a.depth)));
         let place = |[i, j]: [usize; 2]| [self.angles_deg[i], self.speeds_mm_per_s[j]];
         brackets
@@ -149,7 +148,7 @@ impl Grid {
 
 /// Two neighbours of a grid on opposite sides of a magnitude.
 struct Bracket {
-    /// Is the model measured at both?
+    /// Are both within the model's measured range?
     inside: bool,
     /// Distance from the ends of the device's range, as a share of it.
     depth: f64,
@@ -157,7 +156,7 @@ struct Bracket {
     to: [usize; 2],
 }
 
-/// The place between two on opposite sides of a magnitude.
+/// The point between two bracketing ones that has the magnitude.
 fn bisect(
     response: &Response<'_>,
     mut from: [f64; 2],
@@ -176,7 +175,7 @@ fn bisect(
             to = middle;
         }
     }
-    // The better of the two ends: an exact one may be an end of the device's range.
+    // Take the better end: an exact solution may lie at the end of the device's range.
     let ends = [from, to]
         .into_iter()
         .filter_map(|at| Some((at, felt(at)?)));

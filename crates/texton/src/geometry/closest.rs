@@ -3,7 +3,7 @@
 /// Distance of a point from an ellipsoid around the origin [Eberly 2013].
 ///
 /// The closest point is `r² p / (t + r²)` for the largest root t of a falling function, which
-/// Newton's method approaches from the left without overshooting.
+/// Newton's method approaches from the left without overshoot.
 pub(super) fn ellipsoid_distance(radii: [f64; 3], point: [f64; 3]) -> f64 {
     closest_on(radii, point).map_or_else(
         || radii.into_iter().fold(f64::INFINITY, f64::min),
@@ -19,12 +19,12 @@ pub(super) fn ellipsoid_distance(radii: [f64; 3], point: [f64; 3]) -> f64 {
 /// The closest point of an ellipse or ellipsoid around the origin; `None` for the origin itself.
 pub(crate) fn closest_on<const N: usize>(radii: [f64; N], point: [f64; N]) -> Option<[f64; N]> {
     let scaled: [f64; N] = std::array::from_fn(|i| radii[i] * point[i]);
-    // Left of the root: there one term alone is 1.
+    // Start left of the root, where one term alone is 1.
     let start = (0..N)
         .filter(|&i| point[i] != 0.0)
         .map(|i| scaled[i].abs() - radii[i] * radii[i])
         .fold(f64::NEG_INFINITY, f64::max);
-    // On a plane of symmetry inside, the closest point may lie off it.
+    // For an inner point on a plane of symmetry, the closest point may lie off the plane.
     let smallest = (0..N)
         .filter(|&i| point[i] == 0.0)
         .map(|i| -radii[i] * radii[i])

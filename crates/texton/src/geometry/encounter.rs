@@ -6,13 +6,13 @@ use super::texture::Texture;
 /// A scan from the middle of a bump to the next bump whose base it crosses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Encounter {
-    /// Which bump, as columns and rows away.
+    /// Which bump: offset in columns and rows.
     pub neighbour: [i64; 2],
-    /// From the middle to where the scan leaves its own bump, mm.
+    /// Distance from the middle to the point where the scan leaves its own bump, mm.
     pub leaves_mm: f64,
-    /// From the middle to where it enters the other one, mm.
+    /// Distance from the middle to the point where the scan enters the other bump, mm.
     pub enters_mm: f64,
-    /// From the middle to halfway across the other one, mm.
+    /// Distance from the middle to halfway across the other bump, mm.
     pub middle_mm: f64,
 }
 
@@ -27,12 +27,12 @@ impl Encounter {
 /// Rows searched: if none holds a bump on the scan, the scan runs along a gap.
 const ROWS: i64 = 64;
 
-/// Columns searched: farther away, double precision does not tell neighbouring columns apart.
+/// Columns searched: beyond, double precision cannot distinguish neighbouring columns.
 const COLUMNS: f64 = 1e9;
 
 impl Texture {
-    /// The first other bump on a scan through the middle of one; `None` if there is none in the next 64 rows
-    /// (up to 1e9 columns away), so that the scan runs (nearly) along a gap of the grid.
+    /// The first other bump on a scan through the middle of a bump. `None` if the next 64 rows (up to 1e9 columns away)
+    /// hold none: the scan then runs (nearly) along a gap of the grid.
     #[must_use]
     pub fn encounter(&self, scan: ScanAngle) -> Option<Encounter> {
         let [a, b] = self.texton().radii().to_array();
@@ -43,7 +43,7 @@ impl Texture {
         let mut first: Option<Encounter> = None;
         for row in 0..=ROWS {
             let y = self.layout().offset_mm(0, row).y;
-            // Where the scan crosses the row, and how far beside its bumps still reach it.
+            // Columns around the crossing with the row whose bumps reach the scan.
             let columns: Vec<i64> = if scan.sin() == 0.0 {
                 if row > 0 {
                     break;
@@ -78,7 +78,7 @@ impl Texture {
                     first = Some(met);
                 }
             }
-            // Later rows lie further along the scan than the whole of this bump.
+            // Later rows lie beyond this bump along the scan.
             if first.is_some_and(|f| f.enters_mm * scan.sin() < y) {
                 break;
             }

@@ -34,7 +34,7 @@ impl Layout {
         }
     }
 
-    /// Where the bump of a column and row stands relative to that of column 0 and row 0, mm.
+    /// Position of the bump in a column and row, relative to column 0 and row 0, mm.
     #[must_use]
     pub fn offset_mm(&self, column: i64, row: i64) -> DVec2 {
         let [long_mm, short_mm] = self.pitch_mm();

@@ -1,4 +1,4 @@
-//! Bumps, their grids, and what a finger meets as it crosses them.
+//! Bumps, their grids, and the bumps a finger meets when it crosses them.
 
 mod closest;
 mod encounter;

@@ -36,7 +36,7 @@ impl ScanAngle {
         finite("theta_rad", theta_rad)?;
         let half_turn = theta_rad.abs() % PI;
         let rad = half_turn.min(PI - half_turn);
-        // The cosine of a right angle is exactly 0 here, which that of the rounded angle is not.
+        // `ACROSS` has a cosine of exactly 0; the cosine of the rounded angle is not 0.
         if rad == FRAC_PI_2 {
             return Ok(Self::ACROSS);
         }
@@ -70,13 +70,13 @@ impl ScanAngle {
         self.rad.to_degrees()
     }
 
-    /// Its cosine: the share of the scan along the long axis.
+    /// Its cosine: component of the scan along the long axis.
     #[must_use]
     pub const fn cos(self) -> f64 {
         self.cos
     }
 
-    /// Its sine: the share along the short axis.
+    /// Its sine: component along the short axis.
     #[must_use]
     pub const fn sin(self) -> f64 {
         self.sin

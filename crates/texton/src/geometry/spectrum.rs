@@ -32,7 +32,7 @@ impl Texton {
         match self.shape() {
             TextonShape::Hemiellipsoid => {
                 let s = (a * kx).hypot(b * ky);
-                // Below this the difference of the two terms loses more than the series leaves out.
+                // Below this, cancellation costs more than the truncated series.
                 let shape = if s < 0.03 {
                     (1.0 - s * s / 10.0) / 3.0
                 } else {
@@ -55,13 +55,13 @@ impl Texton {
     }
 }
 
-/// Multiples of the longest wave along each axis at most: of bumps of a millimetre, waves of a micrometre. A wave number
-/// that is infinite would otherwise never end.
+/// Largest multiple of the fundamental wave number along each axis: for bumps of a millimetre, waves of a micrometre. Without
+/// it an infinite wave number would never end.
 const MOST_MULTIPLES: i64 = 1000;
 
 impl Texture {
     /// Waves of the height up to a wave number, rad/mm, without the mean height, and up to the thousandth multiple of
-    /// the longest wave along each axis.
+    /// the fundamental wave number along each axis.
     ///
     /// `z(p) = mean + Σ c cos (k · p)`, the middle of a bump at the origin.
     pub fn harmonics(&self, most_rad_per_mm: f64) -> impl Iterator<Item = Harmonic> {

@@ -7,14 +7,14 @@ use glam::{DVec2, DVec3};
 use hwall_numeric::check::{positive, that};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// What a bump looks like from the side.
+/// Shape of a bump, seen from the side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum TextonShape {
     /// The upper half of an ellipsoid.
     Hemiellipsoid,
     /// An elliptic cone with a flat top, the comparison texton of the studies: both radii of the top are
-    /// smaller by `height / tan(side_rad)`. Between the axes the side is steeper than along them, see
+    /// smaller by `height / tan(side_rad)`. The side is steeper between the axes than along them, see
     /// [`Texton::steepest_rad`].
     TruncatedCone {
         /// Angle of the side against the plate along both axes, rad; 45 degrees in the studies.
@@ -146,7 +146,7 @@ impl Texton {
         2.0 * (self.radii.long_mm * scan.sin()).hypot(self.radii.short_mm * scan.cos())
     }
 
-    /// How far a finger's centre line stays on a bump that it meets in the middle, mm:
+    /// Length of a finger's centre line on a bump that it crosses through the middle, mm:
     /// `2 / √(cos² θ / r_x² + sin² θ / r_y²)`.
     #[must_use]
     pub fn contact_length_mm(&self, scan: ScanAngle) -> f64 {
@@ -185,7 +185,7 @@ impl Texton {
                 self.height_mm * (1.0 - x * x - y * y).max(0.0).sqrt()
             }
             TextonShape::TruncatedCone { .. } => {
-                // The share of the height at which the shrinking ellipse meets this place.
+                // The fraction of the height at which the shrinking ellipse meets this point.
                 let [c, d] = self.top_radii().to_array();
                 let beside = |share: f64| {
                     let (x, y) = (a + share * (c - a), b + share * (d - b));
@@ -213,9 +213,8 @@ impl Texton {
 
     /// Steepest angle of the sides against the plate, rad: π/2 at the foot of a hemiellipsoid.
     ///
-    /// A cone's is `atan(tan(side) (c + d) / (2 √(c d)))`, `c` and `d` the radii of its top: an ellipse both of
-    /// whose radii shrink by the same length shrinks less between the axes than along them, and least of all
-    /// at the top.
+    /// A cone's is `atan(tan(side) (c + d) / (2 √(c d)))`, `c` and `d` the radii of its top: both radii of the ellipse shrink by
+    /// the same length, but between the axes the ellipse shrinks less, least of all at the top.
     #[must_use]
     pub fn steepest_rad(&self) -> f64 {
         match self.shape {
@@ -240,7 +239,7 @@ impl Texton {
         }
     }
 
-    /// By steps along the gradient and in the tangent plane, for points near the surface.
+    /// Iterates along the gradient and in the tangent plane; for points near the surface.
     fn cone_distance_mm(&self, point: DVec3) -> f64 {
         let [a, b] = self.radii.to_array();
         let [c, d] = self.top_radii().to_array();

@@ -1,4 +1,4 @@
-//! A texture: bumps on a grid, and what a finger meets that crosses it.
+//! A texture: bumps on a grid, and the bumps a finger meets when it crosses them.
 
 use super::closest::closest_on;
 use super::layout::Layout;
@@ -13,7 +13,7 @@ pub struct Texture {
     layout: Layout,
 }
 
-/// Rounding of pitches and radii where bumps touch.
+/// Relative rounding tolerance of pitches and radii of touching bumps.
 const TOUCHING: f64 = 1e-12;
 
 impl Texture {
@@ -92,9 +92,9 @@ impl Texture {
         self.texton.base_area_mm2() / self.layout.cell_area_mm2()
     }
 
-    /// Width of the plate left free between neighbouring bumps where they are closest, mm.
+    /// Smallest gap of bare plate between neighbouring bumps, mm.
     ///
-    /// Twice the distance from the place halfway between two middles to either ellipse, as the two are
+    /// Twice the distance from the point halfway between two middles to either ellipse, because the two are
     /// mirror images of each other; zero for bumps that touch.
     #[must_use]
     pub fn gap_mm(&self) -> f64 {
@@ -116,8 +116,8 @@ impl Texture {
     /// Smallest angle at which a scan from the middle of a bump meets the ridge of a bump in the next row, rad:
     /// `atan(p_short / r_x)`, in a staggered grid `atan(p_short / (r_x + p_long / 2))`.
     ///
-    /// In a rectangular grid all larger angles meet it too. In a staggered grid the scan passes the bump on
-    /// the other side where `p_short / tan θ < p_long / 2 - r_x`.
+    /// In a rectangular grid all larger angles meet it too. In a staggered grid the scan misses the bump on
+    /// the other side if `p_short / tan θ < p_long / 2 - r_x`.
     #[must_use]
     pub fn least_spaced_rad(&self) -> f64 {
         let [_, short_mm] = self.layout.pitch_mm();
@@ -129,8 +129,8 @@ impl Texture {
     ///
     /// `p_short / sin θ`, to the next row, from [`Texture::least_spaced_rad`] on; `p_long` along the
     /// long axis; `None` between, where the scan passes the ends of the bumps (the dissertation
-    /// uses no such angle). In a staggered grid to the next row where its shifted bump is met, else
-    /// `2 p_short / sin θ` where the row after it is met, else `None`.
+    /// uses no such angle). In a staggered grid: `p_short / sin θ` if the scan meets the shifted bump of the next row, else
+    /// `2 p_short / sin θ` if it meets the row after that, else `None`.
     #[must_use]
     pub fn spacing_mm(&self, scan: ScanAngle) -> Option<f64> {
         let [long_mm, short_mm] = self.layout.pitch_mm();
@@ -142,7 +142,7 @@ impl Texture {
             let at_mm = self.layout.offset_mm(0, row).x;
             let way_mm = row as f64 * short_mm / scan.sin();
             let beside_mm = (way_mm * scan.cos() - at_mm).abs();
-            // Rounded so that the least angle itself counts.
+            // With a tolerance, so that the least angle itself counts.
             let met = beside_mm <= half_mm * (1.0 + TOUCHING);
             (met && (row == 1 || at_mm == 0.0 && self.is_staggered())).then_some(way_mm)
         })
@@ -171,7 +171,7 @@ impl Texture {
         matches!(self.layout, Layout::Staggered { .. })
     }
 
-    /// The closest pair of bumps, in the scale in which they are unit circles.
+    /// The closest pair of bumps, scaled to unit circles.
     fn closest(&self) -> (f64, [i64; 2]) {
         let Radii { long_mm, short_mm } = self.texton.radii();
         let apart = |[columns, rows]: [i64; 2]| {

@@ -1,6 +1,6 @@
 //! Height fields and normal maps as OpenEXR pictures.
 //!
-//! Units stand in the picture's comment, one line `name = value` for each: `pixel_pitch_mm` and
+//! The picture's comment states the units, one line `name = value` each: `pixel_pitch_mm` and
 //! `height_unit`. The standard density (pixels per inch) is set as well, in single precision.
 
 use super::field::HeightField;
@@ -19,7 +19,7 @@ const INCH_MM: f64 = 25.4;
 const PITCH: &str = "pixel_pitch_mm";
 const UNIT: &str = "height_unit";
 
-/// How a picture is to be read.
+/// How to read a picture.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct HeightSource {
     /// The channel with the heights. By default the only one, or `height`, `Z` or `Y`.
@@ -80,7 +80,7 @@ impl HeightField {
             env!("CARGO_PKG_VERSION")
         )));
         let pitch_mm = self.pitch_mm();
-        // One comment: the order of several attributes in the file would change from run to run.
+        // One comment, because the order of several attributes would change from run to run.
         let comment = format!("{PITCH} = {pitch_mm}\n{UNIT} = mm\n{what}\n");
         attributes.comments = Some(Text::from(comment.as_str()));
         attributes.horizontal_density = Some((INCH_MM / pitch_mm) as f32);
@@ -97,13 +97,13 @@ impl HeightField {
         );
         let image = Image::from_layers(ImageAttributes::with_size((columns, rows)), vec![layer]);
         let mut bytes = Cursor::new(Vec::new());
-        // On one thread, so that the blocks are always in the same order.
+        // On one thread, to keep the order of the blocks.
         let written = image.write().non_parallel().to_buffered(&mut bytes);
         written.map_err(|error| failed(path.display(), &error))?;
         hwall_files::write(path, bytes.into_inner()).map_err(|error| TextonError::io(path, &error))
     }
 
-    /// Reads heights from an EXR picture, written here or measured: one channel of any sample type, square
+    /// Reads heights from an EXR picture, written by this crate or measured: one channel of any sample type, square
     /// pixels, the highest row on top.
     ///
     /// # Errors
@@ -145,14 +145,14 @@ impl HeightField {
     }
 }
 
-/// The units that a picture states.
+/// Units stated in a picture.
 struct PictureUnits {
     pitch_mm: Option<f64>,
     unit_mm: Option<f64>,
 }
 
 impl PictureUnits {
-    /// From free attributes of these names, from our comment, or from the density.
+    /// From attributes of these names, from this crate's comment, or from the density.
     fn of(attributes: &LayerAttributes) -> Self {
         let comments = attributes.comments.as_ref().map(Text::to_string);
         let line = |name: &str| {

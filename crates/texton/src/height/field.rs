@@ -1,4 +1,4 @@
-//! Heights over a regular grid of places.
+//! Heights over a regular grid of points.
 
 use crate::error::{Result, TextonError};
 use crate::mesh::{TriangleMesh, inside, outline};
@@ -6,7 +6,7 @@ use crate::print::Patch;
 use glam::DVec2;
 use hwall_numeric::check::{positive, that};
 
-/// More pixels are refused: a gigabyte.
+/// Largest number of pixels: a gigabyte.
 pub(crate) const MOST_PIXELS: u64 = 1 << 28;
 
 /// Heights above the plate, mm, at the middles of square pixels; row 0 at the lower border (least y).
@@ -66,7 +66,7 @@ impl HeightField {
         &self.heights_mm
     }
 
-    /// Height of a pixel, mm; beyond the border that of the nearest pixel.
+    /// Height of a pixel, mm; beyond the border, the height of the nearest pixel.
     pub(super) fn pixel_mm(&self, column: i64, row: i64) -> f64 {
         let [columns, rows] = self.size();
         let column = column.clamp(0, columns as i64 - 1) as usize;
@@ -74,8 +74,8 @@ impl HeightField {
         f64::from(self.heights_mm[row * self.columns + column])
     }
 
-    /// Height at a place, mm; linear between the middles of pixels, and constant from the outermost middles
-    /// to the border. `None` outside. `at_mm`: from the lower left corner of the field.
+    /// Height at a point, mm; linear between the middles of pixels, constant from the outermost middles
+    /// to the border, `None` outside. `at_mm`: from the lower left corner of the field.
     #[must_use]
     pub fn height_at_mm(&self, at_mm: DVec2) -> Option<f64> {
         let size = self.size();
@@ -186,7 +186,7 @@ impl HeightField {
 
 impl Patch {
     /// Height of the true surface above the plate, mm; `None` outside the patch and in its holes.
-    /// Goes through every bump: for many places use [`Patch::height_field`].
+    /// Checks every bump: for many points use [`Patch::height_field`].
     #[must_use]
     pub fn height_at_mm(&self, at_mm: DVec2) -> Option<f64> {
         let size = self.spec().size_mm;

@@ -1,4 +1,4 @@
-//! Heights over a regular grid of places, and their files.
+//! Heights over a regular grid of points, and their files.
 
 #[cfg(feature = "exr")]
 mod exr_file;

@@ -1,4 +1,4 @@
-//! How rough people found orientations and speeds, and which of these give a wanted roughness.
+//! Roughness that people reported for orientations and speeds, and its inverse.
 
 use super::calibration_csv;
 use super::level::Level;
@@ -39,7 +39,7 @@ impl HasPosition for Vertex {
     }
 }
 
-/// Least orientation (degrees) and speed (mm/s) of the nodes, and their ranges.
+/// Smallest orientation (degrees) and speed (mm/s) of the nodes, and their ranges.
 #[derive(Debug, Clone, Copy)]
 struct Scale {
     least: [f64; 2],
@@ -73,12 +73,12 @@ pub struct Calibration {
     scale: Scale,
 }
 
-/// In units of the ranges: a point this close to a node or to the border is on it.
+/// A point this close to a node or to the border counts as on it, in units of the ranges.
 const ON: f64 = 1e-9;
-/// Equal steps in which a crossing is looked for between two neighbouring nodes.
+/// Steps between two neighbouring nodes in the search for a crossing.
 const PIECES: usize = 16;
 
-/// For each point whether one before it is so near that the mesh would take them for one.
+/// For each point: is an earlier one so near that the mesh would merge them?
 fn too_near(points: impl Iterator<Item = Point2<f64>>) -> impl Iterator<Item = bool> {
     let mut taken = HashSet::new();
     points.map(move |point| {
@@ -91,7 +91,7 @@ fn too_near(points: impl Iterator<Item = Point2<f64>>) -> impl Iterator<Item = b
 }
 
 impl Calibration {
-    /// From conditions and magnitudes in any order; the magnitudes of one condition are averaged.
+    /// From conditions and magnitudes in any order; magnitudes of the same condition are averaged.
     ///
     /// # Errors
     /// A speed outside 0 to 1e6 mm/s, a magnitude beyond 1e12, conditions that do not span an area or that are
@@ -202,13 +202,13 @@ impl Calibration {
             })
     }
 
-    /// The least speed that has this magnitude at an orientation, mm/s.
+    /// The smallest speed with this magnitude at an orientation, mm/s.
     ///
     /// Error: 1e-12 of the range of speeds.
     ///
     /// # Errors
-    /// A magnitude that no speed has at this orientation, with the range of those that occur; an orientation
-    /// outside the calibrated ones of every speed, reported with the least speed.
+    /// No speed has this magnitude at this orientation (the error states the possible range); the orientation
+    /// lies outside the hull at every speed (reported with the smallest speed).
     pub fn speed_for(&self, magnitude: f64, scan: ScanAngle) -> Result<f64> {
         let near = self.mesh.natural_neighbor();
         let outside = TextonError::OutsideCalibration {
@@ -220,10 +220,10 @@ impl Calibration {
         })
     }
 
-    /// A level of this magnitude in two steps: the orientation over whose speeds the magnitude lies farthest
-    /// inside the range, then the speed.
+    /// A level of this magnitude. Chooses first the orientation whose range over speeds contains the magnitude with the largest
+    /// margin, then the speed.
     ///
-    /// The orientations are those of the nodes and, where the ranges of two neighbours leave a gap, also those
+    /// Candidates are the orientations of the nodes and, if the ranges of two neighbours leave a gap, also orientations
     /// between them.
     ///
     /// # Errors
@@ -256,7 +256,7 @@ impl Calibration {
             let of = |speed| self.interpolate(&near, scan, speed);
             let (lo, hi) = extent(pieces(&speeds).filter_map(of));
             let margin = (magnitude - lo).min(hi - magnitude);
-            // By more than rounding: of equal margins the first stays.
+            // Better by more than rounding: ties keep the first.
             let better = best.is_none_or(|(_, least)| margin > least + ON * (hi - lo));
             if margin >= 0.0 && better {
                 best = Some((scan, margin));
@@ -291,7 +291,7 @@ impl Calibration {
         if (at.x - to.x).hypot(at.y - to.y) <= ON {
             return Some(nearest.data().magnitude);
         }
-        // Sibson's cells are unbounded on the border, and too large to compute with close to it.
+        // Sibson's cells are unbounded on the border and numerically too large near it.
         let border = self.mesh.convex_hull().find_map(|edge| {
             let [from, to] = edge.positions();
             let along = [to.x - from.x, to.y - from.y];
@@ -323,7 +323,7 @@ fn pieces(stops: &[f64]) -> impl Iterator<Item = f64> {
         .chain(last)
 }
 
-/// The first place at which a function, `None` outside its domain, takes a value; the error `outside` if no
+/// The first point at which a function, `None` outside its domain, takes a value; the error `outside` if no
 /// stop lies in the domain.
 fn first_crossing(
     stops: &[f64],
@@ -359,7 +359,7 @@ fn first_crossing(
     Err(TextonError::NotAttained { wanted, min, max })
 }
 
-/// Where a condition that is `first` at `lo` and not at `hi` changes, to the last bit.
+/// The point where a condition that is `first` at `lo` and not at `hi` changes, to the last bit.
 fn bisect(mut lo: f64, mut hi: f64, holds: impl Fn(f64) -> bool, first: bool) -> f64 {
     for _ in 0..60 {
         let middle = 0.5 * (lo + hi);

@@ -1,19 +1,19 @@
-//! Levels that people tell apart.
+//! Levels that people can discriminate.
 
 use crate::error::{Result, TextonError};
 use hwall_numeric::check::{finite, that};
 
-/// Levels in a search, at most.
+/// Largest number of levels in a search.
 const MOST: usize = 128;
 
-/// The largest set of levels of which every pair differs significantly, as places in the list given,
+/// The largest set of levels in which every pair differs significantly, as indices into the list given,
 /// sorted by magnitude.
 ///
-/// `pairs` are the places of the levels that a post hoc test found to differ, in any order. Exact: the
-/// largest clique, by branch and bound. Of several largest sets one is returned, always the same.
+/// `pairs`: indices of the levels that a post hoc test found to differ, in any order. Exact: the
+/// largest clique, by branch and bound. Ties are resolved the same way every time.
 ///
 /// # Errors
-/// More than 128 levels, a magnitude that is not finite, a pair of a level with itself or with a place
+/// More than 128 levels, a magnitude that is not finite, a pair of a level with itself or with an index
 /// beyond the list.
 pub fn discriminable(magnitudes: &[f64], pairs: &[[usize; 2]]) -> Result<Vec<usize>> {
     let n = magnitudes.len();
@@ -57,8 +57,8 @@ impl Search<'_> {
             }
             return;
         }
-        // Classes of levels that do not differ from each other: at most one of each class can join. The last
-        // classes are tried first; once the remaining classes are too few to beat the best set, the search ends.
+        // Classes of mutually indistinguishable levels: at most one of each class can join. The last classes are
+        // tried first; the search ends once the remaining classes are too few to beat the best set.
         let mut order = Vec::with_capacity(candidates.count_ones() as usize);
         let (mut uncoloured, mut class) = (candidates, 0);
         while uncoloured != 0 {

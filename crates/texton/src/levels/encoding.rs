@@ -17,11 +17,10 @@ pub struct Encoding {
 impl Encoding {
     /// Chooses levels for textures of these roughnesses (any scale, any order).
     ///
-    /// Rougher textures get levels of greater magnitude, and the n magnitudes are spread as evenly as the
-    /// levels allow over their whole range: of all choices the one with the least sum of squared
-    /// differences between its steps and `range / (n - 1)` (exact, by dynamic programming). A single texture
-    /// gets the level nearest to the middle. Equally rough textures get neighbouring levels in the
-    /// order given: the assignment is one to one.
+    /// Rougher textures get levels of greater magnitude. The n magnitudes are spread as evenly as the levels allow
+    /// over their whole range: the choice minimises the sum of squared differences between its steps and
+    /// `range / (n - 1)` (exact, by dynamic programming). A single texture gets the level nearest to the middle.
+    /// Equally rough textures get neighbouring levels in the order given: the assignment is one to one.
     ///
     /// # Errors
     /// No texture, more textures than levels, or a number that is not finite.
@@ -55,13 +54,13 @@ impl Encoding {
         })
     }
 
-    /// The level of a texture, by its place in the list given.
+    /// The level of a texture, by its index in the list given.
     #[must_use]
     pub fn level(&self, texture: usize) -> Option<&Level> {
         self.levels.get(texture)
     }
 
-    /// The level of the texture whose roughness is nearest, the smoother of two equally near ones; `None` for NaN.
+    /// The level of the texture with the nearest roughness; ties give the smoother one; `None` for NaN.
     #[must_use]
     pub fn level_for(&self, roughness: f64) -> Option<&Level> {
         if roughness.is_nan() {
@@ -94,7 +93,7 @@ impl Encoding {
     }
 }
 
-/// Places of the n of the sorted values whose steps differ least from equal ones.
+/// Indices of the n sorted values whose steps are closest to equal.
 fn spread(sorted: &[f64], n: usize) -> Vec<usize> {
     let m = sorted.len();
     let range = sorted[m - 1] - sorted[0];

@@ -1,4 +1,4 @@
-//! An orientation and a speed that present a roughness, and a table of such levels.
+//! A level: an orientation and a speed that present a roughness. A table of levels.
 
 use crate::error::{Result, TextonError};
 use crate::geometry::ScanAngle;
@@ -51,7 +51,7 @@ impl LevelTable {
         &self.levels
     }
 
-    /// The level whose magnitude is nearest, the smoother of two equally near ones; `None` for NaN.
+    /// The level with the nearest magnitude; ties give the smoother one; `None` for NaN.
     #[must_use]
     pub fn nearest(&self, magnitude: f64) -> Option<&Level> {
         if magnitude.is_nan() {

@@ -1,9 +1,9 @@
-//! Orientations and speeds as levels of roughness: measured, told apart, chosen for virtual textures.
+//! Orientations and speeds as levels of roughness: measured in a study, tested for discriminability, chosen for virtual textures.
 //!
 //! # What a level is
 //!
 //! - A calibration is defined only within the convex hull of its conditions.
-//! - The speed of a level is that of the board against the scan: a resting finger feels v, one that scans at s feels s + v.
+//! - The speed of a level is the board's speed against the scan: a resting finger feels v, a finger scanning at s feels s + v.
 
 mod calibration;
 mod calibration_csv;

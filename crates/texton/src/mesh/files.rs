@@ -20,10 +20,10 @@ pub enum StlFormat {
 }
 
 impl TriangleMesh {
-    /// Writes an STL file, mm, in single precision; normals are those of the rounded triangles.
+    /// Writes an STL file, mm, in single precision, with the normals of the rounded triangles.
     ///
-    /// A mesh that is a solid is one again after points with equal coordinates are merged: a mesh whose points
-    /// would fall together is refused.
+    /// A solid mesh is solid again after points with equal coordinates are merged. A mesh whose points would coincide
+    /// in single precision is refused.
     ///
     /// # Errors
     /// Points or triangles that vanish in single precision; a file that cannot be written.
@@ -78,7 +78,7 @@ impl TriangleMesh {
 
     /// Corners in single precision, unless points or triangles vanish in it.
     fn single_precision(&self) -> Result<Vec<[[f32; 3]; 3]>> {
-        // Adding zero removes minus zeros, which readers that compare bits take for another number.
+        // Adding zero removes negative zeros: readers that compare bits treat them as different numbers.
         let points: Vec<[f32; 3]> = self
             .points_mm()
             .iter()
@@ -115,7 +115,7 @@ fn normal(triangle: &[[f32; 3]; 3]) -> [f32; 3] {
 
 fn write_binary(file: &mut impl Write, triangles: &[[[f32; 3]; 3]]) -> io::Result<()> {
     let mut header = [0_u8; 80];
-    // Must not begin with "solid", which says text.
+    // Must not begin with "solid", which marks a text file.
     let title = b"hwall-texton, millimetres";
     header[..title.len()].copy_from_slice(title);
     file.write_all(&header)?;

@@ -1,4 +1,4 @@
-//! Triangle meshes: solids, their files, and how finely surfaces are cut into triangles.
+//! Triangle meshes: solids, their files, and the fineness of their tessellation.
 
 mod files;
 mod tessellation;

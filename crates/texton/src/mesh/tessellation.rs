@@ -1,4 +1,4 @@
-//! How finely a curved surface is cut into triangles.
+//! Fineness of the triangles of a curved surface.
 
 use hwall_numeric::ArgumentError;
 use hwall_numeric::check::that;
@@ -6,21 +6,20 @@ use hwall_numeric::check::that;
 /// Where triangles lie with respect to the true surface.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum ChordSide {
-    /// Corners on the surface, triangles inside by up to the accuracy: sizes and heights are exact,
-    /// volumes smaller.
+    /// Corners on the surface, triangles inside by up to the accuracy: exact sizes and heights,
+    /// smaller volume.
     #[default]
     Inside,
-    /// Corners outside by the accuracy, triangles inside by up to the accuracy: about half as many
-    /// triangles and a smaller error of the volume, but bumps are larger by the accuracy on all sides.
-    /// For hemiellipsoids; cones keep their corners on the surface.
+    /// Corners outside by the accuracy, triangles inside by up to the accuracy: about half as many triangles and a
+    /// smaller volume error, but bumps are larger by the accuracy on all sides. Hemiellipsoids only; cones keep
+    /// their corners on the surface.
     Both,
 }
 
-/// How fine a mesh has to be, and how large it may be.
+/// Accuracy and size limit of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tessellation {
-    /// Largest distance of the mesh from the true surface, mm, 0.001 to 1. Printers resolve about
-    /// 0.05; the default of 0.01 leaves room for them.
+    /// Largest distance of the mesh from the true surface, mm, 0.001 to 1; default 0.01. Printers resolve about 0.05.
     pub accuracy_mm: f64,
     /// On which side of the surface the mesh may lie.
     pub side: ChordSide,

@@ -1,4 +1,4 @@
-//! Triangle meshes and what makes them solids.
+//! Triangle meshes, and the check that they are solids.
 
 use crate::error::{Result, TextonError};
 use glam::DVec3;
@@ -11,7 +11,7 @@ pub struct TriangleMesh {
     triangles: Vec<[u32; 3]>,
 }
 
-/// Size of a mesh, and what keeps it from being a solid.
+/// Size of a mesh, and its defects as a solid.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct MeshCheck {
     /// Points.
@@ -20,7 +20,7 @@ pub struct MeshCheck {
     pub triangles: usize,
     /// Edges of only one triangle: holes in the surface.
     pub open_edges: usize,
-    /// Directed edges of more than one triangle: sheets that meet, or neighbours of opposite orientation.
+    /// Directed edges shared by several triangles: sheets that meet, or neighbours of opposite orientation.
     pub doubled_edges: usize,
     /// Points at which the surface touches itself, or that no triangle uses.
     pub pinched_points: usize,
@@ -41,8 +41,8 @@ impl MeshCheck {
         self.triangles > 0 && self.open_edges == 0 && self.doubled_edges == 0
     }
 
-    /// Is it the boundary of a solid: watertight, a surface at every point, oriented outward, without empty
-    /// triangles? Triangles that pass through each other are not looked for.
+    /// Is it the boundary of a solid: watertight, without pinched points, oriented outward, without empty
+    /// triangles? Does not detect triangles that pass through each other.
     #[must_use]
     pub fn is_solid(&self) -> bool {
         self.is_watertight()
@@ -77,7 +77,7 @@ impl TriangleMesh {
         })
     }
 
-    /// For meshes whose indices are right by construction.
+    /// For meshes whose indices are valid by construction.
     pub(crate) const fn from_parts(points_mm: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Self {
         Self {
             points_mm,
@@ -105,7 +105,7 @@ impl TriangleMesh {
     /// Volume enclosed, mm³, for a watertight mesh.
     #[must_use]
     pub fn volume_mm3(&self) -> f64 {
-        // From a point of the mesh, so that meshes far from the origin lose no digits.
+        // Relative to a point of the mesh: meshes far from the origin then lose no digits.
         let Some(origin) = self.points_mm.first().map(|p| DVec3::from_array(*p)) else {
             return 0.0;
         };
@@ -142,7 +142,7 @@ impl TriangleMesh {
         for middle in 0..self.points_mm.len() as u32 {
             let around = edges.from(middle);
             let Some(&(first, _)) = around.first() else {
-                // No triangle uses it.
+                // Not used by any triangle.
                 pinched_points += 1;
                 continue;
             };
@@ -152,7 +152,7 @@ impl TriangleMesh {
                 open_edges += usize::from(!opposite);
                 undirected += i64::from(!opposite || middle < to);
             }
-            // From triangle to triangle around the point: one round has to visit them all.
+            // Walk from triangle to triangle around the point: one round must visit them all.
             let mut at = first;
             let mut met = 0;
             while let Some(next) = edges.third(middle, at) {
@@ -184,7 +184,7 @@ impl TriangleMesh {
 
 /// Directed edges by their first point, each with the third point of its triangle.
 struct Edges {
-    /// Where each point's edges begin; one more entry for the end.
+    /// Start of each point's edges; one more entry for the end.
     starts: Vec<usize>,
     /// Second and third point, ascending for each first point.
     ends: Vec<(u32, u32)>,

@@ -23,10 +23,10 @@ pub(crate) fn outline(first: u32, count: u32) -> impl Iterator<Item = [u32; 2]> 
     (0..count).map(move |i| [first + i, first + (i + 1) % count])
 }
 
-/// Counter-clockwise triangles of what lies inside an odd number of closed outlines.
+/// Counter-clockwise triangles of the region inside an odd number of closed outlines.
 ///
-/// `points`: those of the outlines, and any others to be used inside. `sides`: of all outlines, in
-/// any order. No point is added, so equal outlines of neighbouring regions fit together. Outlines may
+/// `points`: those of the outlines, and any others to use inside. `sides`: of all outlines, in
+/// any order. Adds no points, so equal outlines of neighbouring regions fit together. Outlines may
 /// share points but not cross.
 ///
 /// # Errors

@@ -11,7 +11,7 @@ pub struct MotionLimits {
     pub speed_m_per_s: f64,
     /// Largest acceleration, m/s²; default 4: 80 mm/s after 20 ms.
     pub acceleration_m_per_s2: f64,
-    /// How far the board may go from where it was touched, m; default 0.08.
+    /// Largest displacement of the board since the touch, m; default 0.08.
     pub stroke_m: f64,
     /// Half of the textured face along the board's x and y axes, m; default 0.1.
     pub half_face_m: [f64; 2],
@@ -21,11 +21,11 @@ pub struct MotionLimits {
     pub turn_rad_per_s: f64,
     /// Fastest change of the turn, rad/s²; default 4.
     pub turn_rad_per_s2: f64,
-    /// Speed of the return, out of contact, m/s; default 0.25.
+    /// Return speed out of contact, m/s; default 0.25.
     pub return_speed_m_per_s: f64,
-    /// Longest time for which a single step moves the board, s; default 0.05.
+    /// Upper bound of the time step, s; default 0.05.
     pub max_step_s: f64,
-    /// How the direction of the scan is estimated.
+    /// Estimation of the scan direction.
     pub scan: ScanConfig,
 }
 
@@ -47,10 +47,10 @@ impl Default for MotionLimits {
 }
 
 impl MotionLimits {
-    /// Rejects settings that are not positive, and a margin that leaves nothing of the face.
+    /// Rejects settings that are not positive, and a margin that covers the whole face.
     ///
     /// # Errors
-    /// The first such setting; NaN is never accepted.
+    /// The first such setting, or NaN.
     pub fn validate(&self) -> Result<()> {
         positive("speed_m_per_s", self.speed_m_per_s)?;
         positive("acceleration_m_per_s2", self.acceleration_m_per_s2)?;

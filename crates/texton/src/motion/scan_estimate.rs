@@ -10,9 +10,9 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 pub struct ScanConfig {
     /// Time constant of the low pass on the finger's velocity, s; default 0.02.
     pub time_constant_s: f64,
-    /// A slower finger rests, and the direction stays as it was, m/s; default 0.01.
+    /// Below this speed the finger counts as resting and the direction is kept, m/s; default 0.01.
     pub least_speed_m_per_s: f64,
-    /// Fastest turn of the direction, rad/s; default 6: that of a circle with a diameter of 33 mm at 0.1 m/s.
+    /// Fastest turn of the direction, rad/s; default 6: a circle of 33 mm diameter at 0.1 m/s.
     pub turn_rad_per_s: f64,
 }
 
@@ -30,7 +30,7 @@ impl ScanConfig {
     /// Rejects settings that are not positive.
     ///
     /// # Errors
-    /// The first of them.
+    /// The first such setting.
     pub fn validate(&self) -> Result<()> {
         positive("time_constant_s", self.time_constant_s)?;
         positive("least_speed_m_per_s", self.least_speed_m_per_s)?;
@@ -42,7 +42,7 @@ impl ScanConfig {
 /// The direction of a scan in the plane of a surface, from the finger's velocity.
 ///
 /// Low-passed, so that one bad sample does not turn it; limited in its rate; constant while the finger rests.
-/// When the finger reverses, the direction is reversed at once instead of turning through half a circle.
+/// When the finger reverses, the direction flips at once instead of turning through half a circle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScanEstimator {
     config: ScanConfig,
@@ -77,7 +77,7 @@ impl ScanEstimator {
         Ok(())
     }
 
-    /// Starts anew with the tangential velocity of the approach, unless the finger rests by it.
+    /// Starts anew with the tangential velocity of the approach, unless it is below `least_speed_m_per_s`.
     ///
     /// # Errors
     /// A velocity that is not finite; the estimate then stays as it was.
@@ -89,7 +89,7 @@ impl ScanEstimator {
         Ok(())
     }
 
-    /// Takes the velocity of the finger over the last `dt_s`; returns the direction, rad, from -π to π.
+    /// Updates with the finger's velocity over the last `dt_s`; returns the direction, rad, from -π to π.
     ///
     /// # Errors
     /// NaN, infinity or a negative step; the estimate then stays as it was.
@@ -117,7 +117,7 @@ impl ScanEstimator {
     }
 }
 
-/// The same angle from -π to π.
+/// The angle wrapped to -π to π.
 pub(super) fn wrapped(angle_rad: f64) -> f64 {
     angle_rad - TAU * (angle_rad / TAU).round()
 }

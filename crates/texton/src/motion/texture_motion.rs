@@ -11,13 +11,13 @@ use std::f64::consts::PI;
 /// The finger on the board, in the plane of the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FingerState {
-    /// Where it touches, m, from the middle of the board at displacement zero.
+    /// Point of touch, m, from the middle of the board at displacement zero.
     pub point_m: DVec2,
     /// Its velocity along the surface, m/s.
     pub velocity_m_per_s: DVec2,
 }
 
-/// How far a board may go from where it was touched.
+/// Reachable displacement of a board since the touch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stroke {
     /// Against the scan, m.
@@ -26,11 +26,11 @@ pub struct Stroke {
     pub along_m: f64,
 }
 
-/// What kept the board from the wanted motion.
+/// What restricts the wanted motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Limit {
-    /// The level is faster than the board may be.
+    /// The level is faster than the board's speed limit.
     Speed,
     /// The finger would run off the face.
     Face,
@@ -38,43 +38,43 @@ pub enum Limit {
     Stroke,
     /// The board is still speeding up, slowing down or changing direction.
     Acceleration,
-    /// The board has not turned to the scan yet (by a degree or more).
+    /// The board has not turned to the scan yet (error of more than a degree).
     Turn,
 }
 
-/// Where the board has to be now.
+/// Pose and velocity that the board must have now.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotionStep {
     /// Turn about the normal of the surface, rad; at 0 the long axis of the bumps is along the x axis of the plane.
     pub roll_rad: f64,
     /// Rate of the turn, rad/s; 0 out of contact, where the roll may jump.
     pub roll_rad_per_s: f64,
-    /// From where the board was touched, m.
+    /// Displacement since the touch, m.
     pub displacement_m: DVec2,
     /// Velocity of the board, m/s.
     pub velocity_m_per_s: DVec2,
     /// Speed of the finger relative to the texture under it, m/s; 0 out of contact.
     pub relative_speed_m_per_s: f64,
-    /// The first limit that restricts it.
+    /// The first limit that restricts the motion.
     pub limited: Option<Limit>,
 }
 
-/// Below this the board counts as at its target, m or m/s.
+/// Below this the board counts as back at displacement zero and at rest, m or m/s.
 const ALIKE: f64 = 1e-9;
 /// The board counts as turned to the scan below this, rad: one degree.
 const TURNED_RAD: f64 = PI / 180.0;
-/// Distance between the places that [`TextureMotion::limit_stroke`] asks about, m.
+/// Distance between the displacements that [`TextureMotion::limit_stroke`] checks, m.
 const PROBE_M: f64 = 0.005;
 
 /// Turns a textured board to the scan and moves it against the scan.
 ///
-/// The plane is that of the surface, seen from the finger: x to the right, y upwards, angles from x
+/// Frame: the plane of the surface, seen from the finger: x to the right, y upwards, angles from x
 /// towards y (the axes of a board at roll 0). A [`Level`] demands an angle θ between scan and long
-/// axis, so the board turns to the direction of the scan plus θ, modulo half a turn; and a speed v of the
-/// board against the scan: a finger at rest feels v, one that scans at s feels s + v.
+/// axis, so the board turns to the direction of the scan plus θ, modulo half a turn. It also demands a speed v of the
+/// board against the scan: a finger at rest feels v, a finger scanning at s feels s + v.
 ///
-/// Out of contact the roll follows the expected scan at once and the board goes back to displacement
-/// zero; in contact both obey the limits. Time comes in as an argument; nothing is allocated.
+/// Out of contact the roll follows the expected scan at once and the board returns to displacement
+/// zero; in contact both obey the limits. Time is an argument; nothing is allocated.
 #[derive(Debug, Clone)]
 pub struct TextureMotion {
     limits: MotionLimits,
@@ -82,19 +82,19 @@ pub struct TextureMotion {
     last_s: Option<f64>,
     touched: bool,
     roll_rad: f64,
-    /// The roll at which the board stands when the next touch begins, if known.
+    /// Actual roll of the board at the next touch, if known.
     stands_rad: Option<f64>,
     roll_rad_per_s: f64,
     displacement_m: DVec2,
     velocity_m_per_s: DVec2,
-    /// Direction of the scan for which the reachable stroke was found.
+    /// Scan direction for which `reachable` was found.
     stroke_axis: DVec2,
     reachable: Stroke,
-    /// What is asked about next, and at which roll.
+    /// The next check, and its roll.
     probing: Option<(Probe, f64)>,
 }
 
-/// Where it is asked whether the board can be.
+/// Displacement whose reachability is checked.
 #[derive(Debug, Clone, Copy)]
 enum Probe {
     Here,
@@ -151,7 +151,7 @@ impl TextureMotion {
         nearest_half_turn(self.scan.direction_rad() + level.scan.rad(), 0.0)
     }
 
-    /// Sets the roll (rad) at which the board really stands when the next touch begins. A board that was late
+    /// Sets the actual roll (rad) of the board at the next touch. A board that was late
     /// or could not take the roll of its level turns on from there.
     ///
     /// # Errors
@@ -162,9 +162,9 @@ impl TextureMotion {
         Ok(())
     }
 
-    /// Shortens the stroke to what is reachable from the present place: calls `reachable` with displacements
+    /// Shortens the stroke to its reachable part: calls `reachable` with displacements
     /// (m) and the roll of the level (rad), every 5 mm along the expected scan, outwards until the first
-    /// refusal. Both ends are 0 where the place itself is not reachable. Holds until the next call.
+    /// refusal. Both ends are 0 if the present pose itself is unreachable. Holds until the next call.
     pub fn limit_stroke(
         &mut self,
         level: &Level,
@@ -175,7 +175,8 @@ impl TextureMotion {
         self.reachable
     }
 
-    /// The same in pieces, for a control loop: until [`probe_stroke`](Self::probe_stroke) has asked, nothing is known to be reachable.
+    /// [`limit_stroke`](Self::limit_stroke) in pieces, for a control loop. The stroke is zero until
+    /// [`probe_stroke`](Self::probe_stroke) extends it.
     pub fn begin_stroke(&mut self, level: &Level) {
         self.stroke_axis = DVec2::from_angle(self.scan.direction_rad());
         self.reachable = Stroke {
@@ -185,13 +186,13 @@ impl TextureMotion {
         self.probing = Some((Probe::Here, self.roll_for(level)));
     }
 
-    /// Is there a place left to ask about?
+    /// Are there displacements left to check?
     #[must_use]
     pub const fn is_probing(&self) -> bool {
         self.probing.is_some()
     }
 
-    /// Asks about one more place; is there another one to ask about? The board moves towards those against the scan, which come first.
+    /// Checks one more displacement; returns whether more are left. Those against the scan, where the board goes, come first.
     pub fn probe_stroke(&mut self, mut reachable: impl FnMut(DVec2, f64) -> bool) -> bool {
         let Some((probe, roll_rad)) = self.probing else {
             return false;
@@ -216,9 +217,9 @@ impl TextureMotion {
         self.probing.is_some()
     }
 
-    /// The motion at a time, s, for the finger (`None`: no contact) and the level to present.
+    /// Motion at time `t_s`, s, for the finger (`None`: no contact) and the level to present.
     ///
-    /// The board does not move while the clock stands still or runs backwards.
+    /// The board does not move if the clock stops or runs backwards.
     ///
     /// # Errors
     /// A time, a finger or a speed that is NaN or infinite, or a negative speed; the motion then stays as it was.
@@ -250,7 +251,7 @@ impl TextureMotion {
     ) -> Result<MotionStep> {
         if !self.touched {
             self.touched = true;
-            // Unless its roll was set the board stands as expected; a scan in another direction is adopted at
+            // Unless its roll was set, the board stands at the expected roll. A scan in another direction is adopted at
             // once.
             let stands_rad = self.stands_rad.take();
             self.roll_rad = stands_rad.unwrap_or_else(|| self.roll_for(level));
@@ -264,7 +265,7 @@ impl TextureMotion {
         let stroke = self.speed_within(self.stroke_left(-scan), dt_s);
         let speed = wanted.min(self.limits.speed_m_per_s).min(face).min(stroke);
         let Change { reached, braked } = self.accelerate(-scan * speed, dt_s);
-        // Speed first, then orientation: both together would share what the joints can do.
+        // Speed first, then orientation: both at once would share the joints' capacity.
         let left_rad = if reached {
             wanted_roll - self.roll_rad
         } else {
@@ -319,10 +320,10 @@ impl TextureMotion {
         }
     }
 
-    /// Continues the turn towards an angle this far away, within the limits.
+    /// Turns towards an angle `left_rad` away, within the limits.
     fn turn(&mut self, left_rad: f64, dt_s: f64) {
         let most = self.limits.turn_rad_per_s2 * dt_s;
-        // From this rate it can still stop after one more step.
+        // The rate from which the turn can still stop after one more step.
         let stops =
             (most * most + 2.0 * self.limits.turn_rad_per_s2 * left_rad.abs()).sqrt() - most;
         let wanted = left_rad.signum() * stops.min(self.limits.turn_rad_per_s);
@@ -331,8 +332,8 @@ impl TextureMotion {
         self.roll_rad += 0.5 * dt_s * (before + self.roll_rad_per_s);
     }
 
-    /// Accelerates towards a velocity, unless the board could then no longer stop within its stroke: it
-    /// brakes instead, which is always possible.
+    /// Accelerates towards a velocity. If the board could then no longer stop within its stroke, it brakes
+    /// instead, which is always possible.
     fn accelerate(&mut self, velocity_m_per_s: DVec2, dt_s: f64) -> Change {
         let (place, before) = (self.displacement_m, self.velocity_m_per_s);
         let mut braked = false;
@@ -340,7 +341,7 @@ impl TextureMotion {
             let a = self.limits.acceleration_m_per_s2;
             let change = (wanted - before).clamp_length_max(a * dt_s);
             let after = before + change;
-            // A short change is over before the end of the step.
+            // A small change ends before the step does.
             let ramp_s = (change.length() / a).min(dt_s);
             self.velocity_m_per_s = after;
             self.displacement_m = place + 0.5 * ramp_s * (before + after) + (dt_s - ramp_s) * after;

@@ -1,4 +1,4 @@
-//! One bump as triangles, within a wanted chord error.
+//! One bump as triangles, within a given chord error.
 
 use crate::error::{Result, TextonError};
 use crate::geometry::{Texton, TextonShape};
@@ -18,7 +18,7 @@ pub(super) struct BumpMesh {
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// Points around a bump or hole, at least, whatever the accuracy: fewer would feel like a polygon.
+/// Least number of points around a bump or hole at any accuracy: fewer would feel like a polygon.
 pub(super) const FEWEST_AROUND: usize = 8;
 
 impl BumpMesh {
@@ -30,16 +30,16 @@ impl BumpMesh {
     }
 }
 
-/// Meridians and steps on each at which the metric of a hemiellipsoid is tabulated.
+/// Table size of a hemiellipsoid's metric: meridians, and steps on each.
 const MERIDIANS: usize = 128;
 const STEPS: usize = 128;
 
 /// An ellipsoid as the unit sphere stretched by its radii.
 ///
-/// A plane with unit normal n at distance d from the middle of the unit sphere becomes one that is
+/// A plane with unit normal n at distance d from the middle of the unit sphere becomes a plane
 /// `(1 - d) s(n)` below the parallel tangent plane, with `s(n) = 1 / |n / radii|`. The chord
-/// error is therefore the same in all directions along the sphere: the best triangles are those of
-/// an even mesh whose density follows `s`, round triangles of circumradius `√(2 ε / s)`.
+/// error is therefore the same in all directions along the sphere: the best mesh has round triangles of
+/// circumradius `√(2 ε / s)`, evenly spread at a density that follows `s`.
 struct Stretch(DVec3);
 
 impl Stretch {
@@ -91,7 +91,7 @@ impl Meridians {
         self.way.iter().map(|w| w[STEPS]).fold(0.0, f64::max)
     }
 
-    /// Elevation at a share of the way up each meridian.
+    /// Elevation at a fraction of each meridian's length.
     fn ring(&self, share: f64) -> Vec<f64> {
         let elevation = |way: &Vec<f64>| {
             let wanted = share * way[STEPS];
@@ -150,7 +150,7 @@ impl Ring {
 fn hemiellipsoid(texton: &Texton, ask: &Tessellation) -> Result<BumpMesh> {
     let [a, b] = texton.radii().to_array();
     let stretch = Stretch(dvec3(a, b, texton.height_mm()));
-    // With corners outside by the accuracy, chords may lie twice as deep.
+    // With corners outside by the accuracy, chords may sag twice as deep.
     let (sag_mm, out_mm) = match ask.side {
         ChordSide::Inside => (ask.accuracy_mm, 0.0),
         ChordSide::Both => (2.0 * ask.accuracy_mm, ask.accuracy_mm),
@@ -167,7 +167,7 @@ fn hemiellipsoid(texton: &Texton, ask: &Tessellation) -> Result<BumpMesh> {
         });
     }
     let mut best: Option<BumpMesh> = None;
-    // What rounding up to whole rows gains is used for wider spacing along them.
+    // Rounding up to whole rows allows wider spacing along them.
     for more in 0..12 {
         if best.is_some() && more > 2 {
             break;
@@ -207,7 +207,7 @@ fn place(rings: &[Ring], spacing: f64) -> (Vec<DVec3>, usize) {
     for (row, ring) in rings.iter().enumerate() {
         let around = ring.length() / spacing;
         if row == 0 {
-            // Both ends of both axes belong to it, so that the bump has its full length and breadth.
+            // Includes both ends of both axes, so that the bump has its full length and breadth.
             outline = 4 * ((around / 4.0).ceil() as usize).max(FEWEST_AROUND / 4);
             points.extend(ring.points(outline, 0.0).map(|p| p.with_z(0.0)));
         } else {
@@ -220,8 +220,8 @@ fn place(rings: &[Ring], spacing: f64) -> (Vec<DVec3>, usize) {
     (points, outline)
 }
 
-/// Joins points of the unit sphere to its Delaunay triangles, stretches them and moves them out;
-/// with the bound of the chord error.
+/// Joins points of the unit sphere to Delaunay triangles, stretches them and moves them out;
+/// also returns the bound of the chord error.
 fn connect(
     stretch: &Stretch,
     mut sphere: Vec<DVec3>,
@@ -233,7 +233,7 @@ fn connect(
         relax(stretch, &mut sphere, outline, &triangles);
         triangles = delaunay(&sphere, outline)?;
     }
-    // Otherwise a point of the second row lies outside the chords of the first.
+    // False if a point of the second row lies outside the chords of the first.
     let fits = triangles.len() == 2 * sphere.len() - outline - 2;
     // Along the normals of the ellipsoid, which are n / radii.
     let outwards = |n: &DVec3| {
@@ -263,7 +263,7 @@ fn delaunay(sphere: &[DVec3], outline: usize) -> Result<Vec<[u32; 3]>> {
     inside(&flat, &sides(0, outline as u32).collect::<Vec<_>>())
 }
 
-/// Passes of [`relax`]: rings with different numbers of points do not fit each other at first.
+/// Passes of [`relax`]: rings with different numbers of points are badly matched at first.
 const RELAXATIONS: usize = 4;
 
 /// Moves all points except the outline and the top to the mean of the circumcentres around them, weighted by
@@ -273,7 +273,7 @@ fn relax(stretch: &Stretch, sphere: &mut [DVec3], outline: usize, triangles: &[[
     let mut sums = vec![DVec3::ZERO; sphere.len()];
     for triangle in triangles {
         let n = cross(triangle.map(|i| sphere[i as usize]));
-        // The circumcentre on the sphere is the normal; this one is as long as the area.
+        // The circumcentre on the sphere is the normal; its length is twice the area.
         let weight = (stretch.scale(n) * n.length()).powi(2);
         for &i in triangle {
             sums[i as usize] += weight * n;
@@ -293,14 +293,14 @@ fn cross([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// Ratio of the chord error between the samples of a strip to that at the samples, at most.
+/// Largest ratio of a strip's chord error between samples to that at samples.
 const BETWEEN_SAMPLES: f64 = 1.02;
 
 /// Strips between ellipses at equal heights, and a flat top.
 ///
-/// The straight lines of the side join points at the same share of the angle around both ellipses;
-/// as these are not similar, the side is twisted between the lines, and a strip split into two
-/// triangles is off by an error of first order. More rows cost less than more points around.
+/// The straight lines of the side join points at the same fraction of the angle around both ellipses.
+/// As the ellipses are not similar, the side is twisted between these lines, so a strip split into two
+/// triangles has a first-order error. More rows cost less than more points around.
 fn cone(texton: &Texton, ask: &Tessellation) -> Result<BumpMesh> {
     let [a, b] = texton.radii().to_array();
     let bend = Stretch(dvec3(a, b, b));

@@ -5,7 +5,7 @@ use glam::DVec2;
 
 /// A corner of the cell around a bump.
 ///
-/// Corners are named by whole numbers, so that neighbouring cells agree on them to the last bit: at
+/// Corners have integer keys, so that neighbouring cells agree on them to the last bit:
 /// `half[i] · pitch / 2 + sign · shift` on each axis, counted from the first bump of the grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Corner {
@@ -23,9 +23,9 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// Each cell is what is closer to its bump than to any other after bumps are scaled to unit circles: as
+    /// A cell is the region closer to its bump than to any other, with bumps scaled to unit circles. As
     /// these do not overlap, each is inside its cell. `None` for a staggered grid whose cells (nearly) have
-    /// four corners, as their shortest sides vanish.
+    /// four corners: their shortest sides vanish.
     pub(super) fn new(texton: &Texton, layout: &Layout) -> Option<Self> {
         let pitch_mm = layout.pitch_mm();
         let (shift_mm, corners): (_, Vec<(i32, i32, i8)>) = match layout {
@@ -34,15 +34,14 @@ impl Cells {
                 ([0.0; 2], corners)
             }
             Layout::Staggered { .. } => {
-                // Between bumps at (0, 0), (2u, 0) and (u, v), or at (0, 0), (u, v) and (0, 2v): the place that is
-                // equally far from all three.
+                // The point equidistant from bumps at (0, 0), (2u, 0) and (u, v), or at (0, 0), (u, v) and (0, 2v).
                 let [a, b] = texton.radii().to_array();
                 let (u, v) = (0.5 * pitch_mm[0] / a, pitch_mm[1] / b);
                 let shift = (v * v - u * u) / 2.0;
                 if shift.abs() < 1e-3 * u.min(v).powi(2) {
                     return None;
                 }
-                // The lower half are the upper corners of the row beneath.
+                // The lower half: upper corners of the row below.
                 if shift > 0.0 {
                     let upper = [(1, 0, 1), (0, 2, -1), (-1, 0, 1)];
                     let lower = [(-1, 0, -1), (0, -2, 1), (1, 0, -1)];
@@ -73,7 +72,7 @@ impl Cells {
         })
     }
 
-    /// Where a corner is, from the first bump of the grid, mm.
+    /// Position of a corner, from the first bump of the grid, mm.
     pub(super) fn at_mm(&self, corner: Corner) -> DVec2 {
         let along = |i: usize| {
             0.5 * f64::from(corner.half[i]) * self.pitch_mm[i]

@@ -1,4 +1,4 @@
-//! Distance of a mesh from the patch that it represents, measured on the mesh.
+//! Measured distance of a mesh from its patch.
 
 use super::patch::Patch;
 use crate::geometry::TextonShape;
@@ -13,8 +13,8 @@ impl Patch {
     /// Largest distance, mm, of the bumps' triangles in a mesh from the true bumps, over 15 evenly spread
     /// points of each triangle.
     ///
-    /// `mesh`: of this patch, in its frame, also one from a file or another tool. Each triangle above the
-    /// plate is compared with the bump nearest to it.
+    /// `mesh`: of this patch, in its frame; may come from a file or another tool. Compares each triangle above the
+    /// plate with the nearest bump.
     #[must_use]
     pub fn chord_error_mm(&self, mesh: &TriangleMesh) -> f64 {
         let texton = self.texture().texton();
@@ -41,7 +41,7 @@ impl Patch {
                 .flatten()
                 .min_by(|p, q| away(p).total_cmp(&away(q)));
             let Some(centre) = nearest else {
-                // There is no bump that this triangle could belong to.
+                // No bump matches this triangle.
                 return f64::INFINITY;
             };
             for i in 0..=ALONG {

@@ -1,4 +1,4 @@
-//! Plates with bumps: where bumps stand, what a printer can make, and the solid to print.
+//! Plates with bumps: placement of bumps, check for a printer, and the solid to print.
 
 mod bump_mesh;
 mod cell;

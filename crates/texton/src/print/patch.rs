@@ -22,15 +22,15 @@ pub struct PatchSpec {
     pub size_mm: [f64; 2],
     /// Thickness of the plate below the bumps, mm.
     pub plate_mm: f64,
-    /// Middle of the first bump, mm; `None` for half a pitch. No bump stands left of or below it; a first bump
-    /// left of or below the plate only moves the grid.
+    /// Middle of the first bump, mm; `None` for half a pitch. No bump is placed left of or below it. A first bump
+    /// left of or below the plate only shifts the grid.
     pub first_mm: Option<DVec2>,
-    /// Bumps that come closer than this to a border or hole are left out, mm; printers resolve 50 µm.
+    /// Bumps closer than this to a border or hole are left out, mm; printers resolve 50 µm.
     pub margin_mm: f64,
     /// Size of the tiles in which it is made, mm; `None` for one piece. The last ones may be smaller.
     pub tile_mm: Option<[f64; 2]>,
     /// Does the grid start anew on each tile, so that tiles are equal? Otherwise it continues across tiles, and
-    /// bumps that a border between tiles would cut are left out.
+    /// bumps that a tile border would cut are left out.
     pub restart: bool,
     /// Holes for screws, each within one tile.
     pub holes: Vec<MountingHole>,
@@ -96,10 +96,10 @@ impl PatchSpec {
     }
 }
 
-/// Below this, points of neighbouring bumps fall together in the single precision of STL.
+/// Below this, points of neighbouring bumps coincide in the single precision of STL.
 pub(super) const LEAST_GAP_MM: f64 = 1e-4;
 
-/// Tiles and bumps, at most: more come from a size in the wrong unit.
+/// Largest number of tiles or bumps: more indicate a size in the wrong unit.
 const MOST: f64 = 2e7;
 
 /// Tiles along both axes; a remainder that is only rounding does not count as a tile.
@@ -135,30 +135,30 @@ impl Rectangle {
     }
 }
 
-/// Where a bump stands.
+/// Position of a bump.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Bump {
     pub(super) centre_mm: DVec2,
-    /// Which grid: columns and rows are counted within a grid.
+    /// Index of the grid in which columns and rows are counted.
     pub(super) grid: u32,
     pub(super) column: i32,
     pub(super) row: i32,
 }
 
-/// How many places of the grid hold a bump, and why the others do not.
+/// Number of bumps placed, and of those left out by reason.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct BumpCounts {
     /// Bumps on the patch.
     pub placed: usize,
-    /// Left out as they would cross the border of the plate.
+    /// Left out: they would cross the border of the plate.
     pub at_border: usize,
-    /// Left out as a border between tiles would cut them.
+    /// Left out: a border between tiles would cut them.
     pub at_tile: usize,
-    /// Left out for a mounting hole.
+    /// Left out: they would meet a mounting hole.
     pub at_hole: usize,
 }
 
-/// A piece of a patch that is made by itself.
+/// A piece of a patch that is printed separately.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tile {
     /// Its lower left corner on the whole patch, mm.
@@ -177,7 +177,7 @@ pub struct Patch {
 }
 
 impl Patch {
-    /// Puts bumps on a plate. No bump is cut: one that would cross a border or a hole is left out and counted.
+    /// Places bumps on a plate. Bumps that would cross a border or a hole are left out and counted, never cut.
     ///
     /// # Errors
     /// Sizes that are not positive; holes across borders or each other; no bump that fits;
@@ -189,7 +189,7 @@ impl Patch {
         let pitch_mm = texture.layout().pitch_mm();
         let tile_mm = spec.tile_mm.unwrap_or(spec.size_mm);
         let [across, along] = tile_counts(spec.size_mm, tile_mm);
-        // Columns and rows separately: a long and thin grid has a small area but many columns.
+        // Check columns and rows separately: a long, thin grid has a small area but many columns.
         let area_mm = if spec.restart {
             [0, 1].map(|i| tile_mm[i].min(spec.size_mm[i]))
         } else {
@@ -203,7 +203,7 @@ impl Patch {
         }
         let first_mm = spec.first_mm.into_iter().flat_map(|at| at.to_array());
         for (value, pitch_mm) in first_mm.zip(pitch_mm) {
-            // Farther away, rounding moves the bumps.
+            // Beyond this, rounding would move the bumps.
             that(
                 value >= -MOST * pitch_mm,
                 "middle of the first bump, mm",
@@ -257,7 +257,7 @@ impl Patch {
         &self.texture
     }
 
-    /// What it was made from.
+    /// The specification it was made from.
     #[must_use]
     pub const fn spec(&self) -> &PatchSpec {
         &self.spec
@@ -388,9 +388,9 @@ impl Patch {
         let plate = Rectangle::plate(self.spec.size_mm);
         let span = |i: usize| area.high[i] - area.low[i] - first[i];
         let [columns, rows] = [0, 1].map(|i| (span(i) / pitch[i]).ceil().max(0.0) as i64);
-        // One before the first inside, for rows that are shifted.
+        // Start one before the first inside, for shifted rows.
         let before = |i: usize| ((-first[i] / pitch[i]).floor() - 1.0).max(0.0) as i64;
-        // Tiles stand in a grid of their own.
+        // Tiles have their own grid.
         let tile_mm = self.spec.tile_mm.unwrap_or(self.spec.size_mm);
         let tiles_across = tile_counts(self.spec.size_mm, tile_mm)[0] as usize;
         for row in before(1)..=rows {

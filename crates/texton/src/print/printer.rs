@@ -6,13 +6,13 @@ use crate::geometry::TextonShape;
 /// What a printer can do.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Printer {
-    /// Smallest gap, height or flat top that comes out, mm; 0.05 by default.
+    /// Smallest gap, height or flat top it can print, mm; 0.05 by default.
     pub least_feature_mm: f64,
     /// Largest tile, mm; 145 x 145 by default.
     pub bed_mm: [f64; 2],
-    /// Thinnest plate that does not bend or break, mm; 0.5 by default.
+    /// Least plate thickness against bending and breaking, mm; 0.5 by default.
     pub least_plate_mm: f64,
-    /// Steepest sides against the plate, rad, that come out of a mould; `None` by default, for printing.
+    /// For moulding: steepest sides against the plate that release from the mould, rad; `None` (default) for printing.
     pub steepest_rad: Option<f64>,
 }
 
@@ -27,7 +27,7 @@ impl Default for Printer {
     }
 }
 
-/// Something that will not come out as designed.
+/// A deviation of the printed patch from its design.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what the fields hold")]
@@ -55,7 +55,7 @@ pub enum Finding {
     /// A tile that does not fit the printer, either way round.
     #[error("a tile of {} x {} mm does not fit a printer of {} x {} mm", size_mm[0], size_mm[1], bed_mm[0], bed_mm[1])]
     Tile { size_mm: [f64; 2], bed_mm: [f64; 2] },
-    /// Bumps left out where a border would have cut them: the texture has a gap there.
+    /// Bumps left out because a border would have cut them: the texture has a gap there.
     #[error(
         "bumps left out: {at_border} at the border, {at_tile} between tiles, {at_hole} at holes"
     )]
@@ -67,7 +67,7 @@ pub enum Finding {
 }
 
 impl Finding {
-    /// Does it keep the patch from being printed as designed? Otherwise it is a note.
+    /// Does it prevent printing as designed? Otherwise it is a note.
     #[must_use]
     pub const fn is_fault(&self) -> bool {
         !matches!(self, Self::LeftOut { .. })
@@ -78,7 +78,7 @@ impl Finding {
 const ROUNDING: f64 = 1e-9;
 
 impl Patch {
-    /// What will not come out as designed on a printer; for the released patch only the bumps left out.
+    /// Deviations from the design on this printer; for the released patch only the bumps left out.
     ///
     /// Overlapping bumps do not occur: [`Texture::new`](crate::geometry::Texture::new) refuses them.
     #[must_use]

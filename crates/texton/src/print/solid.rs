@@ -1,8 +1,8 @@
 //! The closed solid of a patch: plate and bumps with one common surface.
 //!
-//! Most bumps stand in equal cells of their grid, so one bump and the cell around it are cut into
-//! triangles once and repeated. The rest, between the cells and the border, around mounting
-//! holes and across tiles, is one constrained triangulation between the outlines there.
+//! Most bumps lie in equal cells of their grid: one bump and the cell around it are triangulated
+//! once and repeated. The rest (between the cells and the border, around mounting
+//! holes and across tiles) is one constrained triangulation between the outlines.
 
 use super::bump_mesh::{BumpMesh, FEWEST_AROUND};
 use super::cell::{Cells, Corner};
@@ -14,13 +14,13 @@ use std::collections::HashSet;
 use std::collections::hash_map::{Entry, HashMap};
 use std::f64::consts::TAU;
 
-/// Cells that come closer than this to a border or hole are left to the constrained triangulation.
+/// Cells closer than this to a border or hole go to the constrained triangulation.
 const CLEAR_MM: f64 = 1e-3;
 
 /// Corners of the plate on the top, and again on the bottom.
 const PLATE_CORNERS: u32 = 4;
 
-/// What is repeated, and where.
+/// The repeated parts, and their positions.
 struct Plan {
     bump: BumpMesh,
     /// Triangles over a cell's corners, then the outline.
@@ -47,13 +47,13 @@ impl Patch {
     }
 
     /// The patch as one closed solid, mm: top of the plate at z = 0, bumps above, bottom at
-    /// `-plate_mm`; holes are prisms whose corners lie on the circle.
+    /// `-plate_mm`; holes are prisms with corners on the circle.
     ///
-    /// Error: below `ask.accuracy_mm` from the true surface everywhere, on the side asked for. At
+    /// Error: below `ask.accuracy_mm` from the true surface everywhere, on the side of `ask.side`. At
     /// least 8 points around each bump and hole at any accuracy.
     ///
     /// # Errors
-    /// An accuracy outside 0.001 to 1 mm; bumps that touch, which meet in a point and do not bound a solid;
+    /// An accuracy outside 0.001 to 1 mm; touching bumps, which meet in a point and do not bound a solid;
     /// more triangles than allowed.
     pub fn mesh(&self, ask: &Tessellation) -> Result<TriangleMesh> {
         let plan = self.plan(ask)?;
@@ -117,7 +117,7 @@ impl Patch {
         Ok(TriangleMesh::from_parts(points, triangles))
     }
 
-    /// Sides, holes and bottom below the outlines of the top.
+    /// Adds sides, holes and bottom below the outlines of the top.
     fn close(
         &self,
         points: &mut Vec<[f64; 3]>,
@@ -152,7 +152,7 @@ impl Patch {
         let texton = self.texture().texton();
         let (grow_mm, gap_mm) = match ask.side {
             ChordSide::Inside => (0.0, self.texture().gap_mm()),
-            // Corners outside the surface have to stay clear of borders, too.
+            // Corners outside the surface must stay clear of borders, too.
             ChordSide::Both => {
                 let margin_mm = self.spec().margin_mm;
                 let gap_mm = self.texture().gap_mm().min(2.0 * margin_mm);
@@ -176,7 +176,7 @@ impl Patch {
         for hole in &self.spec().holes {
             plan.around_holes.push(around(hole, ask.accuracy_mm));
         }
-        // A lone bump may fill its cell to the border.
+        // A bump without neighbours may fill its cell to the border.
         if gap_mm >= least_mm
             && let Some(cells) = Cells::new(texton, self.texture().layout())
         {
@@ -214,7 +214,7 @@ impl Patch {
                 let next = index.len() as u32;
                 let entry = index.entry((bump.grid, corner));
                 if let Entry::Vacant(_) = entry {
-                    // The first bump of the grid stands this bump's offset before it.
+                    // Position of the grid's first bump: this bump's position minus its offset.
                     let offset = self
                         .texture()
                         .layout()
@@ -228,7 +228,7 @@ impl Patch {
         Ok(())
     }
 
-    /// Does the cell of a bump, in a box of these half sizes around it, come near a hole?
+    /// Is the box of half sizes `half` around a bump, which holds its cell, near a hole?
     fn near_hole(&self, bump: &Bump, half: DVec2) -> bool {
         self.spec().holes.iter().any(|hole| {
             let off = (hole.centre_mm - bump.centre_mm).abs() - half;
@@ -238,7 +238,7 @@ impl Patch {
 }
 
 impl Plan {
-    /// By Euler's formula: the plate's top has `V + 2 H + 2 I - 2` triangles for V points on
+    /// Number of triangles by Euler's formula: the plate's top has `V + 2 H + 2 I - 2` triangles for V points on
     /// outlines, I other points and H outlines within the outer one.
     fn triangles(&self, bumps: usize) -> u64 {
         let bumps = bumps as u64;

@@ -1,4 +1,4 @@
-//! Models of the skin: simple estimates of how afferents under it would respond.
+//! Models of the skin: simple estimates of the responses of its afferents.
 
 use super::model::{ModelInfo, Prediction, RoughnessModel};
 use super::skin::Skin;
@@ -16,18 +16,18 @@ pub enum AfferentPairs {
     Around,
     /// One behind the other along the scan.
     Along,
-    /// Side by side across the scan: this varies with orientation as the responses of a simulated hand do
+    /// Side by side across the scan: varies with orientation like the responses of a simulated hand
     /// (TouchSim, Saal and others 2017).
     #[default]
     Across,
 }
 
-/// How much the responses of slowly adapting (SA1) afferents a fixed distance apart differ.
+/// Difference between the responses of slowly adapting (SA1) afferents a fixed distance apart.
 ///
-/// The height of the texture, blurred by the skin, stands in for firing rates; the prediction is the
-/// root mean square difference between two places, mm. The published measure is the mean absolute
-/// difference of firing rates and does not single out a direction; the choice of direction decides what the
-/// model says about orientation, so it is a setting.
+/// The height of the texture, blurred by the skin, stands for firing rates; the prediction is the
+/// root mean square difference between two points, mm. The published measure is the mean absolute
+/// difference of firing rates in no particular direction. The direction is a setting, because it decides the
+/// model's dependence on orientation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpatialVariation {
     /// Distance of the two afferents, mm; default 2.
@@ -83,7 +83,7 @@ impl RoughnessModel for SpatialVariation {
         positive("apart_mm", self.apart_mm)?;
         let skin = Skin::new(self.blur_mm)?;
         let (cos, sin) = (scan.cos(), scan.sin());
-        // Parseval's theorem: each of the waves ±k holds c², of which a shift by d leaves |1 - e^(i k d)|².
+        // Parseval's theorem: each of the waves ±k has power c², scaled by |1 - e^(i k d)|² for a shift by d.
         let difference = |k: DVec2| {
             let shift_rad = |direction| TAU * cycles_per_mm(k, direction) * self.apart_mm;
             match self.pairs {

@@ -18,7 +18,7 @@ pub enum SurfaceRoughness {
 }
 
 impl SurfaceRoughness {
-    /// The roughness at texture coordinates u, v; `None` for NaN and infinity, also where it is uniform.
+    /// The roughness at texture coordinates u, v; `None` for NaN and infinity, even if the roughness is uniform.
     #[must_use]
     pub fn at(&self, uv: DVec2) -> Option<f64> {
         match self {
@@ -66,7 +66,7 @@ impl RoughnessMap {
     /// From an OpenEXR file: its only channel, or else `roughness`, `Y` or `R`.
     ///
     /// # Errors
-    /// A file that is not an OpenEXR image, is cut off or is too large; one without such a channel; as
+    /// A file that is not an OpenEXR image, is truncated or too large; no such channel; as
     /// [`RoughnessMap::new`].
     #[cfg(feature = "exr")]
     pub fn from_exr(file: impl Read + Seek) -> Result<Self> {
@@ -86,8 +86,8 @@ impl RoughnessMap {
     /// The roughness at texture coordinates u, v, bilinear between the middles of the pixels; `None` for
     /// NaN and infinity.
     ///
-    /// u runs to the right and v upwards (as in OBJ files), from 0 to 1 over the image; outside, the value at
-    /// the border continues.
+    /// u runs to the right and v upwards (as in OBJ files), from 0 to 1 over the image; outside, the border value
+    /// continues.
     #[must_use]
     pub fn at(&self, uv: DVec2) -> Option<f64> {
         if !uv.is_finite() {

@@ -1,4 +1,4 @@
-//! How rough a texture feels: published models, and the roughness of virtual surfaces.
+//! Perceived roughness: published models, and the roughness of virtual surfaces.
 //!
 //! # How models compare
 //!

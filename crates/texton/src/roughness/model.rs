@@ -1,4 +1,4 @@
-//! What every model of roughness gives: predictions, and what is known about the model.
+//! The interface of roughness models: predictions and information about the model.
 
 use crate::error::Result;
 use crate::geometry::{ScanAngle, Texture};
@@ -6,9 +6,9 @@ use crate::geometry::{ScanAngle, Texture};
 /// Predicts how rough a texture feels under a moving finger.
 ///
 /// Models are compared and chosen, never blended: each predicts in its own unit, and only the order
-/// of its predictions means roughness.
+/// of its predictions is meaningful.
 pub trait RoughnessModel: Send + Sync {
-    /// Source of the model, range in which it holds, and where it is known to fail.
+    /// Source, range of validity and known failures of the model.
     fn info(&self) -> &'static ModelInfo;
 
     /// The prediction for a scan at this speed of the finger relative to the texture, mm/s.
@@ -23,24 +23,24 @@ pub trait RoughnessModel: Send + Sync {
     ) -> Result<Prediction>;
 }
 
-/// What is known about a model.
+/// Information about a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ModelInfo {
     /// A short name for tables.
     pub name: &'static str,
-    /// What the number is, with its unit.
+    /// The predicted quantity, with its unit.
     pub quantity: &'static str,
-    /// Who published it, or that it is this crate's own.
+    /// The publication, or this crate.
     pub source: &'static str,
-    /// Where it was measured.
+    /// Range of the measurements.
     pub range: &'static str,
-    /// Where it is known to fail.
+    /// Known failures.
     pub misfit: &'static str,
     /// Does the prediction depend on speed?
     pub depends_on_speed: bool,
 }
 
-/// How rough a texture feels by a model.
+/// A model's prediction of roughness.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Prediction {
     /// Within the range in which the model was measured.
@@ -76,7 +76,7 @@ impl Prediction {
         matches!(self, Self::Within(_))
     }
 
-    /// `value`, within the model's range if all that it is computed from is.
+    /// `value`, marked as within the model's range if all inputs are.
     pub(super) fn checked(value: f64, inputs: &[RangedInput]) -> Self {
         let outside = |input: &&RangedInput| {
             let [least, most] = input.range;
@@ -94,14 +94,14 @@ impl Prediction {
     }
 }
 
-/// What a prediction is computed from, and the range in which the model was measured.
+/// An input of a prediction, and the model's measured range.
 pub(super) struct RangedInput {
     pub(super) quantity: Quantity,
     pub(super) value: f64,
     pub(super) range: [f64; 2],
 }
 
-/// What the range of a model is a range of.
+/// Quantity that the range of a model refers to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Quantity {
@@ -109,7 +109,7 @@ pub enum Quantity {
     GrooveMm,
     /// Length of a bump along the scan, mm.
     RidgeMm,
-    /// From bump to bump along the scan, mm; undefined where the scan passes the ends of the bumps.
+    /// Distance from bump to bump along the scan, mm; undefined if the scan passes the ends of the bumps.
     SpacingMm,
     /// Bumps per second, Hz; undefined without motion.
     FrequencyHz,

@@ -4,7 +4,7 @@ use glam::DVec2;
 use hwall_numeric::ArgumentError;
 use hwall_numeric::check::that;
 
-/// A smaller blur needs too many waves to sum; skin blurs ten times as much.
+/// A smaller blur would need too many waves; skin blurs ten times as much.
 const LEAST_BLUR_MM: f64 = 0.05;
 
 /// A Gaussian blur.
@@ -28,12 +28,12 @@ impl Skin {
         Ok(Self { blur_mm })
     }
 
-    /// What the blur leaves of the amplitude of a wave, 0 to 1.
+    /// Fraction of a wave's amplitude after the blur, 0 to 1.
     pub(super) fn gain(self, wave_rad_per_mm: DVec2) -> f64 {
         (-0.5 * wave_rad_per_mm.length_squared() * self.blur_mm * self.blur_mm).exp()
     }
 
-    /// Waves beyond this keep less than exp(-16) = 1.13e-7 of their power, rad/mm.
+    /// Beyond this wave number waves keep less than exp(-16) = 1.13e-7 of their power, rad/mm.
     pub(super) fn limit_rad_per_mm(self) -> f64 {
         4.0 / self.blur_mm
     }

@@ -7,7 +7,7 @@ use hwall_numeric::check::{non_negative, positive};
 
 /// `R = 0.2 + 1.6 GW - 0.5 RW - 0.25 GW²` of Yoshioka and others (2001), widths in mm.
 ///
-/// Groove and ridge are those of a scan through the middle of the bumps: the ridge is
+/// Groove and ridge of a scan through the middle of the bumps: the ridge is
 /// [`Texton::contact_length_mm`](crate::geometry::Texton::contact_length_mm), the groove the rest of
 /// [`Texture::spacing_mm`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -56,7 +56,7 @@ impl RoughnessModel for GrooveRidge {
 
 /// Roughness rises with spacing up to a peak and falls beyond it.
 ///
-/// The source gives the place of the peak; the shape, `1 - ln² (d / peak)`, is this crate's own, and
+/// The source gives the position of the peak; the shape, `1 - ln² (d / peak)`, is this crate's own, and
 /// only the order of its values counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InvertedU {

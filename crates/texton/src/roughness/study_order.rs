@@ -1,4 +1,4 @@
-//! Which models rank the conditions of a study as its participants did?
+//! Comparison of models: do they rank a study's conditions like its participants?
 
 use super::afferent::{AfferentPairs, SpatialVariation, Vibration};
 use super::model::RoughnessModel;
@@ -12,15 +12,15 @@ use hwall_numeric::check::that;
 pub struct StudyOrder {
     /// Orientations, degrees, from the least rough to the roughest.
     pub orientations_deg: Vec<f64>,
-    /// Rank of each orientation; orientations of one rank did not differ.
+    /// Rank of each orientation; orientations of equal rank did not differ.
     pub ranks: Vec<usize>,
     /// Speeds of the finger relative to the texture, mm/s, from the least rough to the roughest.
     pub speeds_mm_per_s: Vec<f64>,
 }
 
 impl StudyOrder {
-    /// The dissertation's: 0 < 45 < 63.43 ~ 71.57 ~ 90 degrees, and rising with the speed of the board, 0
-    /// to 80 mm/s, against a finger that moves at `finger_mm_per_s` itself (100 is an assumption).
+    /// The dissertation's order: 0 < 45 < 63.43 ~ 71.57 ~ 90 degrees, and rising with the speed of the board, 0
+    /// to 80 mm/s, against a finger moving at `finger_mm_per_s` (100 is an assumption).
     #[must_use]
     pub fn dissertation(finger_mm_per_s: f64) -> Self {
         Self {
@@ -33,17 +33,17 @@ impl StudyOrder {
     }
 }
 
-/// How many of the cases looked at are as wanted.
+/// Number of matching cases.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// As wanted.
+    /// Matching cases.
     pub hits: usize,
-    /// Looked at.
+    /// All cases.
     pub of: usize,
 }
 
 impl Tally {
-    /// Are all as wanted?
+    /// Do all cases match?
     #[must_use]
     pub const fn is_full(self) -> bool {
         self.hits == self.of
@@ -54,20 +54,20 @@ impl Tally {
         self.of += 1;
     }
 
-    /// Counts a pair of which the first must be below the second.
+    /// Counts a pair; it matches if the first is below the second.
     fn count_pair(&mut self, less: Option<f64>, more: Option<f64>) {
         self.count(less.zip(more).is_some_and(|(less, more)| less < more));
     }
 }
 
-/// How much of a study's order a model reproduces.
+/// Score of a model on a study's order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OrderScore {
     /// The model.
     pub model: &'static str,
     /// Pairs of orientations of different rank that are in the study's order, over all speeds.
     pub orientation: Tally,
-    /// Largest difference between orientations of one rank, divided by the smallest difference between the means
+    /// Largest difference between orientations of equal rank, divided by the smallest difference between the means
     /// of neighbouring ranks; below 1 the ranks are distinct.
     pub plateau: f64,
     /// Pairs of speeds that are in the study's order, over all orientations.
@@ -79,7 +79,7 @@ pub struct OrderScore {
 }
 
 impl OrderScore {
-    /// Is every pair of orientations in order, and are those of one rank closer to each other than the ranks?
+    /// Is every pair of orientations in order, with smaller differences within ranks than between them?
     #[must_use]
     pub fn reproduces_orientation(&self) -> bool {
         self.orientation.is_full() && self.plateau < 1.0

@@ -1,4 +1,4 @@
-//! Calibration tables: exact where they must be, inverted, and refused where they know nothing.
+//! Calibration tables: exactness at nodes, inversion, and errors outside their hull.
 
 use crate::common::bumps::{level, scan};
 use hwall_files::TableError;
@@ -27,7 +27,7 @@ fn nodes_are_exact_and_what_is_linear_is_reproduced() {
     for node in table.nodes() {
         let got = table.magnitude(node.scan, node.speed_mm_per_s).unwrap();
         assert_eq!(got, node.magnitude);
-        // An angle that comes from elsewhere may be an ulp off.
+        // An angle computed elsewhere may be an ulp off.
         let beside = ScanAngle::from_rad(node.scan.deg().to_radians()).unwrap();
         let got = table.magnitude(beside, node.speed_mm_per_s).unwrap();
         assert!((got - node.magnitude).abs() < 1e-9);
@@ -37,7 +37,7 @@ fn nodes_are_exact_and_what_is_linear_is_reproduced() {
     let mut s = Sampler::new(1);
     for i in 0..20_000 {
         let (mut deg, mut speed) = (s.uniform(0.0, 90.0), s.uniform(0.0, 80.0));
-        // On the border, and so near it that its cells are huge.
+        // On the border, and so near it that the Sibson cells are huge.
         match i % 10 {
             0 => deg = 0.0,
             1 => deg = 90.0,
@@ -59,7 +59,7 @@ fn nodes_are_exact_and_what_is_linear_is_reproduced() {
 
 #[test]
 fn a_product_is_nearly_reproduced_and_nothing_leaves_the_nodes_around() {
-    // Natural neighbours are exact for planes; a saddle they meet in the middle of a square, and
+    // Natural neighbours are exact for planes. For a saddle they are exact in the middle of a square, and
     // within a tenth elsewhere.
     let rows = (0..6).flat_map(|i| (0..6).map(move |j| (i, j)));
     let rows = rows.map(|(i, j)| level(18.0 * f64::from(i), 16.0 * f64::from(j), f64::from(i * j)));
@@ -156,7 +156,7 @@ fn a_csv_in_any_order_with_repeats_and_other_columns() {
         .iter()
         .map(|n| (n.scan.deg(), n.speed_mm_per_s, n.magnitude, n.rows))
         .collect();
-    // 180 degrees are those of 0.
+    // 180 degrees equals 0.
     assert_eq!(
         nodes,
         [
@@ -212,10 +212,10 @@ fn bad_csv_names_the_line() {
         assert_eq!(refused(&format!("{HEADER}\n{rows}")), error);
     }
     assert!(Calibration::from_csv(&[0xff, 0xfe, 0x00][..]).is_err());
-    // A cell of a megabyte was repeated in the message.
+    // Regression: a cell of a megabyte was repeated in the message.
     let long = format!("{HEADER}\n0,20,{}\n", "x".repeat(1 << 20));
     assert!(refused(&long).to_string().len() < 200);
-    // Speeds of 0 and 5e-324 mm/s were two nodes at one place, and one of them lost its magnitude.
+    // Regression: speeds of 0 and 5e-324 mm/s became two nodes at one place, and one lost its magnitude.
     for speed in ["5e-324", "1e-9"] {
         let near = format!("{HEADER}\n0,{speed},1.2\n0,40,1.4\n0,0,2.2\n45,40,2.4\n90,20,3\n");
         let error = refused(&near);
@@ -277,7 +277,7 @@ fn beyond_the_hull_nothing_is_called_attained() {
     );
 }
 
-/// Magnitudes of 1e308 overflowed in sums and differences.
+/// Regression: magnitudes of 1e308 overflowed in sums and differences.
 #[test]
 fn a_calibration_of_unbounded_numbers_is_refused() {
     for (speed, value, fine) in [

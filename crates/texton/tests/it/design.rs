@@ -8,7 +8,7 @@ use hwall_texton::{
 
 const PROCESSES: [PrintProcess; 3] = [PrintProcess::Fdm, PrintProcess::Sla, PrintProcess::PolyJet];
 
-/// Predicts every level again; the largest relative error of a ratio.
+/// Predicts every level again; returns the largest relative error of a ratio.
 fn round_trip(candidate: &DesignCandidate, model: &dyn RoughnessModel, exponent: f64) -> f64 {
     let predicted = |i: usize| {
         let level = &candidate.levels[i];
@@ -89,12 +89,12 @@ fn what_is_out_of_reach_names_the_nearest() {
     };
     assert_eq!(wanted, 1000.0);
     assert!(nearest > 8.0 && nearest < 1000.0, "{nearest}");
-    // The nearest is possible indeed, and a little more is not.
+    // The reported nearest ratio is possible, and a slightly larger one is not.
     request.wanted = Wanted::Ratios(vec![1.0, nearest]);
     assert!(!design(&request).unwrap().is_empty());
     request.wanted = Wanted::Ratios(vec![1.0, nearest * 1.0001]);
     assert!(design(&request).is_err());
-    // Narrowed by one power, and said.
+    // Narrowed by one power, and reported.
     request.wanted = Wanted::Ratios(vec![1.0, 10.0, 1000.0]);
     request.compression = Compression::Allow;
     let best = &design(&request).unwrap()[0];
@@ -246,7 +246,7 @@ fn hostile_numbers_are_refused_by_name() {
     ));
 }
 
-/// Temporal frequency at another speed than the one asked about, of another angle, or nothing.
+/// Temporal frequency at a modified speed and angle, or no prediction.
 struct Warped(fn(f64, f64) -> Option<(f64, f64)>);
 
 impl RoughnessModel for Warped {
@@ -271,7 +271,7 @@ impl RoughnessModel for Warped {
 
 #[test]
 fn a_bracket_with_a_gap_is_not_the_end() {
-    // Within a part of the speeds, one jumps and the other says nothing.
+    // In part of the speed range, one jumps and the other has no prediction.
     let jump = Warped(|deg, speed| {
         let far = deg < 44.0 && speed > 31.0;
         Some((deg, if far { speed + 40.0 } else { speed }))
@@ -316,7 +316,7 @@ fn the_best_of_every_path_is_kept_where_there_is_room() {
 
 #[test]
 fn ratios_are_never_widened() {
-    // Two islands, far apart: the ratio is reached, levels between are not.
+    // Two distant islands: the ratio is reached, but not the levels between.
     let islands = Warped(|_, speed| Some((0.0, if speed < 40.0 { 1.0 } else { 1000.0 })));
     let mut request = DesignRequest::of_ratios(vec![1.0, 2.0, 3.0], &islands, PrintProcess::Sla);
     for compression in [Compression::Refuse, Compression::Allow] {
@@ -331,7 +331,7 @@ fn ratios_are_never_widened() {
 
 #[test]
 fn an_error_that_is_not_known_is_not_zero() {
-    // Gaps of 0.2 mm and a tolerance of 0.6 mm: bumps may run into each other, and thinner ones still be predicted.
+    // Gaps of 0.2 mm and a tolerance of 0.6 mm: thicker bumps may overlap, thinner ones still have a prediction.
     let model = Vibration::default();
     let mut request = DesignRequest::of_ratios(vec![1.0, 2.0], &model, PrintProcess::PolyJet);
     request.printer.least_gap_mm = 0.2;

@@ -1,4 +1,4 @@
-//! Levels for virtual textures: one to one, in order, evenly spread; and what people tell apart.
+//! Levels for virtual textures: one to one, in order, evenly spread; and discriminable levels.
 
 use crate::common::bumps::level;
 use glam::{DVec2, dvec2};

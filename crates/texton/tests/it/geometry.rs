@@ -1,4 +1,4 @@
-//! Which textures there can be.
+//! Valid textures and their geometry.
 
 use crate::common::bumps::{hemiellipsoids, radii, staggered};
 use hwall_texton::{ScanAngle, TextonError, Texture};
@@ -51,7 +51,7 @@ fn round_bumps_feel_alike_in_every_direction() {
         assert!((texton.width_mm(scan) - 2.4).abs() < 1e-12);
         assert!((texton.breadth_mm(scan) - 2.4).abs() < 1e-12);
         assert!((texture.mean_encounter_mm(scan) - 9.0 / 2.4).abs() < 1e-12);
-        // d is the way to the next row, where its bumps are met.
+        // d is the distance to the next row if its bumps are met.
         let sin = scan.sin();
         let spacing = match deg {
             0 => Some(3.0),
@@ -64,7 +64,7 @@ fn round_bumps_feel_alike_in_every_direction() {
         assert!((met.leaves_mm - 1.2).abs() < 1e-12);
         assert!((met.enters_mm - mirrored.enters_mm).abs() < 1e-9, "{deg}");
         assert!((met.middle_mm - mirrored.middle_mm).abs() < 1e-9, "{deg}");
-        // Across a row the bump met may be one of a pair to both sides; the way over it is within its width.
+        // Across a row the bump met may be either of a symmetric pair; the path over it is within its width.
         let half_mm = met.middle_mm - met.enters_mm;
         assert!((0.0..=1.2 + 1e-12).contains(&half_mm), "{deg}");
     }

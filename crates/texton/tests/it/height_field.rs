@@ -14,7 +14,7 @@ fn patch() -> Patch {
     Patch::new(Texture::released(), sized([20.0, 10.0])).unwrap()
 }
 
-/// Heights of a unit on a grid of 0.01 mm.
+/// Heights in a unit on a grid of 0.01 mm.
 fn hundredths(unit_mm: f64) -> HeightSource {
     HeightSource {
         pitch_mm: Some(0.01),
@@ -23,7 +23,7 @@ fn hundredths(unit_mm: f64) -> HeightSource {
     }
 }
 
-/// A picture of someone else's, without metadata.
+/// A picture from another program, without metadata.
 fn foreign(path: &Path, size: (usize, usize), channels: &[(&str, Vec<f32>)]) {
     let channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = channels
         .iter()
@@ -77,7 +77,7 @@ fn pictures_read_back_to_the_bit() {
     assert_eq!(HeightField::read_exr(&path, &source).unwrap(), field);
     field.write_exr(&path).unwrap();
     assert_eq!(std::fs::read(&path).unwrap(), first);
-    // Given units win.
+    // Given units take precedence.
     let micrometres = HeightSource {
         unit_mm: Some(1e-3),
         pitch_mm: Some(0.2),
@@ -194,7 +194,7 @@ fn a_height_field_becomes_a_solid() {
     assert!(matches!(few, Err(TextonError::TooManyTriangles { .. })));
 }
 
-/// Only pixels were bounded, not channels and layers: 632 bytes asked for 1.17 GB.
+/// Regression: only pixels were bounded, not channels and layers, so 632 bytes requested 1.17 GB.
 #[test]
 fn a_small_file_cannot_ask_for_much_memory() {
     let scratch = Scratch::new("bomb");

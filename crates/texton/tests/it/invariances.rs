@@ -1,4 +1,4 @@
-//! A texture depends on neither the unit of length, the side from which it is scanned nor the order of its measurements.
+//! Results do not depend on the unit of length, the side of the scan or the order of measurements.
 
 use crate::common::bumps::{hemiellipsoids, level, radii, scan, sized, staggered};
 use glam::dvec2;
@@ -47,7 +47,7 @@ fn lengths_grow_with_the_unit_and_frequencies_stay() {
     }
 }
 
-/// Half a turn of the board is the same grid, and so is its mirror image.
+/// Half a turn of the board and its mirror image give the same grid.
 #[test]
 fn opposite_and_mirrored_scans_feel_the_same() {
     for texture in [texture(1.0), staggered(8.0, 5.0).unwrap()] {
@@ -111,7 +111,7 @@ fn measurements_come_in_any_order() {
     }
 }
 
-/// A board under a finger whose clock starts elsewhere; half a turn of a square board is the same board.
+/// Shifted clocks, and half a turn of a square board, give the same motion.
 #[test]
 fn the_clock_and_half_a_turn_of_the_board_do_not_matter() {
     let run = |clock_s: f64, side: f64| {

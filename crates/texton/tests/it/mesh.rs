@@ -19,7 +19,7 @@ fn cones() -> Texture {
     Texture::new(texton, *Texture::released().layout()).unwrap()
 }
 
-/// A solid, within the error asked for, with the volume that this error allows.
+/// Checks for a solid within the requested error, with the volume that this error allows.
 fn assert_good(patch: &Patch, ask: &Tessellation, what: &str) -> TriangleMesh {
     let mesh = patch.mesh(ask).unwrap();
     let check = mesh.check();
@@ -137,7 +137,7 @@ fn touching_bumps_bound_no_solid() {
     };
     let alone = Patch::new(touching, spec).unwrap();
     assert_good(&alone, &Tessellation::default(), "alone");
-    // Bumps that grow need room.
+    // Enlarged bumps need space.
     let ask = Tessellation {
         accuracy_mm: 0.1,
         side: ChordSide::Both,
@@ -145,7 +145,7 @@ fn touching_bumps_bound_no_solid() {
     };
     let grown = patch(Texture::released(), [50.0, 50.0]).mesh(&ask);
     assert!(matches!(grown, Err(TextonError::Touching { .. })));
-    // Closer than STL can tell apart in places, and just not so.
+    // Slightly closer than STL can resolve, and slightly not.
     let close = hemiellipsoids(radii(3.0, 1.0), 0.7, [6.001, 2.001]).unwrap();
     assert_good(
         &patch(close, [30.0, 20.0]),
@@ -255,7 +255,7 @@ fn long_thin_tiles_and_far_first_bumps_are_bounded() {
         new(first([1e12, 1e12])),
         Err(TextonError::NoBumps { .. })
     ));
-    // The same bumps from a grid that begins far outside.
+    // The same bumps from a grid that starts far outside.
     for texture in [Texture::released(), staggered(6.2, 1.8).unwrap()] {
         let [x, y] = texture.layout().pitch_mm();
         let near = Patch::new(texture, PatchSpec::default()).unwrap();
@@ -263,7 +263,7 @@ fn long_thin_tiles_and_far_first_bumps_are_bounded() {
         let far = Patch::new(texture, far).unwrap();
         let moved = near.centres_mm().zip(far.centres_mm());
         let off = moved.map(|(a, b)| a.distance(b));
-        // A grid from far outside may begin with half a pitch in its moved rows.
+        // A grid that starts far outside may begin with a shifted row.
         if matches!(texture.layout(), Layout::Rectangular { .. }) {
             assert_eq!(near.counts(), far.counts());
             assert!(off.fold(0.0, f64::max) < 1e-6);
@@ -287,7 +287,7 @@ fn wrong_questions_are_refused() {
     assert!(matches!(none, Err(TextonError::NoBumps { .. })));
 }
 
-/// An independent look at the edges: each as often one way as the other, and once.
+/// Independent check of the edges: each exactly once in both directions.
 fn assert_closed(mesh: &stl_io::IndexedMesh) {
     let mut edges: Vec<[usize; 2]> = mesh
         .faces
@@ -339,7 +339,7 @@ fn stl_files_are_watertight_for_an_independent_reader() {
             let area_mm2 = mesh.area_mm2();
             assert!((volume(&read) - patch.volume_mm3()).abs() < ask.accuracy_mm * area_mm2);
             assert!((volume(&read) - mesh.volume_mm3()).abs() < 1e-5 * area_mm2);
-            // And with our own check, of points, too.
+            // And with our own check, which includes points.
             let ours = TriangleMesh::read_stl(&path).unwrap();
             assert!(ours.check().is_solid());
             assert!(patch.chord_error_mm(&ours) < ask.accuracy_mm + 2e-5);
@@ -394,7 +394,7 @@ fn what_single_precision_cannot_hold_is_not_written() {
     ));
 }
 
-/// How far along a ray the mesh is met first.
+/// Distance along a ray to the first hit of the mesh.
 fn cast(mesh: &TriangleMesh, from: glam::DVec3, along: glam::DVec3) -> f64 {
     let hit = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|i| glam::DVec3::from_array(mesh.points_mm()[i as usize]));
@@ -426,7 +426,7 @@ fn the_true_surface_is_nowhere_farther_from_the_mesh() {
             let n = glam::dvec3(n.x, n.y, n.z.abs());
             let on = glam::dvec3(3.1 + 3.0 * n.x, 1.1 + n.y, 0.7 * n.z);
             let normal = glam::dvec3(n.x / 3.0, n.y, n.z / 0.7).normalize();
-            // Straight in, the way to the mesh is at least the distance.
+            // Along the inward normal, the path to the mesh is at least the distance.
             worst = worst.max(cast(&mesh, on, -normal));
         }
         assert!(worst <= accuracy_mm * 1.001, "{worst} {accuracy_mm}");

@@ -73,7 +73,7 @@ impl Run {
         step
     }
 
-    /// The last step of so many with a finger as a function of the time since the first.
+    /// Runs `n` steps with a finger as a function of time since the first; returns the last step.
     fn run(
         &mut self,
         steps: usize,
@@ -92,7 +92,7 @@ impl Run {
 fn a_resting_finger_feels_the_speed_of_the_level_after_the_ramp() {
     for speed in [10.0, 40.0, 80.0] {
         let mut run = Run::new();
-        // The ramp at 4 m/s², counted from the first step.
+        // Number of steps of the ramp at 4 m/s², from the first step.
         let ramp = (speed / 4.0_f64).ceil() as usize + 1;
         let step = run.run(ramp + 1, &level(45.0, speed), |_| rest());
         assert_eq!(step.limited, None, "{step:?}");
@@ -131,14 +131,14 @@ fn the_roll_is_the_scan_plus_the_orientation_modulo_half_a_turn() {
     ] {
         motion.scan_mut().expect(f64::to_radians(scan_deg)).unwrap();
         let roll = motion.roll_for(&level(theta_deg, 0.0)).to_degrees();
-        // Both ends of the half turn are the same.
+        // Both ends of the half turn are equal.
         let off = (roll - roll_deg).rem_euclid(180.0);
         assert!(
             off.min(180.0 - off) < 1e-9,
             "{scan_deg} {theta_deg}: {roll}"
         );
         assert!(roll.abs() <= 90.0 + 1e-9);
-        // What the finger then feels.
+        // The angle that the finger then feels.
         let felt = ScanAngle::from_deg(scan_deg - roll).unwrap();
         assert!((felt.deg() - theta_deg).abs() < 1e-9);
     }
@@ -162,7 +162,7 @@ fn a_board_that_stands_elsewhere_turns_from_there() {
         last = step(&mut run);
     }
     assert!((last.roll_rad - 60.0_f64.to_radians()).abs() < 1e-6);
-    // Told once, it counts for one touch.
+    // Set once, it applies to one touch.
     run.motion.step(run.t_s, None, &level).unwrap();
     assert!((step(&mut run).roll_rad - 60.0_f64.to_radians()).abs() < 1e-6);
     assert!(run.motion.stands_at(f64::NAN).is_err());
@@ -183,7 +183,7 @@ fn the_stroke_ends_in_a_stop_and_a_finger_that_turns_round_gives_it_back() {
     );
     assert!(step.velocity_m_per_s.length() < 1e-3);
     assert_eq!(step.limited, Some(Limit::Stroke));
-    // Turned round: the board goes the other way at once, without turning itself.
+    // Reversed finger: the board reverses its motion at once, without turning.
     let back = DVec2::new(-0.05, 0.0);
     let step = run.run(150, &fast, |t| finger(back * t, back));
     assert!(
@@ -203,7 +203,7 @@ fn the_board_stops_before_the_finger_runs_off_its_face() {
     assert_eq!(step.limited, Some(Limit::Face));
     let on_board = at - step.displacement_m;
     assert!((on_board.x - 0.09).abs() < 1e-5, "{on_board}");
-    // Turned board: the edge is elsewhere.
+    // Turned board: the edge is at another place.
     let mut run = Run::new();
     let corner = DVec2::new(0.12, 0.0);
     let step = run.run(1000, &level(45.0, 20.0), |_| finger(corner, DVec2::ZERO));
@@ -229,7 +229,7 @@ fn out_of_contact_the_board_returns_and_only_then() {
     );
     assert_eq!(step.relative_speed_m_per_s, 0.0);
     assert_eq!(step.limited, None);
-    // In contact with a level of no speed it stays where it is.
+    // In contact with a level of zero speed it stays where it is.
     let away = run.run(500, &slow, |_| rest()).displacement_m;
     let step = run.run(500, &level(30.0, 0.0), |_| rest());
     assert!(step.displacement_m.length() >= away.length() && step.velocity_m_per_s == DVec2::ZERO);
@@ -268,7 +268,7 @@ fn a_curved_scan_is_followed() {
     for (deg, ..) in &felt[200..] {
         assert!((deg - 70.0).abs() < 4.0, "{deg}");
     }
-    // The board's own turn adds up to 4 rad/s times how far off the middle the finger is.
+    // The board's turn adds up to 4 rad/s times the finger's distance from the middle.
     assert!(
         felt[200..].iter().all(|f| f.1 > 0.0 && f.2.is_none()),
         "unlimited"
@@ -319,7 +319,7 @@ fn the_stroke_is_shortened_to_what_is_reachable() {
     let mut motion = TextureMotion::new(MotionLimits::default()).unwrap();
     motion.scan_mut().expect(FRAC_PI_2).unwrap();
     let one = level(0.0, 80.0);
-    // Not below -22 mm, all of the other side; the roll asked about is the one that is used.
+    // Limited to -22 mm on one side, unlimited on the other; the checked roll is the one in use.
     let reach = motion.limit_stroke(&one, |place, roll| {
         assert!((roll.abs() - FRAC_PI_2).abs() < 1e-12);
         place.y > -0.022

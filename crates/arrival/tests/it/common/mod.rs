@@ -1,4 +1,4 @@
-//! A small room, for all tests.
+//! A small room for all tests.
 #![allow(unreachable_pub)]
 
 use glam::DVec3;
@@ -21,13 +21,12 @@ pub fn limits() -> MotionLimits {
     MotionLimits::of_arm(&arm(), &MotionConfig::default()).expect("valid")
 }
 
-/// Draws the board back from the front wall by about 13 cm.
+/// Pulls the board back from the front wall by about 13 cm.
 pub fn waiting() -> JointPositions {
     JointPositions::from_deg([38.8, 69.3, 53.3, 109.8, -25.8, 87.3, 21.4])
 }
 
-/// A wall from `from` to `to` on the floor plan, seen by the person from its left (turned by a quarter turn to the right of
-/// its direction).
+/// A wall from `from` to `to` on the floor plan, with the person on the side a quarter turn to the right of its direction.
 pub fn wall(from: DVec3, to: DVec3, heights: Interval) -> WallFacet {
     let normal = (to - from).cross(DVec3::Z).normalize();
     let corner = |p: DVec3, z: f64| DVec3::new(p.x, p.y, z);
@@ -44,7 +43,7 @@ pub fn wall(from: DVec3, to: DVec3, heights: Interval) -> WallFacet {
     }
 }
 
-/// A wall in front, and one that goes back from its left edge, as in the built-in room.
+/// A wall in front, and one that extends back from its left edge, as in the built-in room.
 pub fn room() -> Vec<WallFacet> {
     let heights = Interval::new(0.1, 1.1);
     let corner = DVec3::new(0.62, 0.2, 0.0);

@@ -1,4 +1,4 @@
-//! Priors of several components, and how few hypotheses they leave.
+//! Priors of several components, with few hypotheses left of them.
 
 use super::{
     HAND, config, demonstrations, evenly, goal, miss, model, motion, reached, step, training,
@@ -26,8 +26,7 @@ fn hypotheses_stay_few_and_their_modes_are_told() {
     assert!(miss(&mut bank, g) < 0.02);
 }
 
-/// Two people: one reaches high in a curve, the other low. Whoever it is must be recognised, and
-/// the end predicted better than by one blurred prior.
+/// Two people: one reaches high in a curve, the other low. The person must be recognised, and the end predicted better than with one blurred prior.
 #[test]
 fn a_mixture_by_person_recognises_the_person() {
     let mut sampler = Sampler::new(8);
@@ -80,7 +79,7 @@ fn groups_at_their_limits() {
     let pairs = train(&[7, 7, 3, 3, 5, 5]).unwrap();
     assert_eq!(pairs.members(), [[2, 3], [4, 5], [0, 1]]);
     assert!((pairs.probabilities().iter().sum::<f64>() - 1.0).abs() < 1e-12);
-    // Each demonstration a group of its own: nothing is left to differ within groups.
+    // Each demonstration is its own group: no variation remains within groups.
     let alone = Mixture::train(&all, &training(), &[0, 1, 2, 3, 4, 5], Covariance::Shared).unwrap();
     assert!(alone.models().iter().all(|m| m.rank() == 0));
     let single = Mixture::train(&all, &training(), &[4; 6], Covariance::Shared).unwrap();
@@ -92,8 +91,7 @@ fn groups_at_their_limits() {
     assert_eq!(single.models()[0].rank(), plain.rank());
 }
 
-/// Ten targets, as many components: none is lost before it could be told, and a change of target
-/// is a change of component.
+/// Ten targets, one component each: none is dropped before it can be distinguished, and a change of target is a change of component.
 #[test]
 fn components_of_many_targets_are_kept_and_changed() {
     let mut sampler = Sampler::new(43);

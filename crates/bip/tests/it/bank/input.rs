@@ -70,7 +70,7 @@ fn steps_no_clock_takes_are_refused_before_anything_changes() {
     bank.predict(1.0).unwrap();
 }
 
-/// Hypotheses that all scored NaN were all discarded, and `predict` met an empty bank.
+/// Regression test: hypotheses that all scored NaN were all discarded, and `predict` met an empty bank.
 #[test]
 fn hostile_evidence_never_empties_a_bank() {
     let model = Model::train(&demonstrations(1, 12), &training()).unwrap();
@@ -101,7 +101,7 @@ fn hostile_evidence_never_empties_a_bank() {
             let (values, variances) = ([any(), any(), any()], [any(), any(), any()]);
             let (dt, phase, variance) = (any(), any(), any());
             let seen = Observation::new(&HAND, &values);
-            // Errors are answers; what follows must still work.
+            // Errors are returned; the bank must still work afterwards.
             let _ = match round % 4 {
                 0 => bank.observe(&seen),
                 1 => bank.observe(&seen.with_variances(&variances)),

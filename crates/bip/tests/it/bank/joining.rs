@@ -1,18 +1,18 @@
-//! A filter that joins a motion late, or a hand that is not where motions begin.
+//! A filter that joins a motion late, or a hand away from the start.
 
 use super::{HAND, config, evenly, goal, miss, model, motion, step};
 use crate::common;
 use hwall_bip::{Bank, BankConfig};
 use hwall_testkit::Sampler;
 
-/// The filter starts when the motion has long begun: the beginning is never observed.
+/// The filter starts well into the motion: the beginning is never observed.
 #[test]
 fn a_motion_that_is_under_way_is_joined() {
     let model = model();
-    // With the noise of the fit alone, fifteen times below what a linearised phase is off, a phase that is wrong by a few percent is
-    // ruled out by the first samples, and with it the hypotheses next to the true one. Early that costs no motion; where the hand is
-    // fastest it costs some: over four seeds 0, 0, 11, 34 and 16 of 320, joined at 10 to 50 %. More than so many joining places
-    // or a wider start would hide that the noise is too small; who joins late states a wider one, and then none is lost.
+    // With the noise of the fit alone, fifteen times smaller than the linearisation error of the phase, the first samples exclude a phase that is
+    // off by a few percent, and with it the hypotheses next to the true one. Early in the motion none is lost; where the hand is fastest some are:
+    // over four seeds 0, 0, 11, 34 and 16 of 320, joined at 10 to 50 %. More joining phases or a wider initial variance would hide that the noise
+    // is too small; with a larger noise for late starts, none is lost.
     let none = [0; 5];
     let cases = [
         ("wide", config(), none, 0.0),
@@ -49,7 +49,7 @@ fn a_motion_that_is_under_way_is_joined() {
     }
 }
 
-/// The room for motions under way was filled, step after step, with what branches off the others.
+/// Regression test: branches of other hypotheses filled the places for motions under way, step by step.
 #[test]
 fn an_ordinary_motion_has_few_hypotheses_from_its_third_sample_on() {
     let model = model();
@@ -70,7 +70,7 @@ fn an_ordinary_motion_has_few_hypotheses_from_its_third_sample_on() {
     }
 }
 
-/// A hand that appears away from the start and stays: no runaway, and a motion after it is seen.
+/// A hand that appears away from the start and stays: no divergence, and a motion after it is detected.
 #[test]
 fn a_hand_frozen_away_from_the_start() {
     let model = model();

@@ -14,14 +14,13 @@ use hwall_testkit::Sampler;
 
 const HAND: [usize; 3] = [0, 1, 2];
 
-/// How far a reach has come after a share of its time.
+/// Completed share of a reach after a share of its time.
 fn reached(t: f64) -> f64 {
     let t = t.clamp(0.0, 1.0);
     t * t * t * (10.0 - 15.0 * t + 6.0 * t * t)
 }
 
-/// A hand reaches from the origin to a goal, a fourth value answers it; `progress` is the share
-/// of the motion that is over at each sample.
+/// A hand reaches from the origin to a goal, a fourth value responds; `progress` is the completed share of the motion at each sample.
 fn motion(sampler: &mut Sampler, goal: [f64; 3], progress: &[f64]) -> Demonstration {
     let mut values = Vec::new();
     for &t in progress {
@@ -71,7 +70,7 @@ fn model() -> Model {
     Model::train(&demonstrations(1, 20), &training()).unwrap()
 }
 
-/// Independent noise as it is here needs no factor; a tracker of a real person does.
+/// Independent noise, as here, needs no factor; a tracker on a real person does.
 fn config() -> BankConfig {
     BankConfig {
         filter: FilterConfig {

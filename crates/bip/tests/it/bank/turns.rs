@@ -1,4 +1,4 @@
-//! Pauses, changes of mind, late starts: what a hand does that no demonstration did.
+//! Pauses, changes of mind, late starts: behaviour that no demonstration contains.
 
 use super::{HAND, config, evenly, goal, miss, model, motion, reached, step};
 use crate::common;
@@ -134,8 +134,8 @@ fn a_hand_that_dwells_before_it_starts() {
     assert!(miss(&mut bank, g) < 0.02);
 }
 
-/// A stop that slows down over a tenth of the motion, or that came between two samples of a coarser grid of branchings, was
-/// taken for another shape; a filter that joined late took a fifth of the motion for one.
+/// Regression test: a stop that takes a tenth of the motion, or falls between two branchings on a coarser grid, was taken for another shape; a
+/// filter that joined late took a fifth of the motion for one.
 #[test]
 fn intervals_hold_after_sudden_and_gradual_stops_and_a_late_start() {
     let model = model();
@@ -144,7 +144,7 @@ fn intervals_hold_after_sudden_and_gradual_stops_and_a_late_start() {
         37..77 => 37.0 / 90.0,
         _ => f64::from(k - 40) / 90.0,
     };
-    // Ten samples down, forty at rest, ten up again: each ramp goes as far as five samples at full speed.
+    // Ten samples down, forty at rest, ten up again: each ramp covers as much as five samples at full speed.
     let gradual = |k: u32| match k {
         0..32 => f64::from(k) / 90.0,
         32..42 => (32.0 + f64::from(k - 32) - f64::from(k - 32).powi(2) / 20.0) / 90.0,

@@ -1,14 +1,14 @@
-//! Reading the reference files and the excerpt of them; steps of filters.
+//! Reads the reference files and their excerpt; steps of filters.
 
 use hwall_bip::{Basis, Demonstration, Group, MotionFilter, Observation};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-/// The hand, in the columns of the workload.
+/// Columns of the hand in the workload.
 pub(crate) const HAND: [usize; 18] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17];
 pub(crate) const DOFS: usize = 25;
 
-/// The reference folder beside the project, or `None` with a message.
+/// The reference folder next to the project, or `None` with a message.
 pub(crate) fn reference() -> Option<PathBuf> {
     hwall_testkit::shared("reference/bip")
 }
@@ -27,7 +27,7 @@ pub(crate) fn csv(path: &Path) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// One demonstration, one sample a unit of time.
+/// One demonstration, one sample per unit of time.
 pub(crate) fn demonstration(path: &Path) -> Demonstration {
     Demonstration::from_samples(1.0, DOFS, csv(path).concat()).unwrap()
 }

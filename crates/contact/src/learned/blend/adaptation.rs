@@ -1,4 +1,4 @@
-//! What the touches of one person in one room teach beyond what was learnt from others.
+//! Adaptation to the touches of one person in one room.
 
 use crate::learned::blend::calibration::MOST_DISTANCE;
 use crate::learned::blend::combination::{Blend, Personal, Region};
@@ -10,102 +10,101 @@ use crate::learned::blend::places::OWN_ENDS;
 use crate::learned::blend::sources::{Ends, SOURCES};
 use glam::{DMat3, DVec3};
 
-/// An older touch counts this much less than the next one.
+/// Weight of an older touch relative to the next one.
 const FORGETTING: f64 = 0.92;
-/// What was learnt from others counts as so many touches: for the sizes of the sources' errors, which say little about the next ones;
-/// for the spread, at all times left and at one of them; for the places.
+/// Weight of the prior from training, in touches: for the sizes of the sources' errors, which say little about the next ones; for the spread, at
+/// all times left and at one of them; for the places.
 const PRIOR_RATIO: f64 = 40.0;
 const PRIOR_SPREAD: f64 = 6.0;
 const PRIOR_STAGE: f64 = 12.0;
 const PRIOR_SHARE: f64 = 4.0;
-/// Squared errors beyond this many times the usual count as that many.
+/// Largest squared error that counts, relative to the expected one.
 const MOST_RATIO: f64 = 60.0;
-/// An error this many times larger than was expected, squared, is a surprise. One alone is an odd reach; two that are alike
-/// within this share of their length say that the room has moved.
+/// A squared error this many times the expected one is a surprise. A single one is an outlier; two that agree within this share of their length
+/// show that the room has moved.
 const SURPRISE: f64 = 9.0;
 const ALIKE: f64 = 0.5;
-/// So many sources must say so before it is believed at all times left.
+/// Sources that must agree before a jump is assumed at all times left.
 const AGREEING: usize = 2;
-/// Variance of a lasting error, as a share of the usual mean square, above which a jump is still being followed.
+/// Variance of a persistent error, as a share of the expected mean square, above which a jump is still being followed.
 const SETTLED: f64 = 1.0;
-/// Largest share of one error that is taken for lasting.
+/// Largest share of one error that is attributed to a persistent error.
 const MOST_GAIN: f64 = 0.7;
-/// Of several estimates at about the same time left, the latest counts for at least so much of their mean.
+/// Least weight of the latest of several estimates at about the same time left.
 const LATEST: f64 = 0.2;
 /// Bounds of the factor on the covariance.
 const SPREADS: [f64; 2] = [0.4, 12.0];
-/// Of that at one time left beside it.
+/// Bounds of the additional factor at one time left.
 const STAGE_SPREADS: [f64; 2] = [0.3, 4.0];
 
-/// What one estimate said, until the contact tells whether it was right.
+/// An estimate kept until the contact shows its error.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::learned) struct Pending {
-    /// By each source, before any correction, m: the mean of those at about the same time left, as the next two are.
+    /// By each source, before any correction, m. This and the next two are means over estimates at about the same time left.
     pub(in crate::learned) ends_m: Ends,
-    /// Mean square of the error of each source that was expected, m².
+    /// Expected mean square of the error of each source, m².
     pub(in crate::learned) squares_m2: [f64; SOURCES],
-    /// When the contact was foreseen, before any correction, s, and the mean square of the error that was expected, s².
+    /// Predicted contact time before any correction, s, and the expected mean square of its error, s².
     pub(in crate::learned) contact_s: f64,
     pub(in crate::learned) time_s2: f64,
-    /// The way left, before the habit.
+    /// Predicted remaining displacement, before the habit.
     pub(in crate::learned) left: WayLeft,
-    /// The combination, the places near it, and what was said, m.
+    /// The combination, the places near it, and the final estimate, m.
     pub(in crate::learned) combined_m: DVec3,
     pub(in crate::learned) placed_m: Option<DVec3>,
     pub(in crate::learned) said_m: DVec3,
-    /// Usual square of the way to the places, m².
+    /// Expected squared distance to the places, m².
     pub(in crate::learned) way_m2: f64,
-    /// Covariance of the error by what was learnt from others, m².
+    /// Covariance of the error as learned in training, m².
     pub(in crate::learned) covariance_m2: DMat3,
 }
 
-/// What is learnt at one value of the time left.
+/// State at one value of the time left.
 #[derive(Debug, Clone, Copy)]
 struct Stage {
-    /// Lasting error of each source, m, and its variance as a share of the source's mean square.
+    /// Persistent error of each source, m, and its variance as a share of the source's mean square.
     bias_m: [DVec3; SOURCES],
     doubt: [f64; SOURCES],
     /// The last error of each source if it was a surprise, m.
     odd_m: [Option<DVec3>; SOURCES],
-    /// Sums over touches, older ones counting less: squared errors over the expected ones, and how many.
+    /// Sums over touches, discounted with age: squared errors over the expected ones, and the count.
     ratio: [f64; SOURCES],
     touches: f64,
-    /// Sums for the way to the places.
+    /// Sums for the share of the displacement to the places.
     towards: f64,
     way: f64,
     habit: Habit,
     late: Lateness,
-    /// The squared size of errors here, in units of that at all times left.
+    /// Factor on the variance of errors here, relative to the one at all times left.
     spread: f64,
 }
 
-/// Touches of one person in one room.
+/// Adaptation to the touches of one person in one room.
 #[derive(Debug, Clone)]
 pub(in crate::learned) struct Adaptation {
     stages: [Stage; KNOTS],
-    /// What was said in the reach under way.
+    /// Estimates of the present reach.
     said: Said,
-    /// What was said in the reach before, while it is not certain that the next one has begun.
+    /// Estimates of the previous reach, until the next one is confirmed.
     before: Option<Said>,
-    /// The squared size of errors at all times left, in units of what was learnt from others, and how many touches say so,
-    /// older ones counting less.
+    /// Factor on the variance of errors at all times left, relative to training, and the number of touches behind it, discounted with age.
     spread: f64,
     judged: f64,
-    /// The last touches, m, in a ring.
+    /// The last touches, m, in a ring buffer.
     own_m: [DVec3; OWN_ENDS],
     touches: usize,
-    /// How much larger the squared errors of late were than expected.
+    /// Recent squared errors over the expected ones.
     surprise: f64,
 }
 
-/// What was said in one reach.
+/// Estimates of one reach.
 #[derive(Debug, Clone, Copy)]
 struct Said {
-    /// Of those at each time left the last, with means over them.
+    /// The last estimate at each time left, with means over those there.
     pending: [Option<Pending>; KNOTS],
-    /// How many there were.
+    /// Number of estimates.
     counts: [f64; KNOTS],
-    /// In all.
+    /// Over all estimates.
     misses: [Misses; KNOTS],
     ways: [Ways; KNOTS],
 }
@@ -119,13 +118,13 @@ impl Said {
     };
 }
 
-/// What adaptation says at one time left.
+/// Corrections at one time left.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::learned) struct Adapted {
     pub(in crate::learned) bias_m: [DVec3; SOURCES],
     pub(in crate::learned) ratios: [f64; SOURCES],
     pub(in crate::learned) spread: f64,
-    /// How much later the contact is, s, and the factor on the variance of that.
+    /// Expected delay of the contact, s, and the factor on the variance of the time left.
     pub(in crate::learned) late_s: f64,
     pub(in crate::learned) time_spread: f64,
 }
@@ -161,13 +160,12 @@ impl Adaptation {
         self.before = None;
     }
 
-    /// A reach may have begun; a touch would still be that of the reach before.
+    /// A reach may have begun; a touch would still belong to the previous one.
     pub(in crate::learned) fn begin_tentatively(&mut self) {
         let said = std::mem::replace(&mut self.said, Said::NOTHING);
         self.before.get_or_insert(said);
     }
 
-    /// It has begun.
     pub(in crate::learned) fn confirm(&mut self) {
         self.before = None;
     }
@@ -185,7 +183,7 @@ impl Adaptation {
         &self.own_m[..self.touches.min(OWN_ENDS)]
     }
 
-    /// Between stages, by the weights of the knots.
+    /// Interpolated between stages by the weights of the knots.
     pub(in crate::learned) fn at(&self, hats: &[f64; KNOTS]) -> Adapted {
         let mut out = Adapted {
             bias_m: [DVec3::ZERO; SOURCES],
@@ -210,7 +208,7 @@ impl Adaptation {
         out
     }
 
-    /// The end of the way left by the habit of this person, m.
+    /// End of the remaining displacement, corrected by the habit of this person, m.
     pub(in crate::learned) fn by_habit_m(
         &self,
         hats: &[f64; KNOTS],
@@ -226,7 +224,7 @@ impl Adaptation {
         left.corrected_m(by)
     }
 
-    /// Share of the way to the places: what was learnt from others, and from touches since.
+    /// Share of the distance to the places: from training, updated by the touches since.
     pub(in crate::learned) fn share(&self, hats: &[f64; KNOTS], learnt: f64) -> f64 {
         let shares = self.stages.iter().map(|stage| {
             let share = (PRIOR_SHARE * learnt + stage.towards) / (PRIOR_SHARE + stage.way);
@@ -235,8 +233,8 @@ impl Adaptation {
         shares.zip(hats).map(|(s, h)| s * h).sum()
     }
 
-    /// Remembers what an estimate said. Of several at about the same time left the later ones count for the places and more for
-    /// the sources; all count alike for the spread and the habit: errors are not alike on both sides of a time left.
+    /// Remembers an estimate. Of several at about the same time left, the last one counts for the places, and later ones weigh more for the
+    /// sources. All weigh the same for the spread and the habit: errors differ on the two sides of a time left.
     pub(in crate::learned) fn remember(
         &mut self,
         hats: &[f64; KNOTS],
@@ -255,13 +253,13 @@ impl Adaptation {
         said.pending[nearest] = Some(before.map_or(pending, |b| pending.averaged(b, latest)));
     }
 
-    /// The reach has ended with a touch, m.
+    /// The reach ended with a touch here, m, at this time, s.
     pub(in crate::learned) fn touched(&mut self, contact_m: DVec3, contact_s: f64, blend: &Blend) {
         let (mut surprise, mut counted, mut judged) = (0.0, 0.0, 0.0);
         let said = self.before.as_mut().unwrap_or(&mut self.said);
         let each = said.pending.iter_mut().zip(&mut said.ways);
         let mut jump_m2 = 0.0;
-        // The least time left first: a jump is clearest where ends are foreseen best, and it is one at all times left.
+        // Least time left first: a jump is clearest where predictions are best, and it affects all times left.
         for (k, (pending, ways)) in each.enumerate() {
             let stage = &mut self.stages[k];
             if let Some(pending) = pending.take() {
@@ -305,10 +303,10 @@ impl Adaptation {
 }
 
 impl Stage {
-    /// Errors may have jumped by this squared length, m²: where that is more than is usual it is as likely to last as it is large.
+    /// Errors may have jumped by this squared length, m²: the excess over the expected size becomes the variance of the persistent error.
     fn expect(&mut self, jump_m2: f64, pending: &Pending, personal: &[f64; SOURCES]) {
         let each = self.doubt.iter_mut().zip(&pending.squares_m2).zip(personal);
-        // A source that says nothing cannot follow.
+        // A source without an estimate cannot be updated.
         let heard = each.zip(&pending.ends_m).filter(|(_, end)| end.is_some());
         for (((doubt, square_m2), personal), _) in heard {
             let lasting = jump_m2 / square_m2.max(1e-9) - (1.0 - personal);
@@ -316,13 +314,13 @@ impl Stage {
         }
     }
 
-    /// Is no jump of the room being followed? While one is, misses say nothing about the person: a habit learnt from them would last
-    /// when the sources have long followed.
+    /// True if no jump of the room is being followed. During one, misses say nothing about the person: a habit learned from them would persist
+    /// after the sources have followed.
     fn is_settled(&self) -> bool {
         self.doubt.iter().filter(|doubt| **doubt > SETTLED).count() < AGREEING
     }
 
-    /// Takes one touch; the squared length of a jump of the errors, m², if several sources agree on one.
+    /// Takes one touch; returns the squared length of a jump of the errors, m², if several sources agree on one.
     #[expect(clippy::needless_range_loop, reason = "several arrays by source")]
     fn learn(
         &mut self,
@@ -349,7 +347,7 @@ impl Stage {
             if odd_m.is_some() {
                 let alike = |b: DVec3| b.distance(miss_m) < ALIKE * miss_m.length();
                 if before_m.is_some_and(alike) {
-                    // A lasting change is likelier than such a chance.
+                    // A persistent change is more likely than such a chance error.
                     self.doubt[k] = self.doubt[k].max(ratio - by_chance);
                     jumped += 1;
                     least_m2 = miss_m.length_squared().min(least_m2);
@@ -374,12 +372,12 @@ impl Stage {
 }
 
 impl Pending {
-    /// What is expected of the errors of the sources, m².
+    /// Expected mean squares of the errors of the sources, m².
     pub(in crate::learned) fn squares_m2(region: &Region) -> [f64; SOURCES] {
         std::array::from_fn(|k| region.moments[k][k] * region.size_m2)
     }
 
-    /// The mean with those before; the latest counts for so much.
+    /// Mean with the earlier estimates; `latest` is the weight of this one.
     fn averaged(mut self, before: &Self, latest: f64) -> Self {
         let mean = |before: f64, now: f64| before + (now - before) * latest;
         for (k, end_m) in self.ends_m.iter_mut().enumerate() {
@@ -396,7 +394,7 @@ impl Pending {
 }
 
 impl Blend {
-    /// Nobody has touched anything yet.
+    /// State before the first touch.
     pub(in crate::learned) fn fresh(&self) -> Adaptation {
         Adaptation::new(&self.personal)
     }

@@ -1,37 +1,36 @@
-//! A hand that has all but stopped near where it is expected has arrived.
+//! Correction for hands that have almost stopped near the predicted end.
 
 use crate::learned::quantiles::weighted_quantile;
 use crate::learned::reaches::reach_track::PROGRESS;
 use glam::DVec3;
 
-/// How many speeds the share is learnt at.
+/// Number of speeds at which the share is learned.
 const KNOTS: usize = 6;
-/// They lie between these shares of the speeds of hands that slow down: most of what is learnt is about the slowest.
+/// Their quantiles among the speeds of decelerating hands, dense at the low end.
 const QUANTILES: [f64; KNOTS] = [0.02, 0.06, 0.12, 0.2, 0.32, 0.5];
-/// A hand slows down for good between these shares of its peak speed.
+/// A hand counts as finally decelerating between these shares of its peak speed.
 const SLOW: [f64; 2] = [0.3, 0.5];
-/// A hand that has not gone this far has not slowed down, it has not begun, m.
+/// Below this displacement a hand has not started yet, so it cannot be decelerating, m.
 const LEAST_WAY_M: f64 = 0.02;
-/// Speeds are compared by the logarithm of themselves and this, m/s.
+/// Offset in the logarithm by which speeds are compared, m/s.
 const SPEED_OFFSET_M_PER_S: f64 = 5e-3;
-/// Smaller errors are as good as this one, m.
+/// Smaller errors count as this, m.
 const LEAST_ERROR_M: f64 = 2e-3;
-/// A share other than 1 must lower the mean logarithm of the error by this.
+/// A share other than 1 must lower the mean logarithm of the error by this much.
 const WORTH: f64 = 0.02;
-/// Shares that are tried.
 const SHARES: [f64; 9] = [1.0, 0.875, 0.75, 0.625, 0.5, 0.375, 0.25, 0.125, 0.0];
 
-/// How much of the way that is expected to be left hands do go on, by how slow they are.
+/// Share of the predicted remaining displacement that hands actually cover, by their speed.
 ///
-/// A regression is linear in the speed, and a hand that comes to rest is not: on average it has some way left, most often
-/// none. A hand that rests far from where it is expected pauses; the share does not apply to it.
+/// A regression is linear in the speed, but the end of a motion is not: the mean remaining displacement is positive although most slow hands have
+/// none. A hand that rests far from its predicted end is pausing; the share does not apply to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::learned) struct Arrival {
-    /// Rising speeds, as [`key`].
+    /// Ascending speeds, as [`key`].
     pub(in crate::learned) keys: [f64; KNOTS],
-    /// Share of the way at each.
+    /// Share of the displacement at each.
     pub(in crate::learned) shares: [f64; KNOTS],
-    /// Ways up to which it was learnt, m.
+    /// Longest displacements at which the shares apply, m.
     pub(in crate::learned) ways_m: [f64; KNOTS],
 }
 
@@ -39,7 +38,7 @@ pub(in crate::learned) struct Arrival {
 pub(super) struct Stop {
     pub(super) progress: [f64; PROGRESS],
     pub(super) weight: f64,
-    /// Where the hand is, where it is expected to stop, and where it does, m.
+    /// Present position, predicted end and true end, m.
     pub(super) now_m: DVec3,
     pub(super) said_m: DVec3,
     pub(super) end_m: DVec3,
@@ -49,7 +48,7 @@ fn key(speed_m_per_s: f64) -> f64 {
     (speed_m_per_s.max(0.0) + SPEED_OFFSET_M_PER_S).ln()
 }
 
-/// How surely a hand slows down for good, 0 to 1.
+/// Certainty that a hand is finally decelerating, 0 to 1.
 fn slows(progress: &[f64; PROGRESS]) -> f64 {
     // The first sample of a reach has no speed yet.
     if progress[0] <= 0.0 || progress[1] < LEAST_WAY_M {
@@ -59,7 +58,7 @@ fn slows(progress: &[f64; PROGRESS]) -> f64 {
 }
 
 impl Arrival {
-    /// Nothing is changed.
+    /// No correction.
     pub(in crate::learned) const NONE: Self = Self {
         keys: [0.0; KNOTS],
         shares: [1.0; KNOTS],
@@ -109,7 +108,7 @@ impl Arrival {
         arrival
     }
 
-    /// Weights of the speeds; less than 1 together above the highest.
+    /// Weights of the knots; their sum is below 1 above the highest speed.
     fn hats(&self, stop: &Stop) -> [f64; KNOTS] {
         self.between(key(stop.progress[2]))
     }
@@ -122,13 +121,13 @@ impl Arrival {
                 let share = (key - self.keys[k - 1]) / (self.keys[k] - self.keys[k - 1]).max(1e-9);
                 (out[k - 1], out[k]) = (1.0 - share, share);
             }
-            // Above it fades within a factor of 1.5.
+            // Above it the weight fades within a factor of 1.5.
             None => out[KNOTS - 1] = (1.0 - (key - self.keys[KNOTS - 1]) / 0.4).max(0.0),
         }
         out
     }
 
-    /// Where a hand stops that is expected to stop at a place, m.
+    /// Corrected end of a hand that is predicted to stop at `said_m`, m.
     pub(in crate::learned) fn stop_m(
         &self,
         progress: &[f64; PROGRESS],
@@ -168,7 +167,7 @@ mod tests {
 
     #[test]
     fn a_hand_that_has_arrived_stays_and_one_that_pauses_goes_on() {
-        // Expected 10 mm ahead; slow hands are there, faster ones have the way left.
+        // Predicted 10 mm ahead; slow hands have arrived, faster ones still cover it.
         let stops: Vec<Stop> = (0..200)
             .map(|k| {
                 let speed = 0.29 * f64::from(k) / 200.0;
@@ -183,7 +182,7 @@ mod tests {
         assert!(stop_m(0.01, 0.01) < 1e-3, "{arrival:?}");
         assert!(stop_m(0.25, 0.01) > 9e-3, "{arrival:?}");
         assert_eq!(stop_m(0.01, 0.3), 0.3);
-        // At the start a hand is slow as well, but as fast as it has been.
+        // At the start a hand is slow as well, but at its peak speed so far.
         let s = Stop {
             progress: [0.1, 0.01, 0.01, 1.0],
             ..stop(0.01, 0.01, 0.3)

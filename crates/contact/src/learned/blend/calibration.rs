@@ -1,4 +1,4 @@
-//! How sure a combination of sources is, learnt from its errors on held-out reaches.
+//! Covariance of a combination of sources, learned from its errors on held-out reaches.
 
 use crate::learned::blend::arrival::Arrival;
 use crate::learned::blend::combination::{Axes, Blend, Combined, Personal, Region, disagreement};
@@ -9,25 +9,24 @@ use crate::learned::quantiles::{SENSOR_M, sensor, weighted_quantile};
 use crate::matrices::trace;
 use glam::{DMat3, DVec3};
 
-/// 90 % of a normal variable in three dimensions lie within this Mahalanobis distance, squared.
+/// Squared Mahalanobis distance that contains 90 % of a normal variable in three dimensions.
 const CHI_SQUARED_3_90: f64 = 6.251_389;
-/// 90 % of a standard normal variable lie within this.
+/// Bound that contains 90 % of a standard normal variable, either side.
 const NORMAL_90: f64 = 1.644_854;
-/// Largest squared Mahalanobis distance that counts in a comparison of axes.
+/// Largest squared Mahalanobis distance that counts when axes are compared.
 const FAR_OUT: f64 = 20.0;
-/// Rounds in which the factors on the covariance are found.
+/// Iterations for the factors on the covariance.
 const ROUNDS: usize = 3;
-/// Bounds of what is added because little was seen: of the quantile of errors, and of the factor on them.
+/// Bounds of the small-sample corrections: of the quantile of errors, and of the factor on them.
 const LEVEL_MOST: f64 = 0.96;
 const FEW_MOST: f64 = 1.6;
-/// As so many reaches count inputs, ridges, regions and trees, which are chosen on the errors that the covariance is learnt
-/// from.
+/// Effective number of parameters, in reaches: inputs, ridges, regions and trees are chosen on the same errors that the covariance is learned from.
 const CHOSEN: f64 = 9.0;
 
-/// Largest squared distance per axis that counts as usual, in standard deviations.
+/// Largest squared distance per axis that counts in the typical distance, in standard deviations.
 pub(super) const MOST_DISTANCE: f64 = 6.0;
 
-/// An estimate of one sample, for the learning of its covariance.
+/// The error of one sample, for learning its covariance.
 struct Judged {
     miss_m: DVec3,
     region: Region,
@@ -40,7 +39,7 @@ pub(super) struct Calibrated {
     pub(super) blend: Blend,
     /// Mean log density of the contacts under them.
     pub(super) score: f64,
-    /// How many times as large covariances are as held-out errors ask for, since those to come are larger.
+    /// Ratio of the stated covariances to the held-out errors: larger than 1, as errors on new reaches are larger.
     pub(super) optimism: f64,
 }
 
@@ -53,7 +52,6 @@ pub(super) fn calibrated(
     axes: Axes,
     independent: f64,
 ) -> Calibrated {
-    // Misses in those axes.
     let turned: Vec<DVec3> = evidence
         .each()
         .map(|(row, sample, _)| {
@@ -98,7 +96,7 @@ pub(super) fn calibrated(
     }
 }
 
-/// Second moments of the errors of the estimates, and of the time.
+/// Second moments of the errors of the estimates and of the time left.
 fn shape(evidence: &Evidence, turned: &[DVec3], turns: &mut Turns) {
     let late = |row: usize| {
         let witness = &evidence.witnesses[row];
@@ -124,7 +122,7 @@ fn shape(evidence: &Evidence, turned: &[DVec3], turns: &mut Turns) {
             let columns = [xx, xy, zx, xy, yy, yz, zx, yz, zz];
             let moments = DMat3::from_cols_array(&columns) + sensor();
             let size = trace(&moments);
-            // What was in units of the old size.
+            // Rescale quantities given in units of the old size.
             let ratio = out.size_m2 / size;
             out.moments.iter_mut().flatten().for_each(|m| *m *= ratio);
             out.unplaced *= ratio;
@@ -137,13 +135,13 @@ fn shape(evidence: &Evidence, turned: &[DVec3], turns: &mut Turns) {
     }
 }
 
-/// Squared distance of a miss, in standard deviations, before any factor.
+/// Squared Mahalanobis distance of a miss, before any factor.
 fn distance(judged: &Judged) -> f64 {
     let covariance = judged.region.shape * judged.region.size_m2 + sensor();
     judged.miss_m.dot(covariance.inverse() * judged.miss_m)
 }
 
-/// By which power of the disagreement the squared distance grows: least squares of the logarithms.
+/// Power of the disagreement with which the squared distance grows: least squares of the logarithms.
 fn slope(evidence: &Evidence, judged: &[Judged]) -> f64 {
     let (mut n, mut x, mut y, mut xx, mut xy) = (f64::MIN_POSITIVE, 0.0, 0.0, 0.0, 0.0);
     for (sample, judged) in evidence.samples.iter().zip(judged) {
@@ -160,11 +158,11 @@ fn slope(evidence: &Evidence, judged: &[Judged]) -> f64 {
     }
 }
 
-/// The factors that make 90 % regions hold 90 % of the errors to come in every region of progress and at every time left. Returns how many
-/// times as large they are as for the errors that they are learnt from.
+/// Factors that give 90 % regions a coverage of 90 % on new errors, in every region of progress and at every time left. Returns their ratio to the
+/// factors for the training errors.
 fn spread(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, independent: f64) -> f64 {
-    // There are fewer independent errors than reaches, for those of one person are alike. A new error lies below their quantile less
-    // often than they do, and a covariance learnt from few is too small for new ones.
+    // The errors of one person are alike, so there are fewer independent errors than reaches. A new error lies below their quantile less often than
+    // they do, and a covariance learned from few is too small for new ones.
     let level = (0.9 * (independent + 1.0) / independent).min(LEVEL_MOST);
     let reaches = evidence.reaches();
     // Weights, inputs and spreads are chosen on the same errors.
@@ -194,7 +192,7 @@ fn spread(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, independent
         }
     }
     even(evidence, judged, blend, &plain, level);
-    // One after the other: each is judged by what those before it have become.
+    // Sequentially: each one is evaluated with the values of those before it.
     let mut logarithms: Vec<f64> = blend.regions.iter().map(|r| r.time_s2.ln()).collect();
     for (k, near) in near.iter().enumerate() {
         let pairs = near.iter().map(|&(row, weight)| {
@@ -225,7 +223,7 @@ fn spread(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, independent
     }
 }
 
-/// The distances of all rows under the spreads and factors so far.
+/// Squared distances of all rows under the present spreads and factors.
 fn scaled(evidence: &Evidence, judged: &[Judged], blend: &Blend, plain: &[f64]) -> Vec<f64> {
     let logarithms: Vec<f64> = blend.regions.iter().map(|r| r.spread.ln()).collect();
     evidence.of_rows(|row| {
@@ -234,16 +232,16 @@ fn scaled(evidence: &Evidence, judged: &[Judged], blend: &Blend, plain: &[f64]) 
     })
 }
 
-/// Moments at which regions shall hold as many ends as at all others, as shares of the true time of a reach.
+/// Moments at which coverage is equalised, as shares of the true duration of a reach.
 const MOMENTS: [f64; 8] = [0.1, 0.25, 0.4, 0.55, 0.7, 0.8, 0.9, 1.0];
-/// Rounds in which the factors on the covariance are made even over them.
+/// Iterations of the equalisation.
 const EVEN_ROUNDS: usize = 8;
-/// So much of that is changed by the progress. With half of it 90 % regions are more even by 1 point in the middle of a reach, but
-/// less sharp by 2 % at its end.
+/// Share of the equalisation applied by progress. At 0.5, 90 % regions are more even by 1 point in the middle of a reach, but less sharp by 2 % at
+/// its end.
 const BY_PROGRESS: f64 = 0.4;
 
-/// Changes the spreads and the factors at the times left so that 90 % regions hold 90 % at every true moment, as far as progress
-/// and estimated time left tell the moments apart.
+/// Changes the spreads and the factors at the times left so that 90 % regions hold 90 % at every true moment, as far as progress and estimated
+/// time left can distinguish the moments.
 fn even(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, plain: &[f64], level: f64) {
     let moments: Vec<usize> = evidence
         .each()
@@ -265,7 +263,7 @@ fn even(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, plain: &[f64]
                 .clamp(0.2, 5.0)
                 .ln()
         });
-        // Partly by the time left, partly by the progress: neither alone tells the moments apart.
+        // Partly by time left, partly by progress: neither alone distinguishes the moments.
         let by = |part: f64, rows: &mut dyn Iterator<Item = (usize, f64)>| {
             let (mut sum, mut total) = (0.0, f64::MIN_POSITIVE);
             for (row, weight) in rows {
@@ -287,7 +285,7 @@ fn even(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, plain: &[f64]
     }
 }
 
-/// Mean log density of the misses; those far out count only up to a limit. Sets the usual distances.
+/// Mean log density of the misses, with outliers clipped. Also sets the typical distances.
 fn log_score(evidence: &Evidence, judged: &[Judged], blend: &mut Blend) -> f64 {
     let (mut sum, mut total) = (0.0, f64::MIN_POSITIVE);
     let mut far = [(0.0, f64::MIN_POSITIVE); KNOTS];

@@ -1,5 +1,4 @@
-//! How the sources of an estimate are combined, and how sure the combination is, learnt from errors on reaches that
-//! were held out.
+//! The combination of the sources of an estimate and its uncertainty, learned from errors on held-out reaches.
 
 use crate::learned::blend::arrival::Arrival;
 use crate::learned::blend::habit::Habits;
@@ -10,20 +9,19 @@ use crate::learned::quantiles::{SENSOR_M, sensor};
 use crate::learned::reaches::reach_track::way_axes;
 use glam::{DMat3, DVec3};
 
-/// Lowest standard deviation of a time, s.
 const CLOCK_S: f64 = 2e-3;
-/// A source that is further from the others than this many times the usual has lost its way.
+/// A source further from the others than this many times the expected distance is discarded.
 const LOST: f64 = 3.0;
-/// Largest ratio of a disagreement to the usual one that counts.
+/// Largest disagreement that counts, relative to the typical one.
 const MOST_DISAGREEMENT: f64 = 30.0;
-/// In which axes errors are alike from reach to reach.
+/// Axes in which errors are alike from reach to reach.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub(in crate::learned) enum Axes {
-    /// Along the way from start to end and across it: people miss along their way.
+    /// Along the line from start to end and across it: people miss along their path.
     Way,
-    /// Those of the samples: along the normal of a wall, contacts that all lie on it are certain.
+    /// Axes of the samples: contacts that all lie on one wall are certain along its normal.
     World,
 }
 
@@ -36,28 +34,28 @@ impl Axes {
     }
 }
 
-/// What is known of the errors in one region of progress.
+/// Error statistics in one region of progress.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub(in crate::learned) struct Region {
-    /// Mean square of the error of the combination, m²; what follows is in units of it.
+    /// Mean square of the error of the combination, m²; unit of the fields below.
     pub(in crate::learned) size_m2: f64,
     /// `E[eᵢ·eⱼ]` of the sources.
     pub(in crate::learned) moments: Pairs,
     /// `E[e eᵀ]` of the combination.
     pub(in crate::learned) shape: DMat3,
-    /// Mean square of the error before places were considered.
+    /// Mean square of the error before places are considered.
     pub(in crate::learned) unplaced: f64,
-    /// Usual disagreement of the sources.
+    /// Typical disagreement of the sources.
     pub(in crate::learned) apart: f64,
-    /// Mean square of the way to the places.
+    /// Mean square of the displacement to the places.
     pub(in crate::learned) placed: f64,
-    /// Share of the way from the combination to the places that is gone.
+    /// Share of the displacement from the combination to the places that is applied.
     pub(in crate::learned) share: f64,
     /// Factor on the covariance that makes 90 % regions hold 90 %.
     pub(in crate::learned) spread: f64,
-    /// Mean square of the error of the time left, s², with a factor for its 90 % intervals.
+    /// Mean square of the error of the time left, s², including the factor for its 90 % intervals.
     pub(in crate::learned) time_s2: f64,
 }
 
@@ -74,8 +72,8 @@ impl Region {
         time_s2: 0.0,
     };
 
-    /// Between regions: what is relative is mixed by their weights, and sizes by their logarithms, so that a region of
-    /// large errors does not make its neighbours unsure.
+    /// Interpolates between regions: relative quantities linearly, sizes by their logarithms, so that a region of large errors does not inflate its
+    /// neighbours.
     pub(in crate::learned) fn between(regions: &[Self], gates: &[f64]) -> Self {
         let mut mixed = Self::ZERO;
         for (region, &gate) in regions.iter().zip(gates) {
@@ -111,13 +109,13 @@ impl Region {
             .exp()
     }
 
-    /// The mean of logarithms of all regions, for those who ask often.
+    /// Interpolated logarithm from precomputed logarithms of all regions, for frequent use.
     pub(super) fn logarithm_between(logarithms: &[f64], gates: &[f64]) -> f64 {
         let counted = logarithms.iter().zip(gates).filter(|(_, g)| **g > 0.0);
         counted.map(|(logarithm, gate)| gate * logarithm).sum()
     }
 
-    /// Mean square of the error before places were considered, in each axis, m².
+    /// Mean square per axis of the error before places are considered, m².
     pub(in crate::learned) fn axis_variance_m2(&self) -> f64 {
         self.unplaced * self.size_m2 / 3.0
     }
@@ -127,7 +125,7 @@ impl Region {
         self.time_s2.sqrt().max(CLOCK_S)
     }
 
-    /// The same between regions, of the logarithms of their `time_s2`; see [`between`](Self::between).
+    /// The same, interpolated from the logarithms of the regions' `time_s2`; see [`between`](Self::between).
     pub(super) fn time_sd_between_s(logarithms: &[f64], gates: &[f64]) -> f64 {
         let logarithm = Self::logarithm_between(logarithms, gates);
         logarithm.exp().sqrt().max(CLOCK_S)
@@ -143,8 +141,8 @@ pub(in crate::learned) struct Combined {
     pub(in crate::learned) weights: [f64; SOURCES],
 }
 
-/// The combination of sources, whose moments are in any unit; `ratios` are factors on the size of their errors. A
-/// source far from all others is left out. `None` without a source.
+/// The combination of sources. The unit of the moments cancels; `ratios` are factors on the variances of their errors. A source far from all others
+/// is left out. `None` without a source.
 pub(in crate::learned) fn combine(
     region: &Region,
     ends: &Ends,
@@ -163,7 +161,7 @@ pub(in crate::learned) fn combine(
         let Some(end_m) = ends[k].filter(|_| combined.weights[k] > 0.0) else {
             continue;
         };
-        // Against the others alone: a source must not pull what it is compared with.
+        // Compare with the others alone: a source must not shift its own reference.
         let others = 1.0 - combined.weights[k];
         if others < 1e-3 || k == Source::Start as usize {
             continue;
@@ -188,7 +186,7 @@ fn weighted(moments: &Pairs, ends: &Ends, there: [bool; SOURCES]) -> Option<Comb
         let pairs = ends.iter().zip(&weights);
         pairs.filter_map(|(e, w)| Some((e.as_ref().copied()?, *w)))
     };
-    // Relative to one of them: far from the origin nothing is lost to rounding.
+    // Relative to one of them, which avoids rounding errors far from the origin.
     let point_m = first_m + each().map(|(e, w)| (e - first_m) * w).sum::<DVec3>();
     let apart_m2 = each().map(|(e, w)| e.distance_squared(point_m) * w).sum();
     Some(Combined {
@@ -198,19 +196,19 @@ fn weighted(moments: &Pairs, ends: &Ends, there: [bool; SOURCES]) -> Option<Comb
     })
 }
 
-/// What is a person's own, at the times left of the knots.
+/// Between-person share of the errors, at the knots of the time left.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::learned) struct Personal {
     /// Share of the mean squared error of each source.
     pub(in crate::learned) sources: [[f64; SOURCES]; KNOTS],
     /// Share of the mean squared error of the time left.
     pub(in crate::learned) time: [f64; KNOTS],
-    /// How people end elsewhere than foreseen.
+    /// How the ends of a person deviate from the predictions.
     pub(in crate::learned) habits: [Habits; KNOTS],
 }
 
 impl Personal {
-    /// The same for all sources and times left, before anything is learnt.
+    /// The same for all sources and times left, before training.
     pub(in crate::learned) const fn even(share: f64) -> Self {
         Self {
             sources: [[share; SOURCES]; KNOTS],
@@ -219,8 +217,8 @@ impl Personal {
         }
     }
 
-    /// Share of the mean squared error of each source at one time left that is corrected in the source itself. Where the offset
-    /// of the habit is learnt, only what moves is: else the same would be learnt twice, by the sources less exactly.
+    /// Share of the mean squared error of each source at one time left that the source itself corrects. 0 where the habit learns an offset:
+    /// otherwise the sources would learn the same offset again, less exactly.
     pub(in crate::learned) fn lasting(&self, knot: usize) -> [f64; SOURCES] {
         match self.habits[knot].offset > 0.0 {
             true => [0.0; SOURCES],
@@ -229,25 +227,25 @@ impl Personal {
     }
 }
 
-/// All that is known of the errors of a model.
+/// Error statistics of a model.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::learned) struct Blend {
     pub(in crate::learned) axes: Axes,
     pub(in crate::learned) arrival: Arrival,
     pub(in crate::learned) regions: Vec<Region>,
-    /// The covariance goes with this power of the disagreement of the sources.
+    /// The covariance grows with this power of the disagreement of the sources.
     pub(in crate::learned) by_disagreement: f64,
-    /// Values of the time left, as [`time_key`](super::knots::time_key), and the factors on the covariance there.
+    /// Knots of the time left, as [`time_key`](super::knots::time_key), and the factors on the covariance there.
     pub(in crate::learned) knots: [f64; KNOTS],
     pub(in crate::learned) factors: [f64; KNOTS],
-    /// Mean squared distance from the truth at those times left, in standard deviations and per axis.
+    /// Mean squared error at those times left, in standard deviations and per axis.
     pub(in crate::learned) usual_distances: [f64; KNOTS],
-    /// What of the errors is one person's own.
+    /// Between-person share of the errors.
     pub(in crate::learned) personal: Personal,
 }
 
 impl Blend {
-    /// The factor on the covariance for a disagreement of the sources.
+    /// Factor on the covariance for a disagreement of the sources.
     pub(in crate::learned) fn doubt(&self, region: &Region, apart_m2: f64) -> f64 {
         let usual = region.apart * region.size_m2 + SENSOR_M * SENSOR_M;
         disagreement(apart_m2 / usual).powf(self.by_disagreement)
@@ -274,12 +272,12 @@ impl Blend {
     }
 }
 
-/// A ratio to the usual disagreement, kept within bounds.
+/// Disagreement relative to the typical one, bounded.
 pub(in crate::learned) fn disagreement(ratio: f64) -> f64 {
     ratio.clamp(0.0, MOST_DISAGREEMENT) + 0.2
 }
 
-/// What the estimate says once places are considered.
+/// The estimate after places are considered, and the places near it, m.
 pub(in crate::learned) fn placed(
     places: Option<&Places>,
     region: &Region,

@@ -1,4 +1,4 @@
-//! What a combination of sources is learnt from.
+//! Training data for the combination of sources.
 
 use crate::learned::blend::combination::Region;
 use crate::learned::blend::places::Places;
@@ -9,11 +9,11 @@ use crate::learned::reaches::samples::TrainingSample;
 use crate::learned::regression::local_ridge::Rows;
 use hwall_numeric::parallel;
 
-/// Larger errors are clipped to this many times the median: a primitive that loses its way on one
-/// reach in a hundred is metres off and would outweigh all others.
+/// Errors are clipped to this many times the median: a primitive that diverges on one reach in a hundred is metres off and would outweigh all
+/// others.
 pub(super) const CLIP: f64 = 4.0;
 
-/// One sample with what every source says of it when its fold is held out.
+/// The estimates of all sources for one sample, each trained without the sample's fold.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::learned) struct Witness {
     pub(in crate::learned) ends_m: Ends,
@@ -22,7 +22,7 @@ pub(in crate::learned) struct Witness {
     pub(in crate::learned) true_left_s: f64,
 }
 
-/// What is learnt from.
+/// Training data for the combination.
 pub(in crate::learned) struct Evidence<'a> {
     pub(in crate::learned) samples: &'a [TrainingSample],
     pub(in crate::learned) rows: &'a Rows,
@@ -30,7 +30,7 @@ pub(in crate::learned) struct Evidence<'a> {
     pub(in crate::learned) places: Option<&'a Places>,
     /// The person of each sample, by number.
     pub(in crate::learned) people: &'a [usize],
-    /// How many reaches were made; those behind them are copies at another pace.
+    /// Recorded reaches; those after them are time-scaled copies.
     pub(in crate::learned) made: usize,
     /// The rows that count in each region, and how much.
     pub(in crate::learned) near: Vec<Vec<(usize, f64)>>,
@@ -59,7 +59,7 @@ impl Evidence<'_> {
         &self.near[region]
     }
 
-    /// How many reaches there are, by their weights.
+    /// Number of reaches, by their weights.
     pub(super) fn reaches(&self) -> f64 {
         self.samples.iter().map(|s| s.weight).sum()
     }
@@ -84,14 +84,14 @@ impl Evidence<'_> {
         Sums::of(self.folds(), weights, each)
     }
 
-    /// Something of every region, worked out on all cores.
+    /// Computes a value for every region, in parallel.
     pub(super) fn of_regions<T: Send>(&self, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
         parallel::map(self.rows.regions, of)
     }
 
-    /// Something of every row, worked out on all cores.
+    /// Computes a value for every row, in parallel.
     pub(super) fn of_rows<T: Send>(&self, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
-        /// Rows that one core takes at a time: enough that handing them out costs nothing beside.
+        /// Rows per task: enough to make the dispatch cost negligible.
         const TOGETHER: usize = 256;
         let count = self.samples.len();
         let parts = parallel::map(count.div_ceil(TOGETHER), |part| {
@@ -101,14 +101,14 @@ impl Evidence<'_> {
         parts.into_iter().flatten().collect()
     }
 
-    /// The region of a sample, as learnt mostly from the other folds.
+    /// The region of a sample, learned mostly from the other folds.
     pub(super) fn held_out(&self, turns: &Turns, row: usize) -> Region {
         let regions = &turns.without[self.samples[row].fold];
         Region::between(regions, self.rows.gates(row))
     }
 }
 
-/// Larger lengths are clipped to this.
+/// Limit to which larger lengths are clipped.
 pub(super) fn clip(near: &[(usize, f64)], length: &dyn Fn(usize) -> f64) -> f64 {
     let lengths = near.iter().map(|&(row, weight)| (length(row), weight));
     CLIP * weighted_quantile(0.5, lengths)

@@ -1,59 +1,59 @@
-//! People end elsewhere than foreseen, each in a way of their own: further or less far, bowed to one side, up or down.
+//! Personal deviations from the predicted end: further or less far, bowed to one side, up or down.
 
 use crate::learned::blend::knots::KNOTS;
 use glam::{DMat3, DVec3};
 
-/// An older touch counts this much less than the next one.
+/// Weight of an older touch relative to the next one.
 const FORGETTING: f64 = 0.98;
-/// Mean misses of one reach beyond so many standard deviations of an axis count as that many.
+/// Largest mean miss of one reach that counts, in standard deviations of an axis.
 const MOST_MISS: f64 = 4.0;
-/// A correction is at most this long, in standard deviations of an axis.
+/// Longest correction, in standard deviations of an axis.
 const MOST_CORRECTION: f64 = 2.0;
-/// A way left that is unusual by more than this, in usual deviations, counts as that unusual.
+/// Largest deviation of a remaining displacement from the mean that counts, in standard deviations.
 const MOST_UNUSUAL: f64 = 3.0;
-/// Variances of the offsets and of the slopes that are tried.
+/// Candidate variances of the offsets and of the slopes.
 const OFFSETS: [f64; 5] = [0.0, 0.03, 0.1, 0.2, 0.4];
 const SLOPES: [f64; 5] = [0.0, 0.01, 0.03, 0.06, 0.12];
 const TRIED: usize = OFFSETS.len() * SLOPES.len();
-/// One must lower the mean logarithm of the squared error by this.
+/// A candidate must lower the mean logarithm of the squared error by this much.
 const WORTH: f64 = 0.005;
-/// Squared errors below this many times the usual are as good as that.
+/// Squared errors below this many times the expected one count as that.
 const LEAST_ERROR: f64 = 0.1;
-/// The constant and the three axes of the way left.
+/// The constant and the three axes of the remaining displacement.
 const TERMS: usize = 4;
 
-/// The way left, as it is foreseen.
+/// A predicted remaining displacement.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::learned) struct WayLeft {
-    /// From here to there, m.
+    /// Start and end, m.
     pub(in crate::learned) now_m: DVec3,
     pub(in crate::learned) end_m: DVec3,
-    /// Usual variance of the end in each axis, m².
+    /// Expected variance of the end in each axis, m².
     pub(in crate::learned) variance_m2: f64,
 }
 
 impl WayLeft {
-    /// The end with a correction in standard deviations, m.
+    /// The end after a correction in standard deviations, m.
     pub(in crate::learned) fn corrected_m(&self, by: DVec3) -> DVec3 {
         self.end_m + by * self.variance_m2.sqrt()
     }
 }
 
-/// What is a habit of people at one time left: how their misses, in standard deviations, follow the way left.
+/// Prior over people at one time left: how their misses, in standard deviations, depend on the remaining displacement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub(in crate::learned) struct Habits {
-    /// The usual way left, m, and how far it usually is from that in each axis, m.
+    /// Mean remaining displacement, m, and its standard deviation per axis, m.
     pub(in crate::learned) usual_m: DVec3,
     pub(in crate::learned) scatter_m: f64,
-    /// Variances among people of the offset and of the slopes.
+    /// Variances between people of the offset and of the slopes.
     pub(in crate::learned) offset: f64,
     pub(in crate::learned) slope: f64,
 }
 
 impl Habits {
-    /// Where people do not differ, or nothing is known of how.
+    /// No differences between people, or none known.
     pub(in crate::learned) const NONE: Self = Self {
         usual_m: DVec3::ZERO,
         scatter_m: 1.0,
@@ -61,7 +61,7 @@ impl Habits {
         slope: 0.0,
     };
 
-    /// 1, and how unusual the way left is.
+    /// 1, and the normalised deviation of the remaining displacement from the mean.
     fn terms(&self, left: &WayLeft) -> [f64; TERMS] {
         let unusual = (left.end_m - left.now_m - self.usual_m) / self.scatter_m;
         let most = DVec3::splat(MOST_UNUSUAL);
@@ -70,13 +70,13 @@ impl Habits {
     }
 }
 
-/// Ways left at several instants of one reach, as sums from which the misses follow for any place of the contact. So nothing
-/// needs to be kept until the contact is known.
+/// Remaining displacements at several times of one reach, as sums that give the misses for any contact, so that no estimates need to be
+/// stored until the contact is known.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::learned) struct Ways {
-    /// All is relative to the first place of the hand, so that far from the origin nothing is lost, m.
+    /// First position of the hand; all else is relative to it, which avoids rounding errors far from the origin, m.
     origin_m: DVec3,
-    /// Sums of the products of the terms; of the terms over the standard deviation; and of these times the end.
+    /// Sums of the products of the terms; of the terms over the standard deviation; and of the latter times the end.
     products: [[f64; TERMS]; TERMS],
     terms: [f64; TERMS],
     ends: [DVec3; TERMS],
@@ -115,12 +115,12 @@ impl Ways {
     }
 }
 
-/// What the touches of one person say about their habit: sums of a linear regression, older touches counting less.
+/// Regression sums of one person's habit over their touches, discounted with age.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::learned) struct Habit {
     products: [[f64; TERMS]; TERMS],
     misses: [DVec3; TERMS],
-    /// The offset and the slopes along the axes of the way left, in standard deviations.
+    /// The offset and the slopes along the axes of the displacement, in standard deviations.
     found: [DVec3; TERMS],
 }
 
@@ -131,17 +131,17 @@ impl Habit {
         found: [DVec3::ZERO; TERMS],
     };
 
-    /// Takes a touch, m, and what was foreseen of it.
+    /// Updates from a touch, m, and its predictions.
     pub(in crate::learned) fn learn(&mut self, habits: &Habits, ways: &Ways, contact_m: DVec3) {
         if self.add(ways, contact_m) {
             self.found = self.solved(habits.offset, habits.slope);
         }
     }
 
-    /// `false` where nothing was foreseen, or the contact is nowhere.
+    /// `false` if there was no prediction, or the contact is not finite.
     fn add(&mut self, ways: &Ways, contact_m: DVec3) -> bool {
         let contact_m = contact_m - ways.origin_m;
-        // However many instants there were, it is one touch.
+        // However many predictions there were, it is one touch.
         let each = 1.0 / ways.weight.max(1.0);
         let mut misses = ways.ends;
         for (miss, term) in misses.iter_mut().zip(&ways.terms) {
@@ -162,13 +162,12 @@ impl Habit {
         true
     }
 
-    /// The regression whose coefficients scatter about zero with these variances: `(PᵀP + V⁻¹)⁻¹ Pᵀm`, written so that a
-    /// variance may be zero.
+    /// Regression whose coefficients have these prior variances about zero: `(PᵀP + V⁻¹)⁻¹ Pᵀm`, in a form that allows a variance of zero.
     fn solved(&self, offset: f64, slope: f64) -> [DVec3; TERMS] {
         let sds = [offset, slope, slope, slope].map(f64::sqrt);
         let mut lower = [[0.0_f64; TERMS]; TERMS];
         let mut found = [DVec3::ZERO; TERMS];
-        // Cholesky; the matrix is at least the identity.
+        // Cholesky; the matrix is the identity plus a positive semidefinite one.
         for i in 0..TERMS {
             for j in 0..=i {
                 let mut sum = sds[i] * self.products[i][j] * sds[j];
@@ -192,7 +191,7 @@ impl Habit {
         std::array::from_fn(|k| found[k] * sds[k])
     }
 
-    /// By how much this person ends elsewhere, in standard deviations.
+    /// Deviation of this person's end, in standard deviations.
     pub(in crate::learned) fn correction(&self, habits: &Habits, left: &WayLeft) -> DVec3 {
         corrected(&self.found, habits, left)
     }
@@ -205,18 +204,18 @@ fn corrected(found: &[DVec3; TERMS], habits: &Habits, left: &WayLeft) -> DVec3 {
     by.clamp_length_max(MOST_CORRECTION)
 }
 
-/// A reach that was held out.
+/// A held-out reach.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ForeseenReach {
     /// Number of the person.
     pub(super) person: usize,
     pub(super) contact_m: DVec3,
-    /// By time left, with how much each counts there.
+    /// Predictions by time left, with their weights there.
     pub(super) left: [Vec<(WayLeft, f64)>; KNOTS],
 }
 
-/// The habits of people at each time left, with the variances with which the touches of a person teach most about the next one; 0
-/// where they teach nothing. Reaches of one person are in order; of one person alone nothing follows about others.
+/// The habits at each time left, with the prior variances for which a person's touches best predict their next one; 0 where they do not help.
+/// Reaches of one person are in order; a single person says nothing about others.
 pub(super) fn habits(people: usize, reaches: &[ForeseenReach]) -> [Habits; KNOTS] {
     std::array::from_fn(|k| {
         let mut habits = usual(reaches, k);
@@ -253,7 +252,7 @@ pub(super) fn habits(people: usize, reaches: &[ForeseenReach]) -> [Habits; KNOTS
     })
 }
 
-/// The usual way left at a time left.
+/// Mean remaining displacement at a time left.
 fn usual(reaches: &[ForeseenReach], k: usize) -> Habits {
     let each = || reaches.iter().flat_map(|r| &r.left[k]);
     let mean = |of: &dyn Fn(DVec3) -> DVec3| -> DVec3 {
@@ -321,7 +320,7 @@ mod tests {
             habit.learn(&habits, &ways, left.end_m);
         }
         assert!(habit.correction(&habits, &left).length() < 0.3);
-        // Where people do not differ, nobody does.
+        // Without differences between people there is no correction.
         habit.learn(&Habits::NONE, &ways, left.end_m + DVec3::Y);
         assert_eq!(habit.correction(&Habits::NONE, &left), DVec3::ZERO);
     }
@@ -335,7 +334,7 @@ mod tests {
                 let share = scatter * sampler.normal();
                 for _ in 0..20 {
                     let left = ahead(&mut sampler);
-                    // Some bow to the left by a share of the way left.
+                    // Some bow to the left by a share of the distance.
                     let bow_m = DVec3::Z.cross(left.end_m - left.now_m) * share;
                     let mut reach = ForeseenReach {
                         person,

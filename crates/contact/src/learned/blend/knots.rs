@@ -1,11 +1,11 @@
-//! The values of the time left at which something is learnt.
+//! Knots of the time left, at which parameters are learned.
 
-/// How many values of the time left the spread is learnt at.
+/// Number of knots.
 pub(in crate::learned) const KNOTS: usize = 6;
-/// Times left are compared by the logarithm of themselves and this, s.
+/// Offset in the logarithm by which times left are compared, s.
 const TIME_OFFSET_S: f64 = 0.02;
 
-/// A time left as it is compared, dimensionless.
+/// Transformed time left for comparisons, dimensionless.
 pub(in crate::learned) fn time_key(left_s: f64) -> f64 {
     (left_s.max(0.0) + TIME_OFFSET_S).ln()
 }
@@ -25,7 +25,7 @@ pub(in crate::learned) fn between_knots(knots: &[f64; KNOTS], key: f64) -> [f64;
     out
 }
 
-/// The knot that counts most.
+/// The knot with the largest weight.
 pub(in crate::learned) fn nearest_knot(hats: &[f64; KNOTS]) -> usize {
     let mut nearest = 0;
     for k in 1..KNOTS {

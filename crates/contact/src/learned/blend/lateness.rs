@@ -1,23 +1,23 @@
-//! How much later than foreseen one person touches.
+//! Personal delay of the touch relative to the prediction.
 
-/// Share of a lasting error's variance that is added with every touch: habits and rooms drift.
+/// Process noise per touch, as a share of the variance of a persistent error: habits and rooms drift.
 pub(super) const DRIFT: f64 = 0.02;
-/// Misses beyond this many times the usual, squared, count as that many.
+/// Largest squared miss that counts, relative to the expected one.
 const MOST_RATIO: f64 = 9.0;
 
-/// A person's own lateness at one time left, followed from touch to touch by a scalar Kalman filter.
+/// A person's delay at one time left, tracked from touch to touch by a scalar Kalman filter.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::learned) struct Lateness {
-    /// How much later, s.
+    /// Mean delay, s.
     pub(in crate::learned) mean_s: f64,
     /// Its variance, as a share of the mean square of the miss.
     doubt: f64,
-    /// That of people who have not touched yet.
+    /// Its value for people who have not touched yet.
     share: f64,
 }
 
 impl Lateness {
-    /// Of somebody of whom nothing is known, where so much of the mean square is a person's own.
+    /// For an unknown person; `share` is the between-person share of the mean square.
     pub(in crate::learned) const fn unknown(share: f64) -> Self {
         Self {
             mean_s: 0.0,
@@ -26,7 +26,7 @@ impl Lateness {
         }
     }
 
-    /// Takes a touch that came so much later than foreseen, s; the mean square is what was expected.
+    /// Takes a touch with this delay, s; `square_s2` is the expected mean square.
     pub(in crate::learned) fn learn(&mut self, late_s: f64, square_s2: f64) {
         let by_chance = 1.0 - self.share;
         let expected = self.doubt + by_chance;
@@ -40,7 +40,7 @@ impl Lateness {
         self.doubt = self.doubt * (1.0 - gain) + DRIFT * self.share;
     }
 
-    /// Variance of what is left, as a share of that of people who have not touched yet.
+    /// Variance of the remaining error, relative to that of people who have not touched yet.
     pub(in crate::learned) fn variance(&self) -> f64 {
         1.0 - self.share + self.doubt
     }
@@ -66,7 +66,7 @@ mod tests {
         assert_eq!(late.mean_s, before_s);
         late.learn(1e9, 0.01);
         assert!(late.mean_s < before_s + 0.1, "{late:?}");
-        // Where nothing is a person's own, nothing is learnt.
+        // Without differences between people nothing is learned.
         let mut chance = Lateness::unknown(0.0);
         chance.learn(0.1, 0.01);
         assert_eq!((chance.mean_s, chance.variance()), (0.0, 1.0));

@@ -1,12 +1,12 @@
-//! How far the estimates of a stretch of a reach turn out to have been off, in their own measure.
+//! Normalised errors of the estimates over a stretch of a reach.
 
 use glam::{DMat3, DVec3};
 
-/// Sums over estimates, from which the mean squared distance of any place from them follows: it is a square of the
-/// place. So nothing needs to be kept until the contact is known.
+/// Sums over estimates that give their mean squared distance from any point, a quadratic form in that point. So no estimates need to be stored
+/// until the contact is known.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Misses {
-    /// The first of the estimates; all are taken relative to it, so that far from the origin nothing is lost, m.
+    /// The first estimate; all are relative to it, which avoids rounding errors far from the origin, m.
     first_m: DVec3,
     /// Sums of the inverse covariances `P`, of `P x`, and of `x P x`.
     precision: DMat3,
@@ -41,8 +41,7 @@ impl Misses {
         self.count += 1.0;
     }
 
-    /// Mean squared distance of the contact from all of them, in standard deviations and per axis; `None` of none.
-    /// Forgets them.
+    /// Mean squared distance of the contact from all estimates, in standard deviations and per axis; `None` without estimates. Resets the sums.
     pub(super) fn take(&mut self, contact_m: DVec3) -> Option<f64> {
         let sums = std::mem::replace(self, Self::NONE);
         let at_m = contact_m - sums.first_m;

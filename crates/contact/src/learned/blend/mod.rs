@@ -1,4 +1,4 @@
-//! Sources of evidence, their weights, and how sure the combination is; with what a person's own touches teach.
+//! Sources of evidence, their weights, the uncertainty of their combination, and adaptation to a person's touches.
 
 pub(super) mod adaptation;
 pub(super) mod arrival;

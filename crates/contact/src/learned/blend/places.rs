@@ -1,31 +1,30 @@
-//! Places that people touch again and again: buttons, handles.
+//! Places that people touch repeatedly: buttons, handles.
 
 use glam::DVec3;
 
-/// Ends of reaches that are kept; of more, an even choice.
+/// Most ends kept; of more, an even selection.
 const MOST_ENDS: usize = 256;
-/// Touches of this person in this room that are kept.
+/// Most touches of this person in this room that are kept.
 pub(in crate::learned) const OWN_ENDS: usize = 32;
-/// One of them counts as so many ends of others.
+/// Weight of one of them, in ends of others.
 const OWN_COUNTS: f64 = 4.0;
-/// How widely touches of one place scatter, sd, m; the likeliest of these is used.
+/// Candidate scatter of touches of one place, sd, m; the most likely one is used.
 const SCATTERS_M: [f64; 6] = [3e-3, 6e-3, 0.012, 0.025, 0.05, 0.1];
 
-/// Ends of the reaches that were learnt from, as a density of where hands touch: a normal distribution about each.
+/// Ends of the training reaches as a density of touches: a normal distribution about each.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub(in crate::learned) struct Places {
     pub(in crate::learned) ends_m: Vec<DVec3>,
-    /// Which of them are held out together; only training asks, and a model read from a file has none.
+    /// The fold of each end; only used in training, absent from model files.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(in crate::learned) folds: Vec<usize>,
     pub(in crate::learned) scatter_m: f64,
 }
 
 impl Places {
-    /// Of ends and the fold of each. The scatter is the one under which the ends of a fold are the likeliest,
-    /// judged by the others.
+    /// From ends and their folds. The scatter maximises the likelihood of the ends of each fold under the others.
     pub(in crate::learned) fn of(ends_m: &[DVec3], folds: &[usize]) -> Self {
         let step = ends_m.len().div_ceil(MOST_ENDS).max(1);
         let mut places = Self {
@@ -51,15 +50,14 @@ impl Places {
                 let density: f64 = others
                     .map(|(o, _)| (-0.5 * end_m.distance_squared(*o) / scatter_m.powi(2)).exp())
                     .sum();
-                // An end that nobody else came near says that no scatter fits, but only so much.
+                // An isolated end fits no scatter; bound its penalty.
                 (density + 1e-6).ln() - 3.0 * scatter_m.ln()
             })
             .sum()
     }
 
-    /// Where the reach ends if it ends where others did: the mean of the ends known, weighted by an estimate and the
-    /// mean square of its error in each axis, m². `own_m` are touches of this person; `without` is a fold to leave
-    /// out.
+    /// Expected end if the reach ends where others did: the mean of the known ends, weighted by an estimate and its mean squared error per axis,
+    /// m². `own_m` are touches of this person; `without` is a fold to leave out.
     pub(in crate::learned) fn nearest(
         &self,
         estimate_m: DVec3,
@@ -107,7 +105,7 @@ mod tests {
         let beside_m = DVec3::new(0.02, 0.12, 1.0);
         let drawn_m = places.nearest(beside_m, 4e-4, &[], None).expect("near");
         assert!(drawn_m.distance(buttons[1]) < 4e-3, "{drawn_m}");
-        // Somewhere else nobody has touched; this person has.
+        // At another place only this person has touched.
         let far_m = DVec3::new(0.0, 2.0, 1.0);
         assert_eq!(places.nearest(far_m, 4e-4, &[], None), None);
         let own_m = [far_m + DVec3::Z * 0.02];

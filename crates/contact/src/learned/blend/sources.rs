@@ -3,19 +3,18 @@
 use crate::learned::config::{Combination, Frame};
 use glam::DVec3;
 
-/// How many sources there are.
 pub(in crate::learned) const SOURCES: usize = 5;
 
 /// A source of evidence, by its number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::learned) enum Source {
-    /// The regression that knows where in the room the hand is.
+    /// The regression that uses the place in the room.
     Room,
-    /// The regression that sees everything from the start of the reach.
+    /// The regression relative to the start of the reach.
     Start,
     /// The interaction primitive.
     Primitive,
-    /// The hand stays where it is: at the end of a reach nothing is better.
+    /// The hand stays where it is: best at the end of a reach.
     Hold,
     /// Trees that correct a regression.
     Trees,
@@ -42,10 +41,10 @@ impl Source {
     }
 }
 
-/// Where the reach ends by each source, m; `None` where it does not say.
+/// Predicted end by each source, m; `None` without a prediction.
 pub(in crate::learned) type Ends = [Option<DVec3>; SOURCES];
 
-/// Keeps the sources that a combination uses in a frame. The primitive alone falls back on the regressions.
+/// Keeps the sources that a combination uses in a frame. `Primitive` falls back on the regressions where the primitive has no prediction.
 pub(in crate::learned) fn of_combination(
     combination: Combination,
     frame: Frame,
@@ -74,13 +73,12 @@ pub(in crate::learned) fn of_combination(
 /// One number for every pair of sources.
 pub(in crate::learned) type Pairs = [[f64; SOURCES]; SOURCES];
 
-/// Share of the least diagonal entry added to all: weights that hang on small differences are not trusted.
+/// Share of the least diagonal entry added to all: regularises weights that depend on small differences.
 const SHRINKAGE: f64 = 0.03;
 
-/// The weights, none below zero and 1 together, that make `wᵀ M w` least among the sources that are `there`. All
-/// zero if none is.
+/// Non-negative weights with sum 1 that minimise `wᵀ M w` over the sources that are `there`. All zero if none is.
 ///
-/// Error: exact for the sources that keep a weight; one that would get less than none is dropped for good.
+/// Error: exact for the sources that keep a weight; a source with a negative weight is dropped for good.
 pub(in crate::learned) fn weights(moments: &Pairs, mut there: [bool; SOURCES]) -> [f64; SOURCES] {
     let mut least = f64::INFINITY;
     for k in 0..SOURCES {
@@ -114,7 +112,7 @@ pub(in crate::learned) fn weights(moments: &Pairs, mut there: [bool; SOURCES]) -
     }
 }
 
-/// Solves `(M + s I) w = 1` among some sources by Gauss's elimination; zero for the others.
+/// Solves `(M + s I) w = 1` over the sources that are there, by Gaussian elimination; zero for the others.
 #[expect(clippy::needless_range_loop, reason = "indices of a small matrix")]
 fn solve(moments: &Pairs, shrinkage: f64, there: [bool; SOURCES]) -> [f64; SOURCES] {
     let mut a = *moments;
@@ -159,7 +157,7 @@ mod tests {
         let w = weights(&diagonal([1.0, 4.0, 1e9, 1e9, 1e9]), [true; SOURCES]);
         assert!((w[0] / w[1] - 4.03 / 1.03).abs() < 1e-9, "{w:?}");
         assert!((w.iter().sum::<f64>() - 1.0).abs() < 1e-12);
-        // What is not there has no weight.
+        // A missing source has no weight.
         let w = weights(&diagonal([1.0; SOURCES]), [false, true, false, true, false]);
         assert_eq!(w, [0.0, 0.5, 0.0, 0.5, 0.0]);
         assert_eq!(

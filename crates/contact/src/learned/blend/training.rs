@@ -1,4 +1,4 @@
-//! Learns how to combine sources from their errors on held-out reaches.
+//! Learns how to combine the sources from their errors on held-out reaches.
 
 use crate::learned::blend::arrival::{Arrival, Stop};
 use crate::learned::blend::calibration::{Calibrated, calibrated};
@@ -15,11 +15,10 @@ use glam::DVec3;
 use hwall_numeric::parallel;
 
 impl Blend {
-    /// From what the sources say of every sample when its fold is held out.
+    /// From the held-out estimates of all sources.
     ///
-    /// Weights and shares are learnt from those errors; the spread is learnt from the errors of a fold that remain under
-    /// weights and shares mostly of the others. Else estimates would look better than the next one will be.
-    ///
+    /// Weights and shares are learned from those errors. The spread of a fold is learned from the errors that remain under weights and shares
+    /// learned mostly from the other folds; otherwise the stated uncertainty would be too small.
     pub(in crate::learned) fn of(evidence: &Evidence) -> (Self, HeldOut) {
         let mut turns = Turns::new(evidence.rows.regions, evidence.folds());
         moments(evidence, &mut turns);
@@ -34,7 +33,7 @@ impl Blend {
         };
         const BOTH: [Axes; 2] = [Axes::Way, Axes::World];
         let both = parallel::map(BOTH.len(), |k| in_axes(BOTH[k])).into_iter();
-        // The more likely of the two; a tie goes to the axes that turn with the reach.
+        // The more likely one; a tie goes to the axes that turn with the reach.
         let better = both.reduce(|way, world| if world.score > way.score { world } else { way });
         let Calibrated {
             mut blend,
@@ -47,11 +46,11 @@ impl Blend {
     }
 }
 
-/// What is left of the training for those who learn from held-out errors.
+/// Held-out results for training the later stages.
 pub(in crate::learned) struct HeldOut {
-    /// Where every sample points by what was learnt without its fold, m.
+    /// Held-out estimate of every sample, m.
     pub(in crate::learned) points_m: Vec<DVec3>,
-    /// How many times as large covariances are as held-out errors ask for, since those to come are larger.
+    /// Ratio of the stated covariances to the held-out errors: larger than 1, as errors on new reaches are larger.
     pub(in crate::learned) optimism: f64,
 }
 
@@ -125,7 +124,7 @@ fn combinations(evidence: &Evidence, turns: &Turns) -> Vec<Combined> {
     })
 }
 
-/// Sets the size of the errors before places, and the usual disagreement.
+/// Sets the size of the errors before places, and the typical disagreement.
 fn disagreements(evidence: &Evidence, combined: &[Combined], turns: &mut Turns) {
     let miss = |row: usize| combined[row].point_m.distance(evidence.samples[row].end_m);
     let sums_of = |region: usize| {
@@ -145,7 +144,7 @@ fn disagreements(evidence: &Evidence, combined: &[Combined], turns: &mut Turns) 
     }
 }
 
-/// Learns how far towards the places to go; returns where every sample then points.
+/// Learns the share of the distance to the places to apply; returns the resulting estimates.
 fn shares(evidence: &Evidence, combined: &[Combined], turns: &mut Turns) -> Vec<DVec3> {
     let so_far = &*turns;
     let nearest: Vec<Option<DVec3>> = evidence.of_rows(|row| {
@@ -183,11 +182,10 @@ fn shares(evidence: &Evidence, combined: &[Combined], turns: &mut Turns) -> Vec<
         .collect()
 }
 
-/// Folds are joined to so many parts for where slow hands stop.
+/// Folds are grouped into this many parts to learn where slow hands stop.
 const ARRIVAL_PARTS: usize = 5;
 
-/// Learns where slow hands stop; returns where every sample then points by what was learnt without the part that its fold
-/// is in.
+/// Learns where slow hands stop; returns the estimate of every sample, learned without the part that contains its fold.
 fn arrivals(evidence: &Evidence, points_m: &[DVec3]) -> (Arrival, Vec<DVec3>) {
     let stops = evidence.each().map(|(row, sample, _)| Stop {
         progress: sample.progress,
@@ -210,7 +208,7 @@ fn arrivals(evidence: &Evidence, points_m: &[DVec3]) -> (Arrival, Vec<DVec3>) {
     (Arrival::of(stops.iter()), points_m)
 }
 
-/// How many independent errors the estimates have: reaches of one person are alike [Kish 1965, section 5.4].
+/// Number of independent errors: reaches of one person are alike [Kish 1965, section 5.4].
 fn independent(evidence: &Evidence, points_m: &[DVec3], regions: &[Region]) -> f64 {
     let alike = lasting(evidence, 1.0, |row| {
         let region = Region::between(regions, evidence.rows.gates(row));
@@ -222,15 +220,14 @@ fn independent(evidence: &Evidence, points_m: &[DVec3], regions: &[Region]) -> f
     reaches / (1.0 + (each - 1.0).max(0.0) * alike)
 }
 
-/// The share that lasts where only one person is known.
+/// Between-person share of the variance if only one person is known.
 const UNKNOWN_SHARE: f64 = 0.03;
-/// Misses count up to this many times the usual.
+/// Largest miss that counts, relative to the typical one.
 const MOST_MISS: f64 = 4.0;
-/// Bounds of a share.
 const SHARES: [f64; 2] = [0.02, 0.9];
 
 impl Personal {
-    /// From what was foreseen of reaches held out.
+    /// From the predictions of held-out reaches.
     fn of(evidence: &Evidence, combined: &[Combined], blend: &Blend) -> Self {
         let knots = evidence.of_rows(|row| {
             let left_s = evidence.witnesses[row].left_s;
@@ -253,7 +250,7 @@ impl Personal {
                 .filter(|&row| knots[row] == knot)
                 .map(|row| evidence.samples[row].weight)
                 .sum();
-            // Every reach passes all times left, so the weights at each add up to the number of reaches.
+            // Every reach passes all times left, so the weights at each knot add up to the number of reaches.
             let times = evidence.reaches() / of_knot.max(f64::MIN_POSITIVE);
             lasting(evidence, times, |row| {
                 (knots[row] == knot).then(|| miss(row)).flatten()
@@ -277,7 +274,7 @@ fn habits_of(
 ) -> [Habits; KNOTS] {
     let mut reaches = vec![ForeseenReach::default(); evidence.made];
     for (row, sample) in evidence.samples.iter().enumerate() {
-        // Behind them are copies at another pace.
+        // Later samples belong to time-scaled copies.
         let Some(reach) = reaches.get_mut(sample.reach) else {
             continue;
         };
@@ -297,8 +294,8 @@ fn habits_of(
     habits(evidence.person_count(), &reaches)
 }
 
-/// The share of errors, in units of their usual size, that stays the same from reach to reach of one person: variance
-/// of the means of people, less what the mean of so many reaches has by chance. The weights of samples count so many `times`.
+/// The between-person share of errors in units of their typical size: variance of the means of people, minus the sampling variance of those means.
+/// `times` scales the weights of samples to reach counts.
 fn lasting(evidence: &Evidence, times: f64, miss: impl Fn(usize) -> Option<DVec3>) -> f64 {
     // Sums of the errors, of their squares and of the weights.
     let mut sums = vec![(DVec3::ZERO, 0.0, 0.0); evidence.person_count()];

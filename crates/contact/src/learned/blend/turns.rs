@@ -1,8 +1,8 @@
-//! Regions as learnt without most of each fold in turn, so that what is learnt is judged by errors that it has hardly seen.
+//! Regions learned without most of each fold in turn, so that they are evaluated on errors they have hardly seen.
 
 use crate::learned::blend::combination::Region;
 
-/// The regions as learnt without most of each fold, and from all.
+/// The regions as learned without most of each fold, and from all.
 #[derive(Debug, Clone)]
 pub(super) struct Turns {
     /// By fold.
@@ -11,7 +11,7 @@ pub(super) struct Turns {
 }
 
 impl Turns {
-    /// Of so many regions of which nothing is known.
+    /// With this many regions, all zero.
     pub(super) fn new(regions: usize, folds: usize) -> Self {
         let unknown = vec![Region::ZERO; regions];
         Self {
@@ -20,7 +20,7 @@ impl Turns {
         }
     }
 
-    /// Changes a region in every turn, by the sums of that turn.
+    /// Updates a region in every turn from the sums of that turn.
     pub(super) fn learn<const N: usize>(
         &mut self,
         region: usize,
@@ -34,24 +34,23 @@ impl Turns {
     }
 }
 
-/// Sums of values over samples. Those that are weights come with what they weigh; see [`Sums::without`].
+/// Sums of values over samples. Values that are weights index the sums they weigh; see [`Sums::without`].
 pub(super) struct Sums<const N: usize> {
     own: Vec<[f64; N]>,
     all: [f64; N],
-    /// Which sum holds the weights of each one.
+    /// Index of the sum of weights of each value.
     weights: [usize; N],
 }
 
-/// A turn needs this share of the weight; with less it learns from all.
+/// A turn needs this share of the weight; with less it uses all.
 const ENOUGH: f64 = 0.3;
 
-/// How much of a fold that has a share `s` of the weight is held out in its own turn.
+/// Share of a fold that is held out in its own turn; the fold has a share `s` of the weight.
 ///
-/// With all of it, weights learnt from three people say more about the fourth than weights of all four do about the next
-/// one; with none, less. Let the best weight of each of `k = 1 / s` groups scatter by σ² about a common one. Learnt from all
-/// but a part `h` of a group, it misses that group's own by σ² k (k - 1) / (k - h)²; learnt from all, that of a new
-/// group by σ² (k + 1) / k. The two are equal at `h = k (1 - √((k - 1) / (k + 1)))`: 0.85 of two groups, 0.90 of four, all of
-/// many.
+/// If all is held out, weights learned from three people predict the fourth worse than weights from all four predict the next person; if none is,
+/// better than that. Let the best weight of each of `k = 1 / s` groups scatter by σ² about a common one. Learned from all but a part `h` of a
+/// group, it misses that group's own by σ² k (k - 1) / (k - h)²; learned from all, that of a new group by σ² (k + 1) / k. The two are equal at
+/// `h = k (1 - √((k - 1) / (k + 1)))`: 0.85 of two groups, 0.90 of four, all of many.
 fn held_out(share: f64) -> f64 {
     match share {
         s if s <= 1e-9 => 1.0,
@@ -60,7 +59,7 @@ fn held_out(share: f64) -> f64 {
 }
 
 impl<const N: usize> Sums<N> {
-    /// Of the values of samples, each with its fold.
+    /// From the values of samples, each with its fold.
     pub(super) fn of(
         folds: usize,
         weights: [usize; N],
@@ -81,7 +80,7 @@ impl<const N: usize> Sums<N> {
         sums
     }
 
-    /// The sums without most of a fold; where little is left, those of all.
+    /// The sums without most of a fold; those of all if little remains.
     fn without(&self, fold: usize) -> [f64; N] {
         let own = &self.own[fold];
         std::array::from_fn(|k| {
@@ -102,7 +101,7 @@ mod tests {
 
     #[test]
     fn a_turn_misses_its_group_as_all_groups_miss_a_new_one() {
-        // Means of k groups that scatter by 1.
+        // Means of k groups with variance 1.
         for k in [2.0, 4.0, 13.0, 1e3_f64] {
             let h = held_out(1.0 / k);
             let own = k * (k - 1.0) / (k - h).powi(2);
@@ -125,7 +124,7 @@ mod tests {
         let mut turns = Turns::new(1, 2);
         turns.learn(0, &sums, |region, [sum, n]| region.apart = sum / n);
         assert_eq!(turns.all[0].apart, 4.0);
-        // A fold that is nearly alone in a region judges itself after all.
+        // A fold that dominates a region is evaluated on itself.
         let alone = Sums::of(2, [1, 1], [(0, [4.0, 1.0]), (1, [1e-3, 1e-3])].into_iter());
         let [sum, n] = alone.without(0);
         assert!(sum > 1.0 && n > 0.3);

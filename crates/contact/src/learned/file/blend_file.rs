@@ -10,7 +10,7 @@ use crate::learned::blend::sources::SOURCES;
 use hwall_numeric::check::{non_negative, positive, that};
 use serde::{Deserialize, Serialize};
 
-/// From this version on files have the habits of people.
+/// First version whose files contain habits.
 const WITH_HABITS: u64 = 7;
 
 #[derive(Serialize, Deserialize)]
@@ -22,17 +22,17 @@ pub(super) struct FileBlend {
     knots: [f64; KNOTS],
     factors: [f64; KNOTS],
     usual_distances: [f64; KNOTS],
-    /// Of all times left together, in a file from before version 6.
+    /// One value for all times left, in files before version 6.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     personal: Option<[f64; SOURCES]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     own: Option<FilePersonal>,
-    /// Keys of speeds, shares of the way at them, and ways, m; a model learnt from too little has none.
+    /// Keys of speeds, shares at them, and displacements, m; absent if there was too little data.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     arrival: Option<[[f64; 6]; 3]>,
 }
 
-/// What is a person's own, at the times left of the knots.
+/// Between-person shares, at the knots of the time left.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct FilePersonal {
@@ -40,7 +40,7 @@ struct FilePersonal {
     time: [f64; KNOTS],
     #[serde(default, skip_serializing_if = "Option::is_none")]
     habits: Option<[Habits; KNOTS]>,
-    /// Of version 6, which knew habits along the way alone; it is not used any more.
+    /// From version 6, whose habits only scaled the displacement; no longer used.
     #[serde(default, skip_serializing)]
     stretch: Option<[f64; KNOTS]>,
 }
@@ -74,7 +74,7 @@ impl FileBlend {
         self.regions.len()
     }
 
-    /// Of a file of this version. Errors are moments and variances: none is negative.
+    /// Checks a file of this version. Moments and variances must not be negative.
     pub(super) fn validate(&self, version: u64) -> Result<(), ContactError> {
         for region in &self.regions {
             for (what, value) in [
@@ -139,7 +139,7 @@ impl FileBlend {
         Ok(())
     }
 
-    /// Of a valid file.
+    /// From a valid file.
     pub(super) fn into_blend(self) -> Blend {
         let arrival = self.arrival.map(|[keys, shares, ways_m]| Arrival {
             keys,
@@ -159,7 +159,7 @@ impl FileBlend {
                     time: own.time,
                     habits: own.habits.unwrap_or([Habits::NONE; KNOTS]),
                 },
-                // Times and ways were not adapted then.
+                // Those versions did not adapt times and displacements.
                 (None, sources) => Personal {
                     sources: [sources.unwrap_or_default(); KNOTS],
                     ..Personal::even(0.0)

@@ -1,4 +1,4 @@
-//! What a regression looks at, in files of learned models.
+//! The inputs of a regression, in files of learned models.
 
 use super::length;
 use crate::error::ContactError;
@@ -8,7 +8,7 @@ use hwall_hand::{HandPoint, NamedPoint, ReachOnset};
 use hwall_numeric::check::{non_negative, positive, that};
 use serde::{Deserialize, Serialize};
 
-/// The last version whose files know the points of the hand alone, and reaches that start with their first sample.
+/// Last version whose files only have points of the hand, and reaches that start at their first sample.
 const OF_THE_HAND: u64 = 3;
 
 /// Points are numbers in the order of [`NamedPoint::ALL`].
@@ -23,7 +23,7 @@ pub(super) struct FileInputs {
     offsets_m: Vec<Option<DVec3>>,
     head_m: DVec3,
     mean_gaze: DVec3,
-    /// Up to which a hand is slow before it starts, and from which on it clearly moves, m/s.
+    /// Speed below which a hand is slow before it starts, and speed above which it clearly moves, m/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     onset_m_per_s: Option<[f64; 2]>,
 }
@@ -43,7 +43,7 @@ impl FileInputs {
         }
     }
 
-    /// Of a file of this version.
+    /// Checks a file of this version.
     pub(super) fn validate(&self, version: u64) -> Result<(), ContactError> {
         let within = |what, value: usize, ok: bool, wanted| that(ok, what, value as f64, wanted);
         let of_hand = self.point < HandPoint::ALL.len();
@@ -69,7 +69,7 @@ impl FileInputs {
         Ok(())
     }
 
-    /// Of a valid file.
+    /// From a valid file.
     pub(super) fn to_inputs(&self) -> Inputs {
         Inputs {
             point: HandPoint::ALL[self.point],

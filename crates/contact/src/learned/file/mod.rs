@@ -7,7 +7,7 @@ mod tree_file;
 
 use crate::error::ContactError;
 
-/// Rejects another length than the expected one.
+/// Rejects an unexpected length.
 fn length(what: &'static str, expected: usize, got: usize) -> Result<(), ContactError> {
     match expected == got {
         true => Ok(()),

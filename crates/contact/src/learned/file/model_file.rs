@@ -1,4 +1,4 @@
-//! Files of learned models: versioned JSON that gives the model back bit by bit, or an error that says what is wrong.
+//! Files of learned models: versioned JSON that restores the model bit by bit, or an error that names the fault.
 
 use super::blend_file::FileBlend;
 use super::input_file::FileInputs;
@@ -24,7 +24,7 @@ use serde_json::Value;
 use std::io::{Read, Write};
 use std::sync::Arc;
 
-/// What a file of this crate calls itself, and the version written.
+/// Format name and version written.
 const FORMAT: Format = Format {
     name: "hwall-contact learned model",
     version: 7,
@@ -54,7 +54,7 @@ struct File {
     places: Option<Places>,
     primitive: Option<FilePrimitive>,
     account: FileAccount,
-    /// Of the model that knows less; its own digest is empty, for that of the whole file covers it. Without one in old files.
+    /// The smaller model; its own digest is empty, as the digest of the file covers it. Absent in old files.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     alone: Option<Box<File>>,
 }
@@ -90,13 +90,12 @@ struct FileStage {
 #[serde(deny_unknown_fields)]
 struct FilePrimitive {
     label_offset_m: DVec3,
-    /// A file of `hwall-bip` inside this one, with a digest of its own.
+    /// A complete `hwall-bip` file with its own digest.
     model: Value,
 }
 
-/// Writing and reading, with the feature `serde`.
 impl LearnedModel {
-    /// The model as a file: estimators of the model read give the same answers to the last bit.
+    /// The model as JSON: a model read from it gives bit-identical estimates.
     #[must_use]
     pub fn to_json(&self) -> String {
         // Strings and finite numbers only: nothing that could fail.
@@ -108,7 +107,7 @@ impl LearnedModel {
     /// Writes [`to_json`](Self::to_json).
     ///
     /// # Errors
-    /// A writer that fails.
+    /// The writer fails.
     pub fn write_json(&self, writer: impl Write) -> Result<(), ContactError> {
         Ok(model_file::write(writer, &self.to_json())?)
     }
@@ -116,8 +115,8 @@ impl LearnedModel {
     /// Reads what [`to_json`](Self::to_json) wrote, on any machine. White space does not matter.
     ///
     /// # Errors
-    /// A text that is not JSON, another format, a newer version; a file that was cut off or edited: lengths
-    /// and ranges are checked one by one, and everything together against the digest.
+    /// The text is not JSON, has another format or a newer version, or was truncated or edited: lengths and ranges are checked one by one, and the
+    /// whole against the digest.
     pub fn from_json(text: &str) -> Result<Self, ContactError> {
         let file: File = FORMAT.parse(text)?;
         let all = || std::iter::successors(Some(&file), |file| file.alone.as_deref());
@@ -136,13 +135,13 @@ impl LearnedModel {
     /// Reads a file to its end; see [`from_json`](Self::from_json).
     ///
     /// # Errors
-    /// As there; the reader fails, or what it holds is not UTF-8.
+    /// As there; the reader fails, or the text is not UTF-8.
     pub fn read_json(reader: impl Read) -> Result<Self, ContactError> {
         Self::from_json(&model_file::read(reader)?)
     }
 }
 
-/// With the gaze, without it, and the touching point alone.
+/// With gaze, without it, and the touching point alone.
 const MOST_MODELS: usize = 3;
 
 impl File {
@@ -211,7 +210,7 @@ impl File {
         }
     }
 
-    /// Checks everything that following a reach relies on. JSON has no numbers that are not finite.
+    /// Checks every assumption of the estimator. JSON cannot hold non-finite numbers.
     fn validate(&self) -> Result<(), ContactError> {
         let within = |what, value: usize, ok: bool, wanted| that(ok, what, value as f64, wanted);
         self.inputs.validate(self.version)?;
@@ -254,7 +253,7 @@ impl File {
         length("primitive", needed, usize::from(self.primitive.is_some()))
     }
 
-    /// Of a valid file.
+    /// From a valid file.
     fn into_learnt(self) -> Result<Learnt, ContactError> {
         let inputs = self.inputs.to_inputs();
         let primitive = match &self.primitive {
@@ -314,8 +313,7 @@ impl File {
     }
 }
 
-/// The digest of everything but the field `digest`. It covers the fields in order of their names, so a file
-/// may be printed in any way.
+/// Digest of all fields but `digest`, in order of their names, so that white space and field order do not matter.
 fn digest(file: &Value) -> String {
     let mut digest = Digest::new();
     if let Value::Object(fields) = file {
@@ -378,7 +376,7 @@ mod tests {
         LabelledReach::new(HandPoint::Index, (0..=60).map(frame).collect(), to_m, 0.8)
     }
 
-    /// Version 5 knew one share for all times left, and neither time nor habits of a person's own.
+    /// Version 5 had one share for all times left, and no personal times or habits.
     #[test]
     fn files_of_versions_before_are_read() {
         let reaches: Vec<LabelledReach> = (0..9).map(reach).collect();
@@ -401,7 +399,7 @@ mod tests {
             frames.map(|f| estimator.step(f)).collect()
         };
         assert_eq!(answers(&read), answers(&model));
-        // Version 6 knew a share by which the way left is longer.
+        // Version 6 had a factor on the remaining displacement.
         let mut file: Value = serde_json::from_str(&model.to_json()).expect("JSON");
         file["version"] = json!(6);
         let own = file["blend"]["own"].as_object_mut().expect("an object");

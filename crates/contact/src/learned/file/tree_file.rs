@@ -36,7 +36,7 @@ impl FileCorrection {
         }
     }
 
-    /// Every way from a root ends at a leaf with a value: nodes come after the one that leads to them.
+    /// Checks that every path from a root ends at a leaf with a value: nodes come after the one that refers to them.
     pub(super) fn validate(&self, regions: usize, width: usize) -> Result<(), ContactError> {
         let nodes = self.features.len();
         for (what, expected, got) in [

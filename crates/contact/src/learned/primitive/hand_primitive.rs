@@ -1,4 +1,4 @@
-//! The end of a reach by an interaction primitive of the hand.
+//! Predicts the end of a reach by an interaction primitive of the hand.
 
 use crate::error::ContactError;
 use crate::learned::config::LearnedConfig;
@@ -10,20 +10,20 @@ use hwall_bip::{
 };
 use hwall_hand::{LabelledReach, NamedPoint};
 
-/// The noise is tuned on this many reaches, spread evenly over all: more change little and take long.
+/// Most reaches for tuning the noise, spread evenly over all: more change little and take long.
 const TUNED_ON: usize = 60;
-/// Of those, so many are held out one at a time.
+/// Number of those that are held out one at a time.
 const TUNING_FOLDS: usize = 12;
-/// Factors on the variance of the noise, and times for which deviations last in sampling periods, that
-/// are tried: coarser than the default search, whose last percent is not worth twice the training time.
+/// Candidate factors on the variance of the noise, and correlation times of deviations in sampling periods: coarser than the default search, whose
+/// last percent is not worth twice the training time.
 const NOISE_FACTORS: [f64; 6] = [1.0, 4.0, 16.0, 64.0, 256.0, 1024.0];
 const CORRELATION_TIMES: [f64; 3] = [0.0, 10.0, 40.0];
 /// Demonstrations held out one at a time for the noise of the model.
 const HELD_OUT: usize = 16;
-/// Share of the motion seen when the tuning judges it.
+/// Shares of the motion at which tuning evaluates predictions.
 const TUNED_AT: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 0.9];
-/// Squared Mahalanobis distance per coordinate of recent samples beyond which a primitive has lost its way.
-/// It is about 1 normally, hardly ever above 3, and 30 to 1000 for a primitive that is lost.
+/// A primitive has diverged if its squared Mahalanobis distance per coordinate over recent samples exceeds this. Normally it is about 1 and hardly
+/// ever above 3; after divergence it is 30 to 1000.
 const LOST: f64 = 10.0;
 const POINT: [usize; 3] = [0, 1, 2];
 
@@ -32,7 +32,7 @@ const POINT: [usize; 3] = [0, 1, 2];
 pub(in crate::learned) struct Primitive {
     pub(in crate::learned) model: Model,
     filter: Filter,
-    /// Mean offset of the labelled contact from the last place of the touching point, m.
+    /// Mean offset of the labelled contact from the last position of the touching point, m.
     pub(in crate::learned) label_offset_m: DVec3,
 }
 
@@ -49,7 +49,7 @@ impl Primitive {
     }
 }
 
-/// The hand over a reach, as the filter sees it: `count` points, the touching one first.
+/// A reach as the filter sees it: `count` points, the touching one first.
 pub(super) fn demonstration(
     inputs: &Inputs,
     count: usize,
@@ -70,7 +70,7 @@ pub(super) fn demonstration(
     Ok(Demonstration::from_timestamps(times, 3 * count, values)?)
 }
 
-/// How the primitive is trained.
+/// Training settings of the primitive.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Training {
     basis: Basis,
@@ -88,7 +88,7 @@ impl Training {
         }
     }
 
-    /// With the noise that predicts held-out reaches best.
+    /// Tunes the noise for the best prediction of held-out reaches.
     pub(super) fn tuned(
         config: &LearnedConfig,
         points: usize,
@@ -121,7 +121,7 @@ impl Training {
         })
     }
 
-    /// Takes the demonstrations of these reaches.
+    /// Fits the demonstrations of these reaches.
     pub(super) fn fitted(
         &self,
         reaches: &[&LabelledReach],
@@ -142,16 +142,16 @@ impl Training {
     }
 }
 
-/// Reaches whose demonstrations are fitted, so that primitives of some of them cost no further fit.
+/// Reaches with fitted demonstrations, so that primitives of subsets need no new fit.
 pub(super) struct FittedReaches {
     tuning: Option<Tuning>,
     trainer: Trainer,
-    /// Of each labelled contact from the last place of the touching point, m.
+    /// Offset of each labelled contact from the last position of the touching point, m.
     offsets: Vec<(DemonstrationId, DVec3)>,
 }
 
 impl FittedReaches {
-    /// A primitive of the reaches that are kept, which are asked for by number.
+    /// A primitive of the reaches that are kept; `is_kept` takes their index.
     pub(super) fn primitive(
         &self,
         is_kept: impl Fn(usize) -> bool,
@@ -172,7 +172,7 @@ impl FittedReaches {
     }
 }
 
-/// A primitive following one reach.
+/// A primitive that follows one reach.
 #[derive(Debug, Clone)]
 pub(in crate::learned) struct PrimitiveRun {
     fresh: Filter,
@@ -198,7 +198,7 @@ impl PrimitiveRun {
     }
 
     pub(in crate::learned) fn begin(&mut self) {
-        // A copy without allocation; both are of one model.
+        // Copies without allocation; both belong to one model.
         if self.filter.restart_from(&self.fresh).is_err() {
             self.filter.clone_from(&self.fresh);
         }
@@ -229,8 +229,8 @@ impl PrimitiveRun {
         Ok(())
     }
 
-    /// Where the reach ends, m; `None` when the latest samples are far from what the primitive expected: it
-    /// has lost its way, and its end means nothing.
+    /// Predicted end of the reach, m; `None` if the latest samples are far from the primitive's expectation: it has diverged and its prediction is
+    /// meaningless.
     pub(in crate::learned) fn end(&mut self) -> Result<Option<DVec3>, ContactError> {
         if self.filter.health().recent_distance > LOST {
             return Ok(None);

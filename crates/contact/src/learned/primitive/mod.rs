@@ -1,4 +1,4 @@
-//! The interaction primitive of the hand, and how it is trained.
+//! The interaction primitive of the hand, and its training.
 
 pub(super) mod hand_primitive;
 pub(super) mod training;

@@ -1,4 +1,4 @@
-//! The primitive, and what it predicts of reaches that were held out.
+//! The primitive and its predictions for held-out reaches.
 
 use super::hand_primitive::{FittedReaches, Primitive, PrimitiveRun, Training, demonstration};
 use crate::error::ContactError;
@@ -11,17 +11,15 @@ use hwall_bip::Demonstration;
 use hwall_hand::LabelledReach;
 use hwall_numeric::parallel;
 
-/// Reaches are held out from primitives in this many parts: a primitive changes little with a fifth of its
-/// reaches, and takes longer to train than a regression.
+/// Reaches are held out from primitives in this many parts: a primitive changes little without a fifth of its reaches, and takes longer to train
+/// than a regression.
 const PRIMITIVE_PARTS: usize = 5;
-/// More points of the hand must improve the primitive by this share: they cost time in every step.
+/// Using all points of the hand must improve the primitive by this share, as they cost time in every step.
 const WORTH: f64 = 0.05;
 
-/// Adds to every sample where its reach ends by a primitive that was trained without its fold, and
-/// returns the primitive trained on all reaches.
+/// Adds the held-out prediction of the primitive to every sample, and returns the primitive trained on all reaches.
 ///
-/// It is one of the touching point alone, unless one of all points of the hand is clearly better on held-out
-/// reaches.
+/// It uses the touching point alone, unless a primitive of all points of the hand is clearly better on held-out reaches.
 pub(in crate::learned) fn primitive(
     inputs: &Inputs,
     reaches: &[&LabelledReach],
@@ -40,7 +38,7 @@ pub(in crate::learned) fn primitive(
         let training = Training::tuned(config, points, &demonstrations)?;
         let fitted = training.fitted(reaches, &demonstrations)?;
         let predicted = held_out(inputs, reaches, &fitted, folds, config)?;
-        // A primitive that has lost its way counts as predicting that the hand stays where it is.
+        // A diverged primitive counts as predicting that the hand stays where it is.
         let misses = samples
             .iter()
             .zip(&predicted)
@@ -56,7 +54,7 @@ pub(in crate::learned) fn primitive(
             best = Some((mean, fitted));
         }
     }
-    // There is always a first.
+    // The loop runs at least once.
     let Some((_, fitted)) = best else {
         return Err(ContactError::TooFewReaches { got: 0, needed: 1 });
     };
@@ -71,8 +69,7 @@ fn robust_mean(values: impl Iterator<Item = (f64, f64)>) -> f64 {
     values.iter().map(|(x, w)| x.min(limit) * w).sum::<f64>() / total
 }
 
-/// Where the reach of every sample ends by a primitive that was trained without its fold, m; `None` where
-/// that has lost its way. In the order of the samples.
+/// Held-out predictions of the end of every sample's reach, m; `None` where the primitive has diverged. In the order of the samples.
 fn held_out(
     inputs: &Inputs,
     reaches: &[&LabelledReach],
@@ -80,7 +77,7 @@ fn held_out(
     folds: &[usize],
     config: &LearnedConfig,
 ) -> Result<Vec<Option<DVec3>>, ContactError> {
-    // A part is made of whole folds, so a primitive never knows what it is asked about.
+    // A part consists of whole folds, so a primitive is never tested on its training data.
     let part_of = |fold: usize| fold % PRIMITIVE_PARTS;
     let count = 1 + folds.iter().map(|f| part_of(*f)).max().unwrap_or(0);
     let of_part = |part: usize| {

@@ -1,4 +1,4 @@
-//! Reaches as they are followed and learnt from: what is known of one so far, samples of many, copies at another pace.
+//! Reaches in training and in use: the track of a running reach, training samples, time-scaled copies.
 
 pub(super) mod paces;
 pub(super) mod reach_track;

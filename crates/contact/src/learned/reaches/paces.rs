@@ -1,22 +1,21 @@
-//! Reaches at another pace than they were made.
+//! Time-scaled copies of reaches.
 
 use hwall_hand::{LabelledReach, Recording, Sample};
 
-/// Between samples further apart than so many usual steps nothing is interpolated.
+/// Longest gap between samples that is interpolated, in median sample intervals.
 const LONGEST_GAP_STEPS: f64 = 2.5;
-/// Multiples of this number, the least rational of all, are spread evenly between whole ones, and so are any that are taken by turns.
+/// Multiples of this most irrational number are spread evenly modulo 1, and so is any regular subsequence of them.
 const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
 
-/// One copy of each reach, half of them so many times as slow, the others as fast.
+/// One copy of each reach, half of them slower by this factor, the others faster.
 ///
-/// People who hurry and people who take their time move along much the same paths, with speeds in proportion [Atkeson 1985].
-/// So a reach tells how others would have made it at another pace, and a model of a few people need not guess what a hand is
-/// about that is slower than all of theirs.
+/// People move along much the same paths at different speeds, with speed profiles in proportion [Atkeson 1985]. So a scaled reach shows how others
+/// would have made it, and a model of a few people does not have to extrapolate to slower hands.
 pub(in crate::learned) fn at_another_pace(
     reaches: &[&LabelledReach],
     times: f64,
 ) -> Vec<LabelledReach> {
-    // In step with no turn of places: who touches one wall after the other is not learnt as slow at the one and fast at the other.
+    // Not in step with any cycle of places: otherwise a person who alternates between walls would be learned as slow at one and fast at the other.
     let pace = |index: usize| match (index as f64 * GOLDEN_RATIO).fract() < 0.5 {
         true => times,
         false => times.recip(),
@@ -25,7 +24,7 @@ pub(in crate::learned) fn at_another_pace(
     copies.map(|(k, reach)| paced(reach, pace(k))).collect()
 }
 
-/// The reach `times` times as slow, with the same contact, sampled as often as it was.
+/// The reach slowed down by the factor `times`, with the same contact and sampling rate.
 fn paced(reach: &LabelledReach, times: f64) -> LabelledReach {
     let mut copy = reach.clone();
     if let Some(samples) = resampled(reach, times) {
@@ -33,14 +32,14 @@ fn paced(reach: &LabelledReach, times: f64) -> LabelledReach {
     }
     slow_down(&mut copy, times);
     if copy.validate().is_err() {
-        // Too little of it is left at even times.
+        // Too few samples remain after resampling.
         copy.frames.clone_from(&reach.frames);
         slow_down(&mut copy, times);
     }
     copy
 }
 
-/// The samples `times` times as dense; `None` where a recording cannot be resampled.
+/// The samples at `times` times the rate; `None` if the recording cannot be resampled.
 fn resampled(reach: &LabelledReach, times: f64) -> Option<Vec<Sample>> {
     let samples: Vec<Sample> = reach
         .frames
@@ -60,11 +59,11 @@ fn resampled(reach: &LabelledReach, times: f64) -> Option<Vec<Sample>> {
     dense.ok().map(|dense| dense.samples)
 }
 
-/// All times before the contact `times` times as long.
+/// Scales all times before the contact by `times`.
 fn slow_down(reach: &mut LabelledReach, times: f64) {
     let contact_s = reach.contact_s;
     for frame in &mut reach.frames {
-        // A last sample that is a rounding after the contact is at the contact.
+        // A last sample after the contact by a rounding error is at the contact.
         let before_s = (contact_s - frame.t_s).max(0.0);
         frame.t_s = contact_s - times * before_s;
     }
@@ -99,7 +98,7 @@ mod tests {
             assert_eq!(copy.contact_s, made.contact_s);
             assert!((copy.duration_s() - times * 0.8).abs() < 1e-9);
             let steps = copy.frames.windows(2).map(|w| w[1].t_s - w[0].t_s);
-            // As often, to one sample.
+            // The sampling rate is kept, to one sample.
             assert!(steps.into_iter().all(|s| (s * 90.0 - 1.0).abs() < 1e-6));
             for frame in &copy.frames {
                 let share = 1.0 - (copy.contact_s - frame.t_s) / (times * 0.8);

@@ -1,4 +1,4 @@
-//! The reach so far as numbers: the features of a regression of its end.
+//! The reach so far as a feature vector for the regression of its end.
 
 use crate::reach_set::{mean, mean_offsets_m};
 use crate::slope::slope;
@@ -7,27 +7,26 @@ use hwall_hand::reach::TouchingPoint;
 use hwall_hand::{HandFrame, HandPoint, LabelledReach, NamedPoint, ReachOnset};
 use std::ops::Range;
 
-/// The shortest time by which positions are compared with the present one, s; each next lag is twice
-/// the one before.
+/// Shortest lag at which past positions are compared with the present one, s; each next lag is twice as long.
 const FIRST_LAG_S: f64 = 0.03;
 /// Most lags: nearly four seconds.
 pub(in crate::learned) const MOST_LAGS: usize = 8;
-/// Displacements of the past are scaled to this much time, so that all are of one size.
+/// Past displacements are scaled to this much time, so that all have a similar size.
 const HORIZON_S: f64 = 0.2;
-/// Times over which the motion of other points is taken, s.
+/// Times over which the motion of other points is measured, s.
 const MOTION_LAGS_S: [f64; 2] = [0.06, 0.2];
 /// The speed is the slope over this much of the past, s.
 const SPEED_WINDOW_S: f64 = 0.05;
-/// An input is used if this share of the training samples has it.
+/// An input is used if at least this share of the training samples has it.
 const USUALLY_SEEN: f64 = 0.8;
-/// One reach in so many is slower than what onsets are made for.
+/// One in this many reaches is slower than the onset is designed for.
 const SLOWEST: usize = 10;
-/// Samples of one reach that are kept; older ones are only needed for the lags.
+/// Number of samples of one reach that are kept; older ones are only needed for the lags.
 const KEPT: usize = 512;
-/// How many scalars say how far a reach has come.
+/// Number of scalars that describe the progress of a reach.
 pub(in crate::learned) const PROGRESS: usize = 4;
 
-/// What a regression looks at: the touching point, and what else was usually seen.
+/// The inputs of a regression: the touching point and whatever else was usually seen.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::learned) struct Inputs {
     pub(in crate::learned) point: HandPoint,
@@ -35,19 +34,18 @@ pub(in crate::learned) struct Inputs {
     pub(in crate::learned) others: Vec<NamedPoint>,
     pub(in crate::learned) head: bool,
     pub(in crate::learned) gaze: bool,
-    /// How many positions of the past are compared with the present one.
+    /// Number of past positions that are compared with the present one.
     pub(in crate::learned) lags: usize,
-    /// Mean offset of the touching point from every point, m: for the first frames of a reach in which one of them
-    /// is missing.
+    /// Mean offset of the touching point from every point, m; used early in a reach if one of them is missing.
     pub(in crate::learned) offsets_m: [Option<DVec3>; NamedPoint::COUNT],
-    /// When a reach starts, however it was cut; `None` in old files: with its first sample.
+    /// Onset of a reach, whatever the segmentation; `None` in old files: the first sample.
     pub(in crate::learned) onset: Option<ReachOnset>,
-    /// Means of the head, seen from the touching point, and of the gaze, which stand in until they are seen.
+    /// Mean head position relative to the touching point, and mean gaze; used until they are seen.
     pub(in crate::learned) head_m: DVec3,
     pub(in crate::learned) mean_gaze: DVec3,
 }
 
-/// What a model may rely on beside the touching point.
+/// An input that a model may require besides the touching point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::learned) enum Cue {
     Point(NamedPoint),
@@ -56,17 +54,17 @@ pub(in crate::learned) enum Cue {
 }
 
 impl Inputs {
-    /// Everything beside the touching point that it may look at.
+    /// All inputs besides the touching point.
     pub(in crate::learned) fn cues(&self) -> impl Iterator<Item = Cue> + '_ {
         let points = self.others.iter().copied().map(Cue::Point);
         let head = self.head.then_some(Cue::Head);
         points.chain(head).chain(self.gaze.then_some(Cue::Gaze))
     }
 
-    /// What the reaches have in common. The touching point is the most frequent one.
+    /// The common inputs of the reaches. The touching point is the most frequent one.
     pub(in crate::learned) fn of(reaches: &[&LabelledReach], use_gaze: bool, lags: usize) -> Self {
         let touching = |p: HandPoint| reaches.iter().filter(|r| r.point == p).count();
-        // `max_by_key` keeps the last of equals: the first by contact.
+        // `max_by_key` keeps the last of equals: the first in `BY_CONTACT`.
         let order = HandPoint::BY_CONTACT.into_iter().rev();
         let point = order
             .max_by_key(|&p| touching(p))
@@ -109,8 +107,7 @@ impl Inputs {
         track.peak.0
     }
 
-    /// When the hand starts in a reach that somebody has cut, s; with the first sample that shows it if it never clearly
-    /// moves.
+    /// Onset of a segmented reach, s; the first sample that shows the hand if it never clearly moves.
     pub(in crate::learned) fn start_s(&self, reach: &LabelledReach) -> f64 {
         let mut track = ReachTrack::new(self);
         let mut first_s = None;
@@ -135,12 +132,11 @@ impl Inputs {
         (0..self.lags).map(|k| FIRST_LAG_S * f64::from(1 << k))
     }
 
-    /// How many points are used.
     pub(in crate::learned) fn points(&self) -> usize {
         1 + self.others.len()
     }
 
-    /// The columns of the feature vector by what they tell, in their order.
+    /// Blocks of columns of the feature vector, in order.
     pub(in crate::learned) fn blocks(&self) -> Vec<Block> {
         let mut blocks: Vec<Block> = Vec::new();
         let mut push = |kind, width| {
@@ -172,29 +168,29 @@ impl Inputs {
     }
 }
 
-/// Columns of the feature vector that are used, or not, together.
+/// Columns of the feature vector that are used or left out together.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(in crate::learned) struct Block {
     pub(in crate::learned) kind: BlockKind,
     pub(in crate::learned) columns: Range<usize>,
 }
 
-/// What a block of columns tells.
+/// Content of a block of columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::learned) enum BlockKind {
-    /// The way of the touching point since the start, its steps, speeds and times.
+    /// Displacement of the touching point since the start, its lags, speeds and times.
     Path,
-    /// Where in the room the reach started.
+    /// Start of the reach in the room.
     Start,
-    /// Where the head was then, seen from the hand.
+    /// Position of the head at the start, relative to the hand.
     HeadPlace,
-    /// How the head has moved since, and moves.
+    /// Displacement of the head since the start, and its motion.
     HeadMotion,
     /// The direction of gaze.
     Gaze,
-    /// Where another point is, seen from the touching one.
+    /// Position of another point relative to the touching one.
     Place(NamedPoint),
-    /// How it moves, seen from there.
+    /// Motion of that point relative to the touching one.
     Motion(NamedPoint),
 }
 
@@ -205,17 +201,17 @@ fn head_of(frame: &HandFrame) -> Option<DVec3> {
     frame.head_m.filter(|h| h.is_finite())
 }
 
-/// What is seen beside the touching point in one sample.
+/// Inputs besides the touching point in one sample.
 #[derive(Debug, Clone, Copy)]
 struct Beside {
     head_m: Option<DVec3>,
     relative_m: [Option<DVec3>; NamedPoint::COUNT],
 }
 
-/// One reach from its start to now. A finger that is missing does not stop the prediction.
+/// One reach from its start to now. A missing finger does not stop the prediction.
 #[derive(Debug, Clone)]
 pub(in crate::learned) struct ReachTrack {
-    /// Times, s, and places of the touching point, m.
+    /// Times, s, and positions of the touching point, m.
     history: Vec<(f64, DVec3)>,
     /// Head and other points, relative to the touching one, at the same times.
     beside: Vec<Beside>,
@@ -227,7 +223,7 @@ pub(in crate::learned) struct ReachTrack {
     /// The other points relative to the touching point, as last seen, m; by [`NamedPoint`].
     relative_m: [Option<DVec3>; NamedPoint::COUNT],
     head_m: Option<DVec3>,
-    /// Where the head was when it was first seen, m.
+    /// First seen position of the head, m.
     start_head_m: Option<DVec3>,
     gaze: Option<DVec3>,
     velocity_m_per_s: DVec3,
@@ -266,8 +262,7 @@ impl ReachTrack {
         self.peak = (0.0, 0.0);
     }
 
-    /// Takes a sample; returns whether there was anything in it to follow. One that is not later than the
-    /// last is ignored.
+    /// Takes a sample; returns whether it adds anything. A sample not later than the last one is ignored.
     pub(in crate::learned) fn push(&mut self, frame: &HandFrame) -> bool {
         let t_s = frame.t_s;
         let late_enough = self.history.last().is_none_or(|last| t_s > last.0);
@@ -315,7 +310,7 @@ impl ReachTrack {
         true
     }
 
-    /// For how long the reach has been followed, s.
+    /// Time since the first sample of the reach, s.
     pub(in crate::learned) fn followed_s(&self) -> f64 {
         match (self.history.first(), self.history.last()) {
             (Some(first), Some(last)) => last.0 - first.0,
@@ -323,7 +318,6 @@ impl ReachTrack {
         }
     }
 
-    /// Has it been seen in this reach?
     pub(in crate::learned) fn has_seen(&self, cue: Cue) -> bool {
         match cue {
             Cue::Point(point) => self.relative_m[point.index()].is_some(),
@@ -332,18 +326,17 @@ impl ReachTrack {
         }
     }
 
-    /// Has the reach, by all that was seen, only just started?
+    /// Is the latest sample the start of the reach?
     pub(in crate::learned) fn is_at_start(&self) -> bool {
         self.now() == self.start
     }
 
-    /// Time and place of the touching point now; `None` before the first sample.
+    /// Time and position of the touching point now; `None` before the first sample.
     pub(in crate::learned) fn now(&self) -> Option<(f64, DVec3)> {
         self.history.last().copied()
     }
 
-    /// Places of all points used, the touching one first, m; a point that is not seen now is where it last
-    /// was relative to the touching one.
+    /// Positions of all used points, the touching one first, m; a point not seen now keeps its last offset from the touching one.
     pub(in crate::learned) fn points_into(&self, inputs: &Inputs, out: &mut Vec<f64>) {
         out.clear();
         let Some((_, now_m)) = self.now() else { return };
@@ -358,7 +351,7 @@ impl ReachTrack {
         self.relative_m[other.index()].unwrap_or_else(usual_m)
     }
 
-    /// Time and place of the start.
+    /// Time and position of the start.
     pub(in crate::learned) fn start(&self) -> Option<(f64, DVec3)> {
         self.start
     }
@@ -373,8 +366,7 @@ impl ReachTrack {
         slope(window.iter().copied())
     }
 
-    /// Where the touching point was at a time, on straight lines between samples; at the start for
-    /// times before it, m.
+    /// Position of the touching point at a time, m, interpolated linearly between samples; the first one for earlier times.
     fn before(&self, t_s: f64) -> DVec3 {
         let next = self.history.iter().rposition(|h| h.0 <= t_s);
         let Some(k) = next else {
@@ -389,7 +381,7 @@ impl ReachTrack {
         }
     }
 
-    /// How far the reach has come: time, distance from the start, speed, speed over its peak.
+    /// Progress of the reach: time, distance from the start, speed, speed over its peak.
     pub(in crate::learned) fn progress(&self) -> [f64; PROGRESS] {
         let (Some((t_s, now_m)), Some((start_s, start_m))) = (self.now(), self.start) else {
             return [0.0; PROGRESS];
@@ -403,7 +395,7 @@ impl ReachTrack {
         ]
     }
 
-    /// Something seen beside the touching point this long ago, or at the start; `None` where it was not seen then.
+    /// An input besides the touching point this long ago, or at the first sample, and its age; `None` if not seen then.
     fn earlier<T>(&self, ago_s: f64, seen: impl Fn(&Beside) -> Option<T>) -> Option<(f64, T)> {
         let (now_s, _) = self.now()?;
         let k = self.history.iter().rposition(|h| h.0 <= now_s - ago_s);
@@ -412,18 +404,17 @@ impl ReachTrack {
         Some((since_s, seen(self.beside.get(k)?)?))
     }
 
-    /// How far something beside the touching point moves in the usual horizon, by its motion over `lag_s`, m; zero
-    /// while that is not known.
+    /// Displacement of an input besides the touching point over the standard horizon, by its motion over `lag_s`, m; zero while unknown.
     fn moves(&self, lag_s: f64, seen: impl Fn(&Beside) -> Option<DVec3>) -> DVec3 {
         let now = self.beside.last().and_then(&seen);
         match (now, self.earlier(lag_s, seen)) {
-            // Less motion than the lag holds is no larger for it: the start of a reach is at rest.
+            // Early in a reach less time than the lag has passed; divide by the lag all the same, as the hand was at rest before.
             (Some(now), Some((since_s, then))) => (now - then) * (HORIZON_S / since_s.max(lag_s)),
             _ => DVec3::ZERO,
         }
     }
 
-    /// The features, in m or of the size of a reach in metres, in the order of [`Inputs::blocks`].
+    /// The features, in m or of comparable size, in the order of [`Inputs::blocks`].
     pub(in crate::learned) fn features_into(&self, inputs: &Inputs, out: &mut Vec<f64>) {
         out.clear();
         let (Some((t_s, now_m)), Some((start_s, start_m))) = (self.now(), self.start) else {
@@ -466,11 +457,11 @@ impl ReachTrack {
     }
 }
 
-/// Axes along which errors of an end point differ: from the start towards the end, level and across
-/// it, and across both. Columns are unit vectors in the frame of the samples.
+/// Axes along which errors of an end point differ: from the start towards the end, horizontal and across it, and across both. Columns are unit
+/// vectors in the frame of the samples.
 ///
-/// People miss along their way more than beside it. "Level" means across z, which is wrong in a y-up
-/// frame, but any fixed choice does as long as training and use share it.
+/// People miss more along their path than across it. "Horizontal" means orthogonal to z, which is wrong in a y-up frame, but any fixed choice works
+/// as long as training and use share it.
 pub(in crate::learned) fn way_axes(start_m: DVec3, end_m: DVec3) -> DMat3 {
     let ahead = (end_m - start_m).try_normalize().unwrap_or(DVec3::X);
     let level = ahead

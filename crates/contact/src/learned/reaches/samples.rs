@@ -1,4 +1,4 @@
-//! Labelled reaches as samples to learn from.
+//! Training samples from labelled reaches.
 
 use super::reach_track::{Inputs, PROGRESS, ReachTrack};
 use crate::learned::config::LearnedConfig;
@@ -8,7 +8,7 @@ use hwall_hand::LabelledReach;
 /// One sample of a training reach.
 #[derive(Debug, Clone)]
 pub(in crate::learned) struct TrainingSample {
-    /// Number of the reach.
+    /// Index of the reach.
     pub(in crate::learned) reach: usize,
     pub(in crate::learned) fold: usize,
     /// The weights of all samples of a reach add up to 1.
@@ -20,14 +20,14 @@ pub(in crate::learned) struct TrainingSample {
     pub(in crate::learned) end_m: DVec3,
     pub(in crate::learned) left_s: f64,
     pub(in crate::learned) normal: Option<DVec3>,
-    /// The end by a primitive that has not learnt from this fold, m.
+    /// The end predicted by a primitive trained without this fold, m.
     pub(in crate::learned) primitive_m: Option<DVec3>,
 }
 
-/// Of a rest before a reach so much is learnt from, s.
+/// Length of the rest before a reach that is used for training, s.
 const REST_LEARNT_S: f64 = 0.1;
 
-/// Samples of all reaches at even times, without a primitive.
+/// Samples of all reaches at regular times, without a primitive.
 pub(in crate::learned) fn of(
     inputs: &Inputs,
     reaches: &[&LabelledReach],
@@ -70,8 +70,8 @@ pub(in crate::learned) fn of(
     samples
 }
 
-/// Which frames of a reach are samples: the first, or that shortly before the hand starts, one whenever another share of
-/// the time has passed, and the last.
+/// Selects the frames of a reach that become samples: the first one, or one shortly before the hand starts; then one for each share of the time;
+/// and the last.
 pub(in crate::learned) struct SampleTimes {
     start_s: f64,
     step_s: f64,

@@ -1,4 +1,4 @@
-//! Trees on top of a regression, in units of its usual error.
+//! Trees on top of a regression, in units of its typical error.
 
 use super::local_ridge::{Fitted, Rows, by_region};
 use super::trees::{Lessons, Trees};
@@ -16,8 +16,8 @@ pub(in crate::learned) struct Correction {
 }
 
 impl Correction {
-    /// What the trees see: the features, then what the regressions say of them: the way left and the time by the one
-    /// that knows only the reach, and the end in the room by the other.
+    /// Inputs of the trees: the features, then the outputs of the regressions: remaining displacement and time by the one that only uses the reach,
+    /// and the end in the room by the other.
     pub(in crate::learned) fn features_into(
         features: &[f64],
         now_m: DVec3,
@@ -30,10 +30,10 @@ impl Correction {
         out.extend((now_m + DVec3::from_slice(&outputs[0][..3])).to_array());
     }
 
-    /// Numbers that [`features_into`](Self::features_into) adds.
+    /// Number of features that [`features_into`](Self::features_into) adds.
     pub(in crate::learned) const ADDED: usize = 7;
 
-    /// The unit of the corrections at a progress, m.
+    /// Unit of the corrections at a progress, m.
     fn unit_m(&self, gates: &[f64]) -> f64 {
         let pairs = gates.iter().zip(&self.squares_m2);
         pairs.map(|(g, s)| g * s).sum::<f64>().sqrt()
@@ -44,7 +44,7 @@ impl Correction {
         DVec3::from_array(self.trees.correction(features)) * self.unit_m(gates)
     }
 
-    /// The trees, and what the correction makes of held-out ends, m.
+    /// The trees, and the held-out ends after correction, m.
     pub(super) fn of(
         samples: &[TrainingSample],
         rows: &Rows,

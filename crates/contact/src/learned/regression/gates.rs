@@ -1,23 +1,22 @@
-//! Soft regions of how far a reach has come.
+//! Soft regions of the progress of a reach.
 
 use crate::learned::reaches::reach_track::PROGRESS;
 
-/// Width of a region, in mean squared distances of samples from their centres. Wider regions share more
-/// samples, so fewer reaches are enough.
+/// Width of a region, in mean squared distances of samples from their centres. Wider regions share more samples, so they need fewer reaches.
 const OVERLAP: f64 = 4.0;
-/// Regions below this share of the nearest one's weight do not count.
+/// Regions with less than this share of the nearest one's weight are ignored.
 const NEGLIGIBLE: f64 = 1e-3;
-/// Centres are sought among so many samples at most.
+/// Most samples in the search for centres.
 const MOST_SAMPLES: usize = 6000;
-/// Most rounds of the search for centres; it ends long before.
+/// Most iterations of the search for centres; it usually converges much earlier.
 const ROUNDS: usize = 25;
 
-/// Overlapping regions of the space of progress, each with a weight; the weights add up to 1.
+/// Overlapping regions in the space of progress; their weights sum to 1.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub(in crate::learned) struct Gates {
-    /// One over the spread of every scalar over the samples learnt from.
+    /// Inverse standard deviation of every scalar over the training samples.
     pub(in crate::learned) scale: [f64; PROGRESS],
     pub(in crate::learned) centres: Vec<[f64; PROGRESS]>,
     /// Twice the square of the width of a region, in scaled units.
@@ -25,8 +24,7 @@ pub(in crate::learned) struct Gates {
 }
 
 impl Gates {
-    /// At most `count` regions over these samples: k-means that starts from points far from each other, so
-    /// the same samples always give the same regions.
+    /// At most `count` regions over these samples, by k-means from initial points far from each other: deterministic.
     pub(in crate::learned) fn of(samples: &[[f64; PROGRESS]], count: usize) -> Self {
         let n = samples.len().max(1) as f64;
         let scale = std::array::from_fn(|k| {
@@ -73,12 +71,12 @@ impl Gates {
         let at = times(progress, &self.scale);
         out.clear();
         out.extend(self.centres.iter().map(|c| squared(&at, c)));
-        // Relative to the nearest: otherwise no region would have a weight far from all of them.
+        // Relative to the nearest one: otherwise all weights would vanish far from all regions.
         let least = out.iter().copied().fold(f64::INFINITY, f64::min);
         let mut sum = 0.0;
         for w in out.iter_mut() {
             *w = ((least - *w) / self.width).exp();
-            // Neither training nor prediction spends time on what does not count.
+            // Sparse weights save time in training and prediction.
             *w = if *w > NEGLIGIBLE { *w } else { 0.0 };
             sum += *w;
         }
@@ -102,10 +100,10 @@ fn nearest(s: &[f64; PROGRESS], centres: &[[f64; PROGRESS]]) -> (usize, f64) {
         .unwrap_or((0, 0.0))
 }
 
-/// Samples, each the furthest from those before; fewer than asked for when samples coincide.
+/// Samples, each the furthest from those before; fewer than `count` if samples coincide.
 fn spread_out(samples: &[[f64; PROGRESS]], count: usize) -> Vec<[f64; PROGRESS]> {
     let mut centres: Vec<[f64; PROGRESS]> = samples.first().copied().into_iter().collect();
-    // To the nearest centre so far.
+    // Squared distance to the nearest centre so far.
     let mut distances = vec![f64::INFINITY; samples.len()];
     while centres.len() < count {
         let Some(newest) = centres.last() else {

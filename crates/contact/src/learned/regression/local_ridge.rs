@@ -1,4 +1,4 @@
-//! Ridge regression whose coefficients change with how far a reach has come.
+//! Ridge regression whose coefficients change with the progress of a reach.
 
 use crate::error::ContactError;
 use crate::regression::{NormalEquations, PartedEquations};
@@ -6,10 +6,10 @@ use hwall_numeric::dense::Matrix;
 use hwall_numeric::parallel;
 use std::ops::Range;
 
-/// The constant beside the features, which have a size of about one.
+/// The constant next to the features, which have a size of about one.
 const CONSTANT: f64 = 1.0;
 
-/// What a regression is learnt from: one row per sample.
+/// Training data: one row per sample.
 #[derive(Debug, Clone, Default)]
 pub(in crate::learned) struct Rows {
     /// Features, `width` per row.
@@ -18,12 +18,12 @@ pub(in crate::learned) struct Rows {
     /// Weights of the regions, `regions` per row.
     pub(in crate::learned) gates: Vec<f64>,
     pub(in crate::learned) regions: usize,
-    /// What is to be predicted, `outputs` per row.
+    /// Targets, `outputs` per row.
     pub(in crate::learned) wanted: Vec<f64>,
     pub(in crate::learned) outputs: usize,
     /// The weight of each row.
     pub(in crate::learned) weights: Vec<f64>,
-    /// Which rows are held out together.
+    /// Fold of each row.
     pub(in crate::learned) folds: Vec<usize>,
 }
 
@@ -40,7 +40,7 @@ impl Rows {
         &self.gates[row * self.regions..(row + 1) * self.regions]
     }
 
-    /// How much a row counts in a region.
+    /// Weight of a row in a region.
     fn weight(&self, row: usize, region: usize) -> f64 {
         self.weights[row] * self.gates(row)[region]
     }
@@ -49,7 +49,7 @@ impl Rows {
         &self.wanted[row * self.outputs..(row + 1) * self.outputs]
     }
 
-    /// The rows that count in each region, by fold.
+    /// Rows with a weight in each region, by fold.
     fn near(&self) -> Vec<Vec<Vec<usize>>> {
         let folds = 1 + self.folds.iter().copied().max().unwrap_or(0);
         let mut near = vec![vec![Vec::new(); folds]; self.regions];
@@ -64,34 +64,33 @@ impl Rows {
     }
 }
 
-/// `y = sum_k g_k W_k [z, 1]`: a ridge regression in every region of progress, and between them a
-/// mixture by the weights `g` of the regions.
+/// `y = sum_k g_k W_k [z, 1]`: a ridge regression in every region of progress, mixed by the weights `g` of the regions.
 ///
-/// Each region has a ridge of its own: a reach that has hardly begun and one that is nearly over
-/// want different ones, and sharing one made the late estimates several times worse.
+/// Each region has its own ridge: the best ridge differs between early and late in a reach, and sharing one made the late estimates several times
+/// worse.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::learned) struct LocalRidge {
     pub(in crate::learned) centre: Vec<f64>,
     pub(in crate::learned) scale: Vec<f64>,
     outputs: usize,
-    /// By region and feature, the constant last: one for every output, then zeros.
+    /// By region and feature, the constant last: one per output, padded with zeros.
     coefficients: Vec<Padded>,
 }
 
-/// The outputs of a regression, padded: eight at once are as fast as one.
+/// The outputs of a regression, padded: computing eight at once is as fast as one.
 type Padded = [f64; 8];
 
-/// A regression, and what it predicts for every row when the fold of that row is held out.
+/// A regression and its held-out predictions for every row.
 pub(in crate::learned) struct Fitted {
     pub(in crate::learned) ridge: LocalRidge,
     /// As `Rows::wanted`.
     pub(in crate::learned) held_out: Vec<f64>,
-    /// By region, then by block: is it used?
+    /// By region and block: whether the block is used.
     pub(in crate::learned) used: Vec<Vec<bool>>,
 }
 
 impl Fitted {
-    /// Takes the regression of the next region.
+    /// Appends the regression of the next region.
     fn add(&mut self, rows: &Rows, region: usize, local: Local) {
         let coefficients = local.coefficients.chunks_exact(rows.outputs);
         self.ridge.coefficients.extend(coefficients.map(padded));
@@ -107,31 +106,31 @@ impl Fitted {
     }
 }
 
-/// Which columns may be used, and how that is decided in each region.
+/// Which columns may be used, and how they are selected in each region.
 #[derive(Debug, Clone)]
 pub(in crate::learned) struct Blocks {
     /// The first is always used.
     pub(in crate::learned) columns: Vec<Range<usize>>,
     /// Which of them may be used.
     pub(in crate::learned) allowed: Vec<bool>,
-    /// Whether what is allowed is tried on held-out folds in each region, or used everywhere.
+    /// Whether allowed blocks are selected on held-out folds in each region, or used everywhere.
     pub(in crate::learned) tried: bool,
-    /// How many reaches there are: of few, more is due to chance.
+    /// Number of reaches; with few, a larger gain is required.
     pub(in crate::learned) reaches: f64,
 }
 
 /// A block must lower the squared error on held-out folds by this share.
 const WORTH: f64 = 0.01;
-/// With so many reaches twice the standard error is wanted.
+/// With this many reaches, the gain must exceed twice the standard error.
 const FEW: f64 = 50.0;
-/// Folds are joined to so many for the choice of blocks, and these ridges are tried.
+/// Number of groups of folds for the selection of blocks, and the candidate ridges.
 const CHOICE_FOLDS: usize = 6;
 const CHOICE_RIDGES: [f64; 3] = [3e-3, 3e-2, 0.3];
-/// Outputs that decide: the way left.
+/// Outputs that decide: the remaining displacement.
 const DECIDING: usize = 3;
 
-/// Are the second squared errors, by fold, clearly lower: by the share that counts, and by more than the standard error of
-/// the difference (of few reaches, up to more than twice as much), so that what they say by chance is not believed?
+/// Are the second squared errors, by fold, clearly lower? By at least `WORTH`, and by more than the standard error of the difference (with few
+/// reaches up to 2.5 times it), to exclude chance.
 fn is_worth(before: &[f64], after: &[f64], reaches: f64) -> bool {
     let n = before.len().max(1) as f64;
     let gains = || before.iter().zip(after).map(|(b, a)| b - a);
@@ -142,7 +141,7 @@ fn is_worth(before: &[f64], after: &[f64], reaches: f64) -> bool {
 }
 
 impl Blocks {
-    /// For each block, whether it is used: the most helpful one first, each must help beside those before it.
+    /// Selects blocks greedily, the most helpful first; each must help in addition to those before it.
     fn chosen(&self, equations: &PartedEquations, width: usize) -> Vec<bool> {
         if !self.tried || equations.is_one_part() {
             return self.allowed.clone();
@@ -163,11 +162,11 @@ impl Blocks {
         };
         let mut candidates: Vec<(f64, usize)> = (1..self.columns.len())
             .filter(|&k| self.allowed[k])
-            // What cannot be solved is not used.
+            // Skip blocks that make the equations singular.
             .filter_map(|k| Some((squares(&with(&used, k))?.iter().sum(), k)))
             .collect();
         candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
-        // A second look: what helps only beside something else.
+        // A second pass: some blocks help only together with others.
         for _ in 0..2 {
             for &(_, k) in &candidates {
                 if used[k] {
@@ -184,7 +183,7 @@ impl Blocks {
         used
     }
 
-    /// The columns of the blocks used, and the constant.
+    /// Columns of the used blocks, and the constant.
     fn columns(&self, used: &[bool], width: usize) -> Vec<usize> {
         let blocks = self.columns.iter().zip(used).filter(|(_, used)| **used);
         let mut columns: Vec<usize> = blocks.flat_map(|(b, _)| b.clone()).collect();
@@ -194,14 +193,13 @@ impl Blocks {
 }
 
 impl LocalRidge {
-    /// The least-squares fit; `groups` are outputs that share one of the `ridges` in a region, the one
-    /// with the least squared error on folds that are held out. Ridges are shares of the mean squared
-    /// length of a row.
+    /// The least-squares fit. `groups` are outputs that share one of the `ridges` in a region: the one with the least squared error on held-out
+    /// folds. Ridges are shares of the mean squared length of a row.
     ///
-    /// All folds cost little more than the fit: see [`PartedEquations`].
+    /// Holding out every fold costs little more than the fit: see [`PartedEquations`].
     ///
     /// # Errors
-    /// Normal equations that stay singular, as features that are not finite make them.
+    /// The normal equations are singular with every ridge, e.g. because of non-finite features.
     pub(in crate::learned) fn fit(
         rows: &Rows,
         groups: &[Range<usize>],
@@ -315,7 +313,7 @@ impl LocalRidge {
         Ok(kept)
     }
 
-    /// Centres and scales of the features, no coefficients yet.
+    /// Centres and scales of the features, without coefficients.
     fn shape(rows: &Rows) -> Self {
         let n = rows.len() as f64;
         let mut centre = vec![0.0; rows.width];
@@ -333,8 +331,8 @@ impl LocalRidge {
             }
         }
         let rms = (variance.iter().sum::<f64>() / rows.width as f64).sqrt();
-        // Half way between the unit they share and their own spread: a feature that hardly changes
-        // is mostly noise, but small features often say most.
+        // The geometric mean of the common unit and the feature's own spread: a feature that hardly changes is mostly noise, but small features are
+        // often the most informative.
         let scale = |v: &f64| 1.0 / (v.sqrt().max(1e-3 * rms) * rms).sqrt().max(1e-9);
         Self {
             scale: variance.iter().map(scale).collect(),
@@ -344,7 +342,7 @@ impl LocalRidge {
         }
     }
 
-    /// Rows that count in a region.
+    /// Rows with a weight in a region.
     fn local_rows(&self, rows: &Rows, near: &[usize], region: usize) -> LocalRows {
         let mut features = Vec::with_capacity(near.len() * (rows.width + 1));
         for &row in near {
@@ -357,19 +355,18 @@ impl LocalRidge {
         }
     }
 
-    /// Centred and scaled features, then the constant.
+    /// Centred and scaled features, followed by the constant.
     fn scaled<'a>(&'a self, features: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
         let each = features.iter().zip(&self.centre).zip(&self.scale);
         each.map(|((x, c), s)| (x - c) * s)
             .chain(std::iter::once(CONSTANT))
     }
 
-    /// How many numbers are predicted.
     pub(in crate::learned) fn outputs(&self) -> usize {
         self.outputs
     }
 
-    /// Predicts from features and the weights of the regions. Leaves the features scaled.
+    /// Predicts from features and region weights. Leaves the features scaled.
     pub(in crate::learned) fn predict(&self, features: &mut [f64], gates: &[f64], out: &mut [f64]) {
         for ((x, c), s) in features.iter_mut().zip(&self.centre).zip(&self.scale) {
             *x = (*x - c) * s;
@@ -420,7 +417,7 @@ impl LocalRidge {
     }
 }
 
-/// Rows of one fold that count in one region.
+/// Rows of one fold with a weight in one region.
 struct LocalRows {
     rows: Vec<usize>,
     weights: Vec<f64>,
@@ -446,9 +443,9 @@ impl LocalRows {
 struct Local {
     /// By feature and output.
     coefficients: Vec<f64>,
-    /// The rows that take part.
+    /// The rows with a weight in it.
     rows: Vec<usize>,
-    /// What is predicted for them when their fold is held out, `outputs` each.
+    /// Their held-out predictions, `outputs` each.
     held_out: Vec<f64>,
     /// By block.
     used: Vec<bool>,

@@ -1,4 +1,4 @@
-//! Regressions of the way that is left, and trees that correct them.
+//! Regressions of the remaining displacement, and trees that correct them.
 
 pub(super) mod correction;
 pub(super) mod gates;

@@ -1,4 +1,4 @@
-//! The regression of the way left, and what it predicts of reaches that were held out.
+//! The regression of the remaining displacement and its held-out predictions.
 
 use super::correction::Correction;
 use super::gates::Gates;
@@ -10,32 +10,32 @@ use crate::learned::reaches::reach_track::{BlockKind, Inputs};
 use crate::learned::reaches::samples::TrainingSample;
 use glam::DVec3;
 
-/// Way left (3), time left (1), normal (3).
+/// Remaining displacement (3), remaining time (1), normal (3).
 pub(in crate::learned) const OUTPUTS: usize = 7;
 /// Candidates for the ridge, as shares of the mean squared length of a row.
 const RIDGES: [f64; 8] = [1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 10.0];
-/// The ridge with which the usual error of each region is measured.
+/// The ridge for measuring the typical error of each region.
 const PILOT_RIDGE: f64 = 3e-2;
 
-/// A regression, what it is learnt from and where it is right.
+/// A regression with its training data and held-out predictions.
 pub(in crate::learned) struct Regression {
     pub(in crate::learned) gates: Gates,
     pub(in crate::learned) rows: Rows,
     /// With the place in the room, and without.
     pub(in crate::learned) fitted: [Fitted; 2],
     pub(in crate::learned) correction: Correction,
-    /// Where each reach ends by the corrected regression when its fold is held out, m, in the order of the samples.
+    /// Held-out end of each reach by the corrected regression, m, in the order of the samples.
     pub(in crate::learned) corrected_m: Vec<DVec3>,
 }
 
-/// The numbers of regions that are tried.
+/// Candidate numbers of regions.
 const REGIONS: [usize; 4] = [16, 32, 64, 128];
-/// Samples on which they are tried at most.
+/// Most samples for choosing among them.
 const TRIED_ON: usize = 16_000;
 /// More regions must lower the error by this share.
 const WORTH_REGIONS: f64 = 0.005;
 
-/// The regression and what it predicts for samples whose fold is held out.
+/// The regression and its held-out predictions for the samples.
 pub(in crate::learned) fn regression(
     inputs: &Inputs,
     samples: &[TrainingSample],
@@ -74,7 +74,7 @@ pub(in crate::learned) fn regression(
                 if score < best.0 - WORTH_REGIONS {
                     best = (score, regions);
                 }
-                // No more regions than samples that differ.
+                // No more regions than distinct samples.
                 if gates.len() < regions {
                     break;
                 }
@@ -112,7 +112,7 @@ pub(in crate::learned) fn regression(
     }
 }
 
-/// Mean logarithm of the distance of predicted ends: early and late samples count alike.
+/// Mean logarithm of the errors of predicted ends, so that early and late samples count equally.
 fn log_error(samples: &[TrainingSample], held_out: &[f64], outputs: usize) -> f64 {
     let (mut sum, mut total) = (0.0, f64::MIN_POSITIVE);
     for (s, predicted) in samples.iter().zip(held_out.chunks_exact(outputs)) {
@@ -123,10 +123,10 @@ fn log_error(samples: &[TrainingSample], held_out: &[f64], outputs: usize) -> f6
     sum / total
 }
 
-/// Smaller errors are as good as this one where errors are compared, m.
+/// Smaller errors count as this when errors are compared, m.
 const LEAST_ERROR_M: f64 = 2e-3;
 
-/// Regions of progress over samples.
+/// Regions of progress over the samples.
 fn gates(samples: &[TrainingSample], count: usize) -> Gates {
     let progress: Vec<_> = samples.iter().map(|s| s.progress).collect();
     Gates::of(&progress, count)
@@ -155,8 +155,8 @@ fn rows(samples: &[TrainingSample], width: usize, gates: &Gates, normals: bool) 
     rows
 }
 
-/// Weights samples by one over the squared error that is usual in their region: otherwise the first and
-/// uncertain ones decide the shared coefficients, at the cost of the last, nearly certain ones.
+/// Weights samples by the inverse of the typical squared error in their region: otherwise the early, uncertain samples dominate the shared
+/// coefficients, at the cost of the late, nearly certain ones.
 fn weigh(rows: &mut Rows, held_out: &[f64]) {
     let squares: Vec<f64> = (0..rows.len())
         .map(|row| {

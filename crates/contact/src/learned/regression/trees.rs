@@ -1,31 +1,31 @@
-//! Trees that correct a regression: what is not linear, such as places that are touched again and again.
+//! Trees that correct a regression where it is not linear, e.g. at places that are touched repeatedly.
 
 use hwall_numeric::dense::Matrix;
 use hwall_numeric::parallel;
 
-/// Numbers that are corrected: a place.
+/// Number of corrected coordinates.
 pub(in crate::learned) const CORRECTED: usize = 3;
-/// How many trees; a step passes through all of them.
+/// Number of trees; a step evaluates all of them.
 const TREES: usize = 64;
-/// Every tree learns from the folds but this share of them, in tenths.
+/// Probability that a tree leaves out a fold, in tenths.
 const LEFT_OUT_TENTHS: u64 = 4;
-/// Splits from the root to a leaf at most.
+/// Largest depth of a tree.
 const DEPTH: usize = 9;
-/// Features that are tried for a split: this share of all, by a divisor.
+/// The number of features tried for a split is the number of features divided by this.
 const TRIED_DIVISOR: usize = 3;
-/// A leaf holds this share of what a tree learns from, and samples of at least so many reaches by their weight.
+/// Smallest leaf: this share of the tree's training weight, and at least this many reaches by weight.
 const LEAF_SHARE: f64 = 0.004;
 const LEAF_REACHES: f64 = 1.5;
-/// A leaf is drawn to zero as if so many reaches had needed no correction.
+/// Shrinks a leaf towards zero as if this many reaches had needed no correction.
 const PRIOR_REACHES: f64 = 1.0;
-/// Samples of one tree at most.
+/// Most samples of one tree.
 const MOST_SAMPLES: usize = 12_000;
 
-/// A split, or a leaf: then `feature` is [`LEAF`] and `next` the number of its value.
+/// A split, or a leaf if `feature` is [`LEAF`]; then `next` is the index of its value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::learned) struct Node {
     pub(in crate::learned) feature: u32,
-    /// Where the feature is below the threshold the next node is `next`, else the one after it.
+    /// The next node if the feature is below the threshold; otherwise the one after it.
     pub(in crate::learned) next: u32,
     pub(in crate::learned) threshold: f64,
 }
@@ -36,27 +36,27 @@ pub(in crate::learned) const LEAF: u32 = u32::MAX;
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(in crate::learned) struct Trees {
     pub(in crate::learned) nodes: Vec<Node>,
-    /// Number of the first node of each tree.
+    /// Index of the first node of each tree.
     pub(in crate::learned) roots: Vec<u32>,
     pub(in crate::learned) values: Vec<[f64; CORRECTED]>,
 }
 
-/// What trees learn from: a row a sample.
+/// Training data of the trees: one row per sample.
 pub(in crate::learned) struct Lessons {
     pub(in crate::learned) features: Matrix,
-    /// The corrections wanted, of the size of one.
+    /// Target corrections, of size about one.
     pub(in crate::learned) wanted: Vec<[f64; CORRECTED]>,
     /// The weights of all samples of a reach add up to 1.
     pub(in crate::learned) weights: Vec<f64>,
     pub(in crate::learned) folds: Vec<usize>,
 }
 
-/// The same as a search for splits goes through it: one feature of many samples.
+/// Training data by feature, for the search for splits.
 struct Prepared<'a> {
     lessons: &'a Lessons,
-    /// A row a feature.
+    /// One row per feature.
     by_feature: Matrix,
-    /// The corrections wanted times the weight of the sample, and that weight.
+    /// Target correction times the weight of the sample, and that weight.
     weighed: Vec<([f64; CORRECTED], f64)>,
 }
 
@@ -78,8 +78,7 @@ impl<'a> Prepared<'a> {
 }
 
 impl Trees {
-    /// The trees, and the correction of every sample by the trees that have not learnt from its fold (zero if
-    /// all have).
+    /// The trees, and the correction of every sample by the trees that left out its fold (zero if there are none).
     pub(in crate::learned) fn fit(lessons: &Lessons) -> (Self, Vec<[f64; CORRECTED]>) {
         let mut trees = Self::default();
         let rows = lessons.wanted.len();
@@ -97,7 +96,7 @@ impl Trees {
         (trees, sums.into_iter().map(mean).collect())
     }
 
-    /// A single tree, and its correction of every sample whose fold it has not learnt from.
+    /// A single tree, and its correction of every sample whose fold it left out.
     fn one(prepared: &Prepared, number: usize) -> (Self, Vec<(usize, [f64; CORRECTED])>) {
         let lessons = prepared.lessons;
         let mut tree = Self::default();
@@ -107,7 +106,7 @@ impl Trees {
         let mut left_out: Vec<bool> = (0..folds)
             .map(|_| random.next() % 10 < LEFT_OUT_TENTHS)
             .collect();
-        // Each fold is left out by some tree, and none by all.
+        // Each fold is left out by some tree, and no tree leaves out all.
         left_out[number % folds] = true;
         if left_out.iter().all(|out| *out) {
             left_out[(number + 1) % folds] = false;
@@ -126,7 +125,7 @@ impl Trees {
         (tree, held_out)
     }
 
-    /// Puts the trees of another behind these.
+    /// Appends the trees of another forest.
     fn add(&mut self, other: &Self) {
         let (nodes, values) = (self.nodes.len() as u32, self.values.len() as u32);
         self.roots
@@ -160,7 +159,7 @@ impl Trees {
         self.values[node.next as usize]
     }
 
-    /// Adds a tree; `each` is how many samples a member stands for.
+    /// Adds a tree; `each` is the number of samples that a member represents.
     fn grow(
         &mut self,
         lessons: &Prepared,
@@ -210,7 +209,7 @@ impl Trees {
     }
 }
 
-/// The mean correction of a leaf.
+/// The mean correction of a leaf, shrunk towards zero.
 fn leaf(lessons: &Prepared, members: &[usize], each: f64) -> [f64; CORRECTED] {
     let mut sum = [0.0; CORRECTED];
     let mut total = PRIOR_REACHES / each;
@@ -222,11 +221,11 @@ fn leaf(lessons: &Prepared, members: &[usize], each: f64) -> [f64; CORRECTED] {
     sum.map(|s| s / total)
 }
 
-/// Thresholds are lower by this, in the units of the features (metres, seconds): the middle of two samples of a tracker's clock is
-/// often a third one, and rounding would decide on which side of it such samples fall. Far above rounding, far below any noise.
+/// Thresholds are lowered by this, in units of the features (m, s): with a tracker's regular clock, the midpoint of two samples is often a third
+/// sample, and rounding would decide its side. Far above rounding errors, far below noise.
 const OFF_TIES: f64 = 1e-6;
 
-/// The best of some random splits, one a feature tried; `None` where none leaves `least` on both sides.
+/// The best of some random splits, one per tried feature; `None` if none leaves `least` on both sides.
 fn best_split(
     lessons: &Prepared,
     members: &[usize],
@@ -238,7 +237,7 @@ fn best_split(
     for _ in 0..features.div_ceil(TRIED_DIVISOR) {
         let feature = random.below(features);
         let values = lessons.feature(feature);
-        // Thresholds are drawn between two samples: outliers do not stretch the range.
+        // Thresholds are midpoints of two samples, so outliers do not stretch the range.
         let at = |random: &mut Random| values[members[random.below(members.len())]];
         let threshold = 0.5 * (at(random) + at(random)) - OFF_TIES;
         let mut sides = [([0.0; CORRECTED], 0.0); 2];
@@ -263,7 +262,7 @@ fn best_split(
     best.map(|(_, feature, threshold)| (feature, threshold))
 }
 
-/// Moves what passes to the front; returns how many do.
+/// Moves the members that pass to the front; returns their number.
 fn partition(members: &mut [usize], passes: impl Fn(usize) -> bool) -> usize {
     let mut below = 0;
     for i in 0..members.len() {

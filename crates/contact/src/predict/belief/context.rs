@@ -1,21 +1,21 @@
-//! The sources of evidence, and what their shares depend on.
+//! The sources of evidence, and the variables that their shares depend on.
 
 use crate::predict::hand::phase::ReachPhase;
 
-/// What may say where the next contact is.
+/// A source of evidence for the next contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum EvidenceSource {
-    /// The estimate of where the motion ends.
+    /// The estimated end of the motion.
     Motion,
-    /// The same where the present look confirms it.
+    /// The end of the motion, confirmed by the present fixation.
     MotionAndLook,
-    /// The present look: its line of sight, as far away as the motion says.
+    /// The present fixation: its line of sight, at the distance given by the motion.
     Look,
-    /// The look before it.
+    /// The fixation before the present one.
     LookBefore,
-    /// The places that this person has touched before.
+    /// The places this person has touched before.
     TouchedBefore,
-    /// None of these: anywhere about a resting hand, or the motion with three times its error.
+    /// None of the others: anywhere around a resting hand, or the motion with three times its error.
     Anywhere,
 }
 
@@ -31,33 +31,32 @@ impl EvidenceSource {
     ];
 }
 
-/// How many sources there are.
 pub(in crate::predict) const SOURCES: usize = 6;
 
 /// One number for each source, in the order of [`EvidenceSource::ALL`].
 pub type SourceShares = [f64; SOURCES];
 
-/// Ages of a look at which shares are kept, s; between them they are interpolated.
+/// Nodes of the fixation age for the table of shares, s; interpolated between.
 pub(super) const LOOK_AGES_S: [f64; 6] = [0.05, 0.15, 0.27, 0.45, 0.8, 1.5];
-/// One more row for eyes that are not seen.
+/// One more row for gaze that is not seen.
 pub(super) const AGES: usize = LOOK_AGES_S.len() + 1;
-/// Values of [`Context::cue`] at which shares are kept.
+/// Nodes of [`Context::cue`] for the table of shares.
 pub(super) const CUES: [f64; 3] = [0.0, 0.5, 1.0];
-/// One more column for all samples, whatever the cue.
+/// One more column for an unknown cue: all samples.
 pub(super) const COLUMNS: usize = CUES.len() + 1;
 
-/// What the shares of the sources depend on.
+/// The variables that the shares of the sources depend on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::predict) struct Context {
     pub(super) phase: ReachPhase,
-    /// How long the eyes have rested where they rest, s.
+    /// Age of the present fixation, s.
     pub(super) look_age_s: Option<f64>,
-    /// How much of the look before is left, in [0, 1].
+    /// Remaining weight of the previous fixation, in [0, 1].
     pub(super) before_left: f64,
     /// Has the person touched anything yet?
     pub(super) has_places: bool,
-    /// In [0, 1]. Of a hand that moves: how far the look is from where the motion leads. Of a hand at rest: how often this person's
-    /// eyes rest there in pauses. `None`: not known.
+    /// In [0, 1]. For a moving hand: distance of the fixation from the predicted end of the motion. For a resting hand: how often this person
+    /// fixates there in pauses. `None`: unknown.
     pub(super) cue: Option<f64>,
 }
 
@@ -73,7 +72,7 @@ fn nodes(kept: &[f64], value: f64) -> [(usize, f64); 2] {
 }
 
 impl Context {
-    /// The cells of the table of shares around it, with their weights: age, cue, weight.
+    /// The surrounding cells of the table of shares: age, cue, weight.
     pub(super) fn nodes(&self) -> [(usize, usize, f64); 4] {
         let ages = match self.look_age_s {
             Some(age_s) => nodes(&LOOK_AGES_S, age_s),
@@ -89,7 +88,7 @@ impl Context {
         })
     }
 
-    /// Leaves sources out that are not there; the rest adds up to 1.
+    /// Removes the shares of unavailable sources and normalises the rest.
     pub(super) fn only_those_there(&self, mut shares: SourceShares) -> SourceShares {
         let moves = !matches!(self.phase, ReachPhase::Rest | ReachPhase::Stirring);
         let there = [

@@ -1,4 +1,4 @@
-//! Prediction from all evidence: the hand's motion, the gaze, earlier touches and the surfaces.
+//! Prediction from all evidence: hand motion, gaze, earlier touches and the surfaces.
 
 mod context;
 mod model;
@@ -32,32 +32,32 @@ pub use context::{EvidenceSource, SourceShares};
 pub use model::{EvidenceModel, RestingHand};
 pub use training::{LabelledStream, StreamContact, StreamFilters};
 
-/// A belief about the next contact: a mixture of what each source of evidence says.
+/// Predicts the next contact by a mixture over the sources of evidence.
 ///
 /// For every sample:
-/// 1. Each [`EvidenceSource`] gives a normal distribution of the contact: the estimator where the motion ends, the present look and the one
-///    before it a place on their line of sight; then there are the places that this person has touched, and everywhere else.
-/// 2. They are mixed by how often each is right in this phase of a reach, at this age of the look, and for this agreement of look and
-///    motion ([`EvidenceModel`], learnt from recordings). Each touch teaches how far each source can be taken for this person.
-/// 3. Each part is divided among the surfaces: density in the plane of a face, times the share of it that straight ways from the hand
-///    (or from the eyes) meet first, times the sine of the angle at which they meet it. Surfaces that cannot be touched block the way.
-/// 4. For each surface the parts add up to a probability and a covariance; the point is the mean of those that agree with the most
-///    probable one.
+/// 1. Each [`EvidenceSource`] gives a normal distribution of the contact: the estimator gives the end of the motion, the present fixation and the
+///    one before it a point on their line of sight; the others are the places this person has touched, and everywhere else.
+/// 2. They are mixed by how often each is right in this phase of a reach, at this age of the fixation, and for this agreement of fixation and
+///    motion ([`EvidenceModel`], learned from recordings). Each touch updates how reliable each source is for this person.
+/// 3. Each component is divided among the surfaces: density in the plane of a face, times the share of it that straight paths from the hand (or
+///    from the eyes) meet first, times the sine of the angle of incidence. Untouchable surfaces block paths.
+/// 4. For each surface the components add up to a probability and a covariance; the point is the mean of those that agree with the most probable
+///    one.
 ///
-/// Estimates of successive samples share their history, and a fixation has one error, not one per sample. So nothing is multiplied over
-/// time: a prediction follows from the estimate and the two looks at that time. While the gaze is in flight, or lost for less than
-/// 0.3 s, the last look counts on. An estimator that was learnt with the gaze ([`LearnedConfig::gaze`](crate::LearnedConfig::gaze)) is
-/// better than the line of sight by itself once the hand moves.
+/// Estimates of successive samples share their history, and a fixation has one error, not one per sample. So nothing is multiplied over time: a
+/// prediction depends on the estimate and the two fixations at that time. During saccades, or up to 0.3 s of lost gaze, the last fixation is still
+/// used. An estimator trained with gaze ([`LearnedConfig::gaze`](crate::LearnedConfig::gaze)) is better than the line of sight alone once the hand
+/// moves.
 ///
-/// The error of registration of the tracker to the scene widens every part and every covariance across its surface. With
-/// [`FusedConfig::registration`] it is learnt from touches ([`Predictor::touched`]).
+/// The registration error between tracker and scene widens every component, and every covariance across its surface. With
+/// [`FusedConfig::registration`] it is learned from touches ([`Predictor::touched`]).
 ///
-/// A hand at rest on a surface touches it: that surface comes first, with the error of registration as its covariance and time 0, and a
-/// tenth of the probability goes to all other surfaces, until the hand is faster than the onset of a reach or further away than a few
-/// errors of registration. A hand that has gone through a surface touches that surface, from the side it came from.
+/// A hand at rest on a surface touches it: that surface comes first, with the registration error as its covariance and time 0, and a tenth of the
+/// probability goes to all other surfaces, until the hand is faster than the onset of a reach or further away than a few registration errors. A
+/// hand that has passed through a surface touches that surface, from the side it came from.
 ///
-/// When no surface lies where the evidence points, a [`DeterministicPredictor`] takes over; it also leads where the estimator was learnt
-/// from too little ([`FusedPredictor::experience`]). Nothing is allocated after the first samples, except by the estimator.
+/// If the evidence points at no surface, a [`DeterministicPredictor`] takes over, as it does if the estimator had too little training
+/// ([`FusedPredictor::experience`]). After the first samples nothing is allocated, except by the estimator.
 #[derive(Debug, Clone)]
 pub struct FusedPredictor<E> {
     stream: StreamEstimator<E>,
@@ -73,16 +73,16 @@ pub struct FusedPredictor<E> {
     estimate: Option<ContactEstimate>,
     fallback: DeterministicPredictor,
     registration: Option<RegistrationEstimator>,
-    /// Error of registration at the hand: what is left of it, m².
+    /// Remaining registration error at the hand, m².
     registration_m2: DMat3,
-    /// A touch that is yet to be learnt from.
+    /// A reported touch that has not been processed yet.
     felt: Option<Felt>,
-    /// Of the last sample, the most probable first.
+    /// Predictions of the last sample, the most probable first.
     ranked: Vec<ContactPrediction>,
 }
 
 impl<E: ContactEstimator> FusedPredictor<E> {
-    /// A predictor that has seen nothing.
+    /// A predictor without any samples.
     ///
     /// # Errors
     /// A setting outside its range.
@@ -115,13 +115,13 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         self.estimate.as_ref()
     }
 
-    /// The estimator.
+    /// The estimator in use.
     #[must_use]
     pub const fn estimator(&self) -> &E {
         self.stream.estimator()
     }
 
-    /// Is the estimator believed?
+    /// Has the estimator enough training to be used?
     #[must_use]
     pub fn experience(&self) -> Experience {
         let needed = self.config.least_reaches;
@@ -131,13 +131,13 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         }
     }
 
-    /// What touches told of the registration; `None` without [`FusedConfig::registration`].
+    /// The registration learned from touches; `None` without [`FusedConfig::registration`].
     #[must_use]
     pub const fn registration(&self) -> Option<&RegistrationEstimator> {
         self.registration.as_ref()
     }
 
-    /// Learns from the touch of the last sample, if the hand was near the surface that it was predicted to touch: then it is on it.
+    /// Learns from the reported touch if the hand was near the predicted surface: then the contact is on that surface.
     fn learn_touch(&mut self, scene: &Scene) {
         let Some(Felt {
             seen_m,
@@ -166,12 +166,12 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                 normal: closest.normal,
                 located_sd_m: None,
             };
-            // Only what is no touch is refused, and teaches nothing.
+            // It refuses only implausible touches, which must be ignored.
             let _ = registration.touched(&touch);
         }
     }
 
-    /// Where a place is that the tracker sees there, m.
+    /// True position of a tracked position, m.
     fn corrected_m(&self, seen_m: DVec3) -> DVec3 {
         match &self.registration {
             Some(registration) if registration.touches() > 0 => {
@@ -181,7 +181,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         }
     }
 
-    /// What corrects the tracker; `None` while there is nothing to correct. Sets the error that is left at the hand.
+    /// The correction of the tracker; `None` while there is none. Also updates the remaining error at the hand.
     fn correction(&mut self, hand: Option<&HandState>) -> Option<Pose> {
         let registration = self.registration.as_ref()?;
         if let Some(hand) = hand.filter(|hand| hand.point_m.is_finite()) {
@@ -198,7 +198,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         }
     }
 
-    /// Root of its mean variance in the three axes, m.
+    /// Root mean registration variance over the three axes, m.
     fn registration_sd_m(&self) -> f64 {
         match self.registration {
             Some(_) => (trace(&self.registration_m2) / 3.0).sqrt(),
@@ -206,7 +206,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         }
     }
 
-    /// Finds the faces of every source. Returns whether any is met.
+    /// Divides every source among the faces. Returns whether any face was met.
     fn divide(&mut self, scene: &Scene, hand: &HandState, side: &FreeSide) -> bool {
         self.shares.clear();
         let settings = (&self.config.watch, self.config.default_sd_m);
@@ -256,7 +256,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         self.shares.compare()
     }
 
-    /// What a line of sight meets may be meant although the straight way there is blocked.
+    /// The person may look at a surface whose straight path from the hand is blocked.
     fn seen(
         &self,
         scene: &Scene,
@@ -275,7 +275,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         })
     }
 
-    /// Adds the places touched before, unless the hand is still at one. Those that their surface has left, as a door does, do not count.
+    /// Adds the places touched before, unless the hand is still at one. Skips places whose surface has moved away, e.g. a door.
     fn add_places(&mut self, scene: &Scene, sample: &Sample, weight: f64) {
         if self.touch.is_touching() {
             return;
@@ -299,8 +299,8 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         }
     }
 
-    /// From where the surfaces of a source are looked for. A moving hand meets what lies on its way. A hand that has not chosen its way may go
-    /// to anything that the person sees.
+    /// Origin from which the surfaces of a source are visible. A moving hand meets whatever lies on its path. A hand without a direction yet may go
+    /// to anything the person sees.
     fn viewpoint(
         &self,
         hand: &HandState,
@@ -325,13 +325,13 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         }
     }
 
-    /// Is a place the one that the eyes rest on?
+    /// Is a place within the error of the line of sight?
     fn is_looked_at(&self, ray: &GazeRay, point_m: DVec3) -> bool {
         let angle_rad = ray.direction.angle_between(point_m - ray.origin_m);
         angle_rad <= self.config.evidence.apart_rad()
     }
 
-    /// The person has touched a place.
+    /// Learns from a touch of a place.
     fn learn(&mut self, place: &SurfacePlace) {
         self.person
             .touched(place.point_m, &self.places, &self.config.evidence);
@@ -339,7 +339,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
     }
 }
 
-/// A touch that the board felt: where it was seen, m, on the predicted surface, and when, s.
+/// A reported touch: the tracked position, m, the predicted surface, and the time, s.
 #[derive(Debug, Clone, Copy)]
 struct Felt {
     seen_m: DVec3,
@@ -347,33 +347,33 @@ struct Felt {
     t_s: f64,
 }
 
-/// What an estimator's word is worth.
+/// Whether an estimator has enough training.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Experience {
-    /// It is believed.
+    /// Enough: it is used.
     Enough,
-    /// It was learnt from too little, and the ray leads.
+    /// Too little training: the gaze ray is used instead.
     TooLittle {
-        /// The reaches it was learnt from.
+        /// Its number of training reaches.
         reaches: usize,
-        /// How many there must be ([`FusedConfig::least_reaches`]).
+        /// The required number ([`FusedConfig::least_reaches`]).
         needed: usize,
     },
 }
 
-/// Parts of the mixture that weigh less are left out.
+/// Components with a lower weight are left out.
 const NEGLIGIBLE: f64 = 0.005;
 
-/// How far away the place is that is looked at where the line of sight meets nothing, m.
+/// Assumed distance of the fixated point if the line of sight meets nothing, m.
 const USUAL_LOOK_M: f64 = 0.8;
 
-/// A place that is further than this from its surface has been left by it: a door has moved, m.
+/// A place further than this from its surface is void: e.g. a door has moved, m.
 const LEFT_M: f64 = 0.03;
 
-/// Share of the places looked at that can be reached although the straight way from the hand is blocked.
+/// Share of fixated places that can be reached although the straight path from the hand is blocked.
 const ROUND_ABOUT_SHARE: f64 = 0.1;
 
-/// A touch is learnt from if the hand was seen this near to the surface, m.
+/// A touch is learned from if the hand was within this distance of the surface, m.
 const TOUCHED_M: f64 = 0.08;
 
 impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
@@ -401,7 +401,7 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
         self.gaze.step(input.frame.t_s, &input.gaze, apart_rad);
         let (reaching, hand_m) = (self.stream.reaching(), input.hand.map(|hand| hand.point_m));
         self.idle.step(&self.gaze, reaching, hand_m, apart_rad);
-        // It follows every sample, so that it can take over at any.
+        // Follow every sample, so that the fallback can take over at any time.
         let followed = self.fallback.follow(scene, input);
         let usable = |h: &&HandState| {
             h.t_s.is_finite() && h.point_m.is_finite() && h.velocity_m_per_s.is_finite()
@@ -416,7 +416,7 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
             let registration_sd_m = self.registration_sd_m();
             let watch = &self.config.watch;
             let touched = self.rest.rest(scene, hand, &side, registration_sd_m, watch);
-            // Learnt before this sample counts: it is of the touch itself.
+            // Learn before this sample counts: it belongs to the touch itself.
             if let Some(place) = self.touch.step(hand, &side, touched.as_ref()) {
                 self.learn(&place);
             }

@@ -1,4 +1,4 @@
-//! How far each source of evidence can be taken, by what hand and eyes do.
+//! Reliability of each source of evidence, by phase of the hand and fixation.
 
 use super::super::gaussian::Gaussian;
 use super::super::hand::phase::{PHASES, ReachPhase};
@@ -8,27 +8,27 @@ use crate::matrices::isotropic;
 use glam::{DMat3, DVec3};
 use hwall_numeric::check::{all_finite, positive, that};
 
-/// Shares by phase, age of the look and cue.
+/// Shares by phase, fixation age and cue.
 pub(super) type Shares = [[[SourceShares; COLUMNS]; AGES]; PHASES];
 
-/// How often each source is right about the next contact, how far a look lands from its target, and where people touch, seen from
-/// their resting hand. Fitted to recordings of the people and the eye tracker in use ([`EvidenceModel::fit_streams`]).
+/// How often each source is right about the next contact, how far a fixation is from its target, and where people touch, relative to their
+/// resting hand. Fit it to recordings of the people and the eye tracker in use ([`EvidenceModel::fit_streams`]).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EvidenceModel {
-    /// Standard deviation of a line of sight about the point that will be touched, in each of two directions, rad. Default 0.03.
+    /// Standard deviation of a line of sight about the next contact, in each of two directions, rad. Default 0.03.
     pub on_target_sd_rad: f64,
-    /// A look that has ended counts for this long, less and less, s. Default 0.8.
+    /// Time over which a fixation that has ended fades out, s. Default 0.8.
     pub memory_s: f64,
-    /// Where people touch, seen from their resting hand.
+    /// Where people touch, relative to their resting hand.
     pub rest: RestingHand,
-    /// How many touches it was learnt from; 0: none.
+    /// Number of touches in training; 0: untrained.
     pub touches: usize,
     pub(super) shares: Shares,
 }
 
-/// Shares that nothing was learnt about: people look at what they touch in five of six cases.
+/// Untrained shares: people look at what they touch in five of six cases.
 const AT_REST: SourceShares = [0.0, 0.0, 0.7, 0.13, 0.07, 0.1];
-/// The same on the way, for a look at where the motion leads, and for one far from there.
+/// The same while moving, for a fixation at the predicted end of the motion, and for one far from it.
 const REACHING: [SourceShares; 2] = [
     [0.27, 0.6, 0.05, 0.03, 0.02, 0.03],
     [0.5, 0.05, 0.1, 0.25, 0.03, 0.07],
@@ -50,14 +50,14 @@ impl Default for EvidenceModel {
     }
 }
 
-/// Two looks are at one place within this many standard deviations of a line of sight ...
+/// Two fixations are at one place within this many standard deviations of a line of sight ...
 const APART_SDS: f64 = 2.5;
 /// ... and at least and at most this far apart, rad.
 const APART_RAD: [f64; 2] = [0.035, 0.35];
 
 impl EvidenceModel {
-    /// The shares of the sources in a phase of a reach, for a look of this age, s, or none; they add up to 1. `cue`, in [0, 1]: on the way,
-    /// how far the look is from where the motion leads; at rest, how often the eyes rest there in pauses.
+    /// Shares of the sources in a phase of a reach, for a fixation of this age, s, or none; they sum to 1. `cue`, in [0, 1]: while moving, the
+    /// distance of the fixation from the predicted end; at rest, how often the person fixates there in pauses.
     #[must_use]
     pub fn shares(
         &self,
@@ -74,15 +74,15 @@ impl EvidenceModel {
         })
     }
 
-    /// Sets the shares of a phase for looks of all ages. On the way: for looks at where the motion leads, and for looks far from there. At
-    /// rest: where the eyes rest in no pause, and in every one. Between the two they are interpolated.
+    /// Sets the shares of a phase for fixations of all ages: while moving, for fixations at the predicted end of the motion and for fixations far
+    /// from it; at rest, for places never fixated in pauses and for places always fixated. Interpolated between.
     pub fn set_shares(&mut self, phase: ReachPhase, [low, high]: [SourceShares; 2]) {
         let between = |cue: f64| std::array::from_fn(|i| (1.0 - cue) * low[i] + cue * high[i]);
         let of_cue = [CUES[0], CUES[1], CUES[2], CUES[1]].map(between);
         self.shares[phase as usize] = [of_cue; AGES];
     }
 
-    /// The shares of the sources that there are.
+    /// Shares of the available sources.
     pub(super) fn shares_in(&self, context: &Context) -> SourceShares {
         let mut shares = [0.0; SOURCES];
         for (age, cue, weight) in context.nodes() {
@@ -94,7 +94,7 @@ impl EvidenceModel {
         context.only_those_there(shares)
     }
 
-    /// Lines of sight that differ by no more than this are at one place, rad.
+    /// Lines of sight that differ by no more than this count as one place, rad.
     pub(in crate::predict) fn apart_rad(&self) -> f64 {
         let [least, most] = APART_RAD;
         (APART_SDS * self.on_target_sd_rad).clamp(least, most)
@@ -114,10 +114,10 @@ impl EvidenceModel {
     }
 }
 
-/// The next contact, seen from the place where the hand rests: a normal distribution.
+/// The next contact relative to the place where the hand rests: a normal distribution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RestingHand {
-    /// Mean, m, in the axes of the frame it was learnt in. Default zero.
+    /// Mean, m, in the axes of the training frame. Default zero.
     pub mean_m: DVec3,
     /// Covariance, m², symmetric and positive definite. Default 0.4 m in each axis.
     pub covariance_m2: DMat3,
@@ -133,7 +133,7 @@ impl Default for RestingHand {
 }
 
 impl RestingHand {
-    /// About a hand that rests at a place.
+    /// Distribution around a hand that rests at a place.
     pub(super) fn about(&self, hand_m: DVec3) -> Option<Gaussian> {
         Gaussian::new(hand_m + self.mean_m, self.covariance_m2)
     }

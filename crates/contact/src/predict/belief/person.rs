@@ -1,4 +1,4 @@
-//! How far the sources of evidence can be taken for this person, by the touches so far.
+//! Reliability of the sources of evidence for this person, from the touches so far.
 
 use super::context::{SOURCES, SourceShares};
 use super::model::EvidenceModel;
@@ -7,13 +7,13 @@ use super::sample::Sample;
 use crate::predict::hand::phase::PHASES;
 use glam::DVec3;
 
-/// Weight of what is known of all people, in touches of this person.
+/// Weight of the population prior, in touches of this person.
 const PEOPLE: f64 = 4.0;
 
-/// How often each source was right for this person, compared with the people learnt from.
+/// How often each source was right for this person, relative to the population.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Person {
-    /// By phase and source, touches so far, older ones counting less: how often it was right, and how often that was expected.
+    /// By phase and source, over touches discounted with age: how often it was right, and the expected number.
     right: [SourceShares; PHASES],
     expected: [SourceShares; PHASES],
     /// The last sample in each phase since the last touch.
@@ -31,13 +31,13 @@ impl Default for Person {
 }
 
 impl Person {
-    /// The shares of the sources at a sample, which is remembered until the next touch.
+    /// Shares of the sources at a sample; the sample is stored until the next touch.
     pub(super) fn shares(&mut self, sample: &Sample, model: &EvidenceModel) -> SourceShares {
         let usual = model.shares_in(&sample.context);
         let phase = sample.context.phase as usize;
         let (right, expected) = (&self.right[phase], &self.expected[phase]);
         let own: SourceShares = std::array::from_fn(|i| {
-            // A source that is seldom right for all people is not expected to become so by one touch.
+            // The floor keeps one touch from making a generally unreliable source dominant.
             let before = PEOPLE * usual[i].max(1e-3);
             usual[i] * (before + right[i]) / (before + expected[i])
         });
@@ -46,7 +46,7 @@ impl Person {
         own
     }
 
-    /// The person has touched there: which sources were right?
+    /// Updates the reliability of the sources from a touch.
     pub(super) fn touched(
         &mut self,
         contact_m: DVec3,

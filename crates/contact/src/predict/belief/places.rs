@@ -1,4 +1,4 @@
-//! The places that a person has touched.
+//! The places a person has touched.
 
 use super::super::gaussian::Gaussian;
 use super::super::hand::free_side::FreeSide;
@@ -7,27 +7,27 @@ use crate::matrices::isotropic;
 use glam::DVec3;
 use hwall_hand::HandState;
 
-/// How far touches of one place lie apart, standard deviation in each axis, m. The ends of the reaches of two recorded hands scatter by
-/// 36 and 42 mm in all three axes together; each axis is given as much, for hands that vary more.
+/// Scatter of touches of one place, standard deviation in each axis, m. The ends of the reaches of two recorded hands scatter by 36 and 42 mm over
+/// all three axes; each axis gets that much, as a margin for hands that vary more.
 pub(super) const SCATTER_M: f64 = 0.04;
-/// A touch this near to a place is one of that place, m: two and a half standard deviations.
+/// A touch within this distance of a place belongs to it, m: two and a half standard deviations.
 const SAME_M: f64 = 0.1;
-/// So many places are kept.
+/// Most places kept.
 const PLACES: usize = 8;
 /// Weight of a touch relative to the next one.
 pub(super) const FADES: f64 = 0.9;
 
-/// A place, and how often it was touched, older touches counting less.
+/// A place and its touch count, discounted with age.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TouchedPlace {
     pub(super) point_m: DVec3,
-    /// On which surface; `None` where there is no scene.
+    /// Its surface; `None` without a scene.
     pub(super) on: Option<SurfacePlace>,
     touches: f64,
 }
 
 impl TouchedPlace {
-    /// Where the next touch of it is.
+    /// Predictive distribution of its next touch.
     pub(super) fn gaussian(&self) -> Option<Gaussian> {
         // After one touch, the place itself is as uncertain as the next touch.
         let variances = 1.0 + 1.0 / self.touches.max(1.0);
@@ -35,7 +35,7 @@ impl TouchedPlace {
     }
 }
 
-/// The places that a person has touched before.
+/// The places a person has touched before.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::predict) struct TouchedPlaces {
     places: [Option<TouchedPlace>; PLACES],
@@ -50,7 +50,7 @@ impl TouchedPlaces {
         self.places.iter().any(Option::is_some)
     }
 
-    /// The person has touched there.
+    /// Adds a touch.
     pub(super) fn touched(&mut self, point_m: DVec3, on: Option<SurfacePlace>) {
         let same = |p: &&mut TouchedPlace| {
             p.on.map(|on| on.surface) == on.map(|on| on.surface)
@@ -79,7 +79,7 @@ impl TouchedPlaces {
         }
     }
 
-    /// The places with their shares, which add up to 1: by how often each was touched, and by how well the motion agrees.
+    /// The places and their shares, which sum to 1: by touch count and agreement with the motion.
     pub(super) fn shares(
         &self,
         motion: Option<&Gaussian>,
@@ -94,7 +94,7 @@ impl TouchedPlaces {
         all().map(move |p| ((log_weight(p) - most).exp() / sum, p))
     }
 
-    /// Logarithm of the density of a touch, if it is one of a place touched before, per m³.
+    /// Log density of a touch at one of these places, per m³.
     pub(super) fn log_density(&self, point_m: DVec3, motion: Option<&Gaussian>) -> f64 {
         let density = |(share, place): (f64, &TouchedPlace)| {
             place
@@ -105,18 +105,18 @@ impl TouchedPlaces {
     }
 }
 
-/// A touch is over once the hand is this far in front of the surface, or, on no surface and behind none, from the place, m.
+/// A touch ends once the hand is this far in front of the surface, or, if on no surface and behind none, from the place, m.
 const AWAY_M: f64 = 0.08;
-/// A hand that was not seen for so long touches anew, s.
+/// A hand lost for this long touches anew, s.
 const LOST_S: f64 = 0.5;
-/// What is felt within this time of a touch that was seen to begin is that touch, s.
+/// A reported touch within this time of a detected one is the same touch, s.
 const SAME_S: f64 = 1.0;
 
-/// Tells when a touch begins: where the hand goes through a surface or rests on one, until it has gone away from it.
+/// Detects the start of a touch: the hand passes through a surface or rests on one. The touch lasts until the hand has gone away.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TouchWatch {
     under_way: Option<SurfacePlace>,
-    /// When the last touch began, and when the hand was last seen, s.
+    /// Start of the last touch, and time of the last sample, s.
     touched_s: f64,
     seen_s: f64,
 }
@@ -140,7 +140,7 @@ impl TouchWatch {
         rests_on: Option<&SurfacePlace>,
     ) -> Option<SurfacePlace> {
         if hand.t_s < self.seen_s {
-            // The clock was set back.
+            // The clock was reset.
             self.touched_s = f64::NEG_INFINITY;
         }
         if !(0.0..=LOST_S).contains(&(hand.t_s - self.seen_s)) {
@@ -150,7 +150,7 @@ impl TouchWatch {
         if let Some(place) = self.under_way {
             let way = hand.point_m - place.point_m;
             let is_free = side.behind.is_none() && rests_on.is_none();
-            // Beside a table or round a wall the hand is not in front of it.
+            // Beside a table or behind the edge of a wall the hand is not in front of it.
             if way.dot(place.normal) < AWAY_M && !(is_free && way.length() > AWAY_M) {
                 return None;
             }
@@ -164,12 +164,12 @@ impl TouchWatch {
         self.under_way
     }
 
-    /// Is the hand at what it touched?
+    /// Is a touch in progress?
     pub(super) const fn is_touching(&self) -> bool {
         self.under_way.is_some()
     }
 
-    /// Takes a touch that the board felt: of a quick tap nothing else may tell. Returns whether it is news.
+    /// Takes a touch reported by the board; a quick tap may only show there. Returns whether it is new.
     pub(super) fn felt(&mut self, place: &SurfacePlace, t_s: f64) -> bool {
         let is_known = self.under_way.is_some() || (t_s - self.touched_s).abs() <= SAME_S;
         let is_news = !is_known && place.point_m.is_finite() && t_s.is_finite();

@@ -1,4 +1,4 @@
-//! From what the faces of the scene hold to predictions, the most probable first.
+//! Ranks the surfaces: from the weights of faces to predictions, the most probable first.
 
 use super::{EvidenceSource, FusedPredictor};
 use crate::estimate::{ContactEstimator, TimeToContact};
@@ -12,11 +12,10 @@ use glam::{DMat3, DVec3};
 use hwall_hand::HandState;
 use hwall_scene::Scene;
 
-/// Probability that a hand at rest on a surface is about to leave for another one: divided among the others as for a hand at rest
-/// elsewhere.
+/// Probability that a hand at rest on a surface is about to leave for another one; divided among the others as for a hand that rests elsewhere.
 const LEAVING_SHARE: f64 = 0.1;
 
-/// The hand is there.
+/// The hand touches already.
 const NOW: TimeToContact = TimeToContact {
     mean_s: 0.0,
     sd_s: None,
@@ -29,7 +28,7 @@ const LONGEST_S: f64 = 2.0;
 const LEAST_SD_M: f64 = 1e-3;
 
 impl<E: ContactEstimator> FusedPredictor<E> {
-    /// Adds up the faces of each surface; a surface that the hand rests on is added separately.
+    /// Adds up the faces of each surface; a surface under a resting hand is added separately.
     pub(super) fn rank(
         &mut self,
         scene: &Scene,
@@ -41,7 +40,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         let total: f64 = faces.iter().map(|f| f.mass).sum();
         let others = touched.map_or(1.0, |_| LEAVING_SHARE);
         let look = self.gaze.now();
-        // A place touched before stands beside what else may be touched on its surface.
+        // A place touched before is listed separately from the rest of its surface.
         let key = |index: usize| {
             let face = &faces[index];
             let is_place = face.source == EvidenceSource::TouchedBefore;
@@ -72,7 +71,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             let Some(best) = of(index).max_by(|a, b| a.mass.total_cmp(&b.mass)) else {
                 continue;
             };
-            // What stands for none of the sources says nothing about where.
+            // The component for no source gives no information about the point.
             let is_of_none = best.source == EvidenceSource::Anywhere;
             let named = |f: &&Face| is_of_none || f.source != EvidenceSource::Anywhere;
             let moments = Moments::of(|| of(index).filter(named), best);
@@ -138,7 +137,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             .sort_unstable_by(|a, b| b.probability.total_cmp(&a.probability));
     }
 
-    /// The sizes of regions: learnt from hands that reach, with what is left of the error of registration beside that.
+    /// Region sizes: learned for reaching hands, combined with the remaining registration error.
     fn regions(&self, way_m: f64, covariance_m2: &DMat3, normal: DVec3) -> RegionSizes {
         let Some(model) = self.config.regions.filter(|_| self.estimate.is_some()) else {
             return RegionSizes::NORMAL;
@@ -146,7 +145,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         InPlaneError::new(covariance_m2, &self.registration_m2, normal).sizes(&model.at(way_m))
     }
 
-    /// What a prediction of the last sample is unsure of, by itself and by the registration; `None` without a covariance.
+    /// The in-plane error of a prediction of the last sample, by itself and by the registration; `None` without a covariance.
     pub(in crate::predict) fn in_plane_error(
         &self,
         prediction: &ContactPrediction,
@@ -159,7 +158,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         ))
     }
 
-    /// The estimator's time, else the time that a hand which clearly approaches takes.
+    /// The estimator's time, else distance over closing speed if the hand clearly approaches.
     fn time_to(&self, hand: &HandState, point_m: DVec3, there: bool) -> Option<TimeToContact> {
         if there {
             return Some(NOW);
@@ -173,7 +172,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             let way = point_m - hand.point_m;
             let closing = hand.velocity_m_per_s.dot(way.try_normalize()?);
             let mean_s = way.length() / closing;
-            // A slower hand rests, and no reach takes longer.
+            // Slower hands are resting, and no reach takes longer.
             let clearly = closing > self.config.watch.offset_m_per_s && mean_s <= LONGEST_S;
             clearly.then_some(TimeToContact { mean_s, sd_s: None })
         })

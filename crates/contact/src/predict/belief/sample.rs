@@ -1,4 +1,4 @@
-//! What every source says about the next contact at one time.
+//! Predictions of every source for the next contact at one time.
 
 use super::super::gaussian::Gaussian;
 use super::super::gaze::idle::IdlePlaces;
@@ -15,33 +15,33 @@ use glam::{DMat3, DVec3};
 use hwall_hand::{HandState, WatchConfig};
 use std::f64::consts::TAU;
 
-/// An estimate that is astray is off by this many times its standard deviation.
+/// Factor on the standard deviation of an estimate that is wrong.
 const ASTRAY: f64 = 3.0;
-/// A look this many standard deviations from where the motion leads disagrees with it.
+/// A fixation this many standard deviations from the predicted end disagrees with the motion.
 const DISAGREES: f64 = 4.0;
-/// Error of the contacts that are learnt from, in each axis, m: a tracked tip is a point inside the finger.
+/// Error of the labelled contacts, in each axis, m: a tracked tip is a point inside the finger.
 const LABEL_SD_M: f64 = 0.008;
 /// Length of the line of sight on which the contact may lie, m.
 const ALONG_M: f64 = 1.2;
 /// Nothing nearer to the eyes is touched, m.
 const NEAREST_LOOK_M: f64 = 0.1;
-/// Standard deviation in depth about the surface that the line of sight meets, m: past an edge, a nearer or farther one may be meant.
+/// Standard deviation in depth about the surface on the line of sight, m: past an edge, a nearer or farther one may be meant.
 const DEPTH_SD_M: f64 = 0.4;
 
-/// What every source says at one time.
+/// Inputs of every source at one time.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::predict) struct Sample {
     pub(super) context: Context,
-    /// Where the motion leads, and the same with the error of an estimate that is astray; `None` at rest.
+    /// Predicted end of the motion, and the same with the error of a wrong estimate; `None` at rest.
     pub(super) motion: Option<[Gaussian; 2]>,
-    /// The present look and the one before.
+    /// The present fixation and the one before.
     pub(super) looks: [Option<Look>; 2],
-    /// Where the hand rests, or rested before it set off, m.
+    /// Position of the resting hand, or its last rest before it moved, m.
     pub(super) rest_m: DVec3,
 }
 
 impl Sample {
-    /// `default_sd_m`: of an estimate that states no covariance.
+    /// `default_sd_m`: for an estimate without a covariance.
     pub(super) fn new<E: ContactEstimator>(
         hand: &HandState,
         stream: &StreamEstimator<E>,
@@ -79,7 +79,7 @@ impl Sample {
         })
     }
 
-    /// Where a look says that the contact is: on its line, as far away as the motion says, or as what it meets.
+    /// Contact by a fixation: on its line, at the distance given by the motion, or at the surface it meets.
     pub(super) fn along(
         &self,
         look: &Look,
@@ -99,13 +99,13 @@ impl Sample {
         Gaussian::new(origin_m + sight * distance_m, covariance_m2)
     }
 
-    /// Where the motion leads to on the line of the present look.
+    /// The motion's end combined with the line of the present fixation.
     pub(super) fn confirmed(&self, sd_rad: f64) -> Option<Gaussian> {
         let ([motion, _], look) = (self.motion.as_ref()?, self.looks[0]?);
         on_sight(motion, &look, sd_rad.hypot(look.noise_rad))
     }
 
-    /// Where the contact is if no other source is right.
+    /// Contact if no other source is right.
     pub(super) fn anywhere(&self, model: &EvidenceModel) -> Option<Gaussian> {
         match self.motion {
             Some([_, astray]) => Some(astray),
@@ -113,7 +113,7 @@ impl Sample {
         }
     }
 
-    /// Logarithm of the density of a contact by each source, per m³.
+    /// Log density of a contact by each source, per m³.
     pub(super) fn log_densities(
         &self,
         contact_m: DVec3,
@@ -142,7 +142,7 @@ impl Sample {
         ]
     }
 
-    /// How probably each source is the one that is right, the contact being known; `None` where none expects it.
+    /// Posterior probability of each source given the contact; `None` if no source expects it.
     pub(super) fn responsibilities(
         &self,
         shares: &SourceShares,
@@ -156,7 +156,7 @@ impl Sample {
     }
 }
 
-/// A Gaussian times that about a line of sight.
+/// Product of a Gaussian and that about a line of sight.
 fn on_sight(gaussian: &Gaussian, look: &Look, sd_rad: f64) -> Option<Gaussian> {
     let (origin_m, sight) = (look.ray.origin_m, look.ray.direction);
     let sd_m = sd_rad * (gaussian.mean_m - origin_m).dot(sight);
@@ -165,8 +165,8 @@ fn on_sight(gaussian: &Gaussian, look: &Look, sd_rad: f64) -> Option<Gaussian> {
     is_ahead.then(|| gaussian.times(origin_m, across * (1.0 / (sd_m * sd_m))))?
 }
 
-/// How many standard deviations, per axis, a look is from where the motion leads; [`DISAGREES`] for eyes that look away from it, `None` if it
-/// cannot be computed.
+/// Distance of a fixation from the predicted end, in standard deviations per axis; [`DISAGREES`] for eyes that look away, `None` if it cannot be
+/// computed.
 fn deviations(motion: &Gaussian, look: &Look, sd_rad: f64) -> Option<f64> {
     let sight = look.ray.direction;
     let to_mean = motion.mean_m - look.ray.origin_m;
@@ -181,7 +181,7 @@ fn deviations(motion: &Gaussian, look: &Look, sd_rad: f64) -> Option<f64> {
     (squared >= 0.0).then(|| (0.5 * squared).sqrt())
 }
 
-/// Logarithm of the density of a contact on a line of sight, at any distance, per m³.
+/// Log density of a contact on a line of sight at unknown distance, per m³.
 fn log_along_sight(look: &Look, contact_m: DVec3, sd_rad: f64) -> f64 {
     let to_contact = contact_m - look.ray.origin_m;
     let rad = look.ray.direction.angle_between(to_contact);

@@ -1,4 +1,4 @@
-//! How far each source can be taken, learnt from streams whose contacts are known: expectation maximisation of a mixture.
+//! Learns the reliability of each source from streams with known contacts: expectation maximisation of a mixture.
 
 use super::super::gaze::idle::IdlePlaces;
 use super::super::gaze::memory::GazeMemory;
@@ -18,10 +18,10 @@ use hwall_hand::{
 use hwall_numeric::check::{all_finite, finite};
 use std::collections::BTreeMap;
 
-/// A person's samples, and where and when they touch: to learn from what people do between and before their reaches.
+/// A person's samples and contacts: also shows what people do between and before their reaches.
 #[derive(Debug, Clone, Copy)]
 pub struct LabelledStream<'a> {
-    /// As the tracker saw them, in order of time, in the frame of the contacts.
+    /// As tracked, in order of time, in the frame of the contacts.
     pub frames: &'a [HandFrame],
     /// All contacts in these samples, in order of time.
     pub contacts: &'a [StreamContact],
@@ -30,37 +30,36 @@ pub struct LabelledStream<'a> {
 /// A contact in a stream.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StreamContact {
-    /// Where, m.
+    /// Position, m.
     pub point_m: DVec3,
-    /// When the hand arrives, s.
+    /// Time of the first contact, s.
     pub contact_s: f64,
 }
 
-/// The filters that a stream is seen through; the same as in use.
+/// Filters applied to a stream; use the same at run time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StreamFilters {
-    /// How the hand is smoothed.
+    /// Smoothing of the hand.
     pub hand: HandFilterConfig,
-    /// What counts as a fixation.
+    /// Detection of fixations.
     pub gaze: GazeFilterConfig,
-    /// What begins and ends a reach.
+    /// Detection of the beginning and end of a reach.
     pub watch: WatchConfig,
 }
 
-/// Fewest touches that can be learnt from.
 const LEAST_TOUCHES: usize = 4;
-/// Samples closer together than this say the same, s.
+/// Samples closer together than this are redundant, s.
 const STEP_S: f64 = 0.02;
-/// A hand that is at rest this far from its last contact is on its way to the next, m.
+/// A hand at rest this far from its last contact belongs to the next one, m.
 const AWAY_M: f64 = 0.08;
-/// Spread of an estimate without one, m.
+/// Standard deviation of an estimate without a covariance, m.
 const DEFAULT_SD_M: f64 = 0.1;
-/// Rounds of expectation maximisation.
+/// Iterations of expectation maximisation.
 const ROUNDS: usize = 40;
-/// Shares of a cell are pulled towards those of its neighbours, of its phase, and of the start, as if by this many touches.
+/// Weight with which the shares of a cell are shrunk towards those of its cue, and these towards the prior, in touches.
 const PULL: f64 = 4.0;
 
-/// One sample, and where the contact came.
+/// One sample and its contact.
 struct Row {
     touch: usize,
     sample: Sample,
@@ -70,11 +69,11 @@ struct Row {
 }
 
 impl EvidenceModel {
-    /// Learns all of it from streams. The estimator (given the number of the stream) is one as will be used, best not learnt from that
-    /// stream: how far it can be taken in each phase is learnt with it.
+    /// Learns all parameters from streams. The estimator (by index of the stream) must be the kind used later, ideally not trained on that stream:
+    /// its reliability in each phase is learned with it.
     ///
-    /// Samples from the time at which the hand rests after a contact until the next contact are used; the touches count, not
-    /// the samples. Streams without a gaze teach what they can.
+    /// Uses the samples from the first rest after a contact until the next contact; touches are weighted equally, not samples. Streams without gaze
+    /// only inform the other parameters.
     ///
     /// # Errors
     /// Fewer than 4 touches; a contact that is not finite; settings that a filter refuses.
@@ -108,7 +107,7 @@ impl EvidenceModel {
         Ok(model)
     }
 
-    /// Adds the rows of one stream; returns how many touches there are now.
+    /// Adds the rows of one stream; returns the number of touches so far.
     fn collect<E: ContactEstimator>(
         &self,
         stream: &LabelledStream<'_>,
@@ -161,7 +160,7 @@ impl EvidenceModel {
         Ok(touches)
     }
 
-    /// One round of expectation maximisation; `start` is what is believed without data.
+    /// One iteration of expectation maximisation; `start` is the prior.
     fn improved(&self, start: &Self, rows: &[Row]) -> Self {
         let none: Shares = [[[[0.0; SOURCES]; COLUMNS]; AGES]; PHASES];
         let mut counts = none;
@@ -241,7 +240,7 @@ fn weigh(rows: &mut [Row]) {
     }
 }
 
-/// Shares by counts in the cells of a phase: each cell is pulled to those of its cue, and these to the start.
+/// Shares from counts in the cells of a phase: each cell is shrunk towards its cue, and each cue towards the prior.
 fn pulled_together(
     counts: &[[SourceShares; COLUMNS]; AGES],
     start: &[SourceShares; COLUMNS],

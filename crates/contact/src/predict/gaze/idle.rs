@@ -1,46 +1,45 @@
-//! Where a person's eyes rest while nothing is meant.
+//! Places a person fixates while no touch is intended.
 
 use super::memory::{GazeMemory, Look};
 use glam::DVec3;
 
-/// The places that a person's eyes have rested on in pauses and left again before the hand set off: straight ahead, a clock, a
-/// picture. A long look at one of them says less about the next touch than a long look at a place that is looked at for
-/// the first time.
+/// Places that a person fixated in pauses and left again before the hand set off: straight ahead, a clock, a picture. A long fixation there says
+/// less about the next touch than a long fixation on a new place.
 ///
-/// Directions are those of the room: a person who has turned or walked on needs a pause or two to be known again.
+/// Directions are in the room frame: a person who has turned or moved must be observed for a pause or two again.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::predict) struct IdlePlaces {
     places: [Option<IdlePlace>; MOST_PLACES],
-    /// How many pauses with such looks there were, older ones for less.
+    /// Number of pauses with such fixations, discounted with age.
     pauses: f64,
-    /// The looks of this pause that have ended, one for each place.
+    /// Ended fixations of this pause, one per place.
     ended: [Option<Look>; MOST_LOOKS],
-    /// Which of them is overwritten next.
+    /// Index to overwrite next.
     oldest: usize,
-    /// When the newest of the looks that have ended began, s.
+    /// Start of the newest ended fixation, s.
     newest_s: Option<f64>,
     was_reaching: bool,
 }
 
-/// A direction, and in how many pauses the eyes rested there.
+/// A direction, and the number of pauses with a fixation there.
 #[derive(Debug, Clone, Copy)]
 struct IdlePlace {
     look: Look,
     pauses: f64,
 }
 
-/// So many places and looks of one pause are remembered.
+/// Most places and fixations of one pause that are remembered.
 const MOST_PLACES: usize = 8;
 const MOST_LOOKS: usize = 8;
-/// What an older pause still counts when a new one ends.
+/// Discount of older pauses when a new one ends.
 const KEPT: f64 = 0.9;
-/// A place is an idle one wholly if the eyes rest there in half of the pauses, and in proportion if in fewer; a pause and a half
-/// without it are assumed before the first, so that one glance does not decide: min(1, 2 n / (pauses + 1.5)).
+/// A place is fully idle if it is fixated in half of the pauses, and in proportion if in fewer; a prior of a pause and a half without it keeps one
+/// glance from deciding: min(1, 2 n / (pauses + 1.5)).
 const OFTEN: f64 = 2.0;
 const ASSUMED: f64 = 1.5;
-/// A look that began less than this before the hand set off, s, is already one at the next place.
+/// A fixation that began less than this before the hand set off is already at the next place, s.
 const EARLY_S: f64 = 0.1;
-/// A look whose line passes the hand at less than this is at the hand, or at what it touches, m.
+/// A fixation whose line passes the hand within this distance is at the hand, or at what it touches, m.
 const AT_HAND_M: f64 = 0.1;
 
 impl IdlePlaces {
@@ -48,8 +47,8 @@ impl IdlePlaces {
         *self = Self::default();
     }
 
-    /// Takes the looks of the next sample, and whether a reach is under way. Looks no further apart than `apart_rad`, beyond their
-    /// noise, are at one place.
+    /// Takes the fixations of the next sample, and whether a reach is under way. Fixations within `apart_rad`, beyond their noise, are at one
+    /// place.
     pub(in crate::predict) fn step(
         &mut self,
         memory: &GazeMemory,
@@ -68,7 +67,7 @@ impl IdlePlaces {
             return;
         };
         self.newest_s = Some(ended.since_s);
-        // While nobody knows where the hand is, any look may be at it.
+        // While the hand is lost, any fixation may be at it.
         let is_beside_hand = hand_m.is_some_and(|hand_m| {
             let to_hand = hand_m - ended.ray.origin_m;
             to_hand.cross(ended.ray.direction).length() >= AT_HAND_M
@@ -84,13 +83,13 @@ impl IdlePlaces {
         }
     }
 
-    /// A reach has begun: what was looked at before, and is not looked at now, was not what the hand sets off for.
+    /// A reach has begun: places fixated before and not now were not its target.
     fn end_pause(&mut self, memory: &GazeMemory, apart_rad: f64) {
         let ended = std::mem::take(&mut self.ended);
         self.oldest = 0;
-        // Of eyes that are lost nobody knows what they mean.
+        // Without gaze the intention is unknown.
         let Some(now) = memory.now() else { return };
-        // Eyes that have just come to another place left the target before the hand set off.
+        // A very recent fixation: the eyes left the target just before the hand set off.
         let left = memory.before().filter(|_| now.age_s(now.until_s) < EARLY_S);
         let meant = |look: &Look| {
             let mut places = [Some(now), left].into_iter().flatten();
@@ -114,7 +113,7 @@ impl IdlePlaces {
             let least = (0..MOST_PLACES).min_by(|a, b| pauses(a).total_cmp(&pauses(b)));
             let index = known.or(least).unwrap_or(0);
             let before = known.and(self.places[index]).map_or(0.0, |p| p.pauses);
-            // Two looks at it in one pause are one pause.
+            // Two fixations on it in one pause count once.
             let one = if known.is_some() && counted[index] {
                 0.0
             } else {
@@ -126,8 +125,8 @@ impl IdlePlaces {
         }
     }
 
-    /// How much the eyes rest in pauses where they rest now, from 0, not at all, to 1, in half of those pauses or more in which they
-    /// rested anywhere; `None` before the first such pause.
+    /// How often the eyes fixate the present place in pauses, from 0, never, to 1, in at least half of the pauses with any fixation; `None` before
+    /// the first such pause.
     pub(in crate::predict) fn share(&self, look: &Look, apart_rad: f64) -> Option<f64> {
         let places = self.places.iter().flatten();
         let here = places.filter(|place| place.look.is_at(look, apart_rad));
@@ -143,7 +142,7 @@ mod tests {
 
     const APART_RAD: f64 = 0.07;
 
-    /// Eyes that go from place to place, with a reach at the end of each pause.
+    /// Eyes that move from place to place, with a reach at the end of each pause.
     #[derive(Default)]
     struct Eyes {
         memory: GazeMemory,
@@ -171,7 +170,7 @@ mod tests {
             self.t_s += 0.01;
         }
 
-        /// A pause with looks at some places, the last of which the hand then goes to, and stays at for a while.
+        /// A pause with fixations on some places; the hand then goes to the last one and stays for a while.
         fn reach(&mut self, places: &[f64]) {
             for &y in places {
                 self.look(y, 0.4, false, DVec3::ZERO);
@@ -195,17 +194,17 @@ mod tests {
         let mut new = 1.0;
         for (target, glance) in [(0.5, -0.3), (-0.6, 0.8), (0.3, -0.9), (0.6, -0.3)] {
             eyes.reach(&[0.0, glance, target]);
-            // Ahead again: after one such pause that is probable, then certain.
+            // Ahead again: probable after one such pause, then certain.
             let first = target == 0.5;
             assert_eq!(eyes.share(), Some(if first { 0.8 } else { 1.0 }));
             new *= -1.4;
             eyes.look(new, 0.2, false, DVec3::ZERO);
             assert_eq!(eyes.share(), Some(0.0), "a new place");
         }
-        // What is touched is no idle place, though the eyes rest there while the hand does.
+        // The touched place is not idle, although it is fixated while the hand is there.
         eyes.look(0.6, 0.2, false, DVec3::ZERO);
         assert_eq!(eyes.share(), Some(0.0));
-        // A glance that comes back now and then is something between.
+        // An occasional glance is in between.
         eyes.look(0.8, 0.2, false, DVec3::ZERO);
         let share = eyes.share().expect("known");
         assert!((0.2..0.8).contains(&share), "{share}");
@@ -227,7 +226,7 @@ mod tests {
 
     #[test]
     fn what_may_have_been_meant_is_not_counted() {
-        // The eyes were lost when the hand set off; the hand was lost while they looked; they left the target just before it.
+        // Gaze was lost when the hand set off; the hand was lost during the fixation; the eyes left the target just before it.
         let lost = |eyes: &mut Eyes| {
             for _ in 0..40 {
                 eyes.see(Gaze::Lost, false, DVec3::ZERO);

@@ -1,18 +1,18 @@
-//! The places that the eyes rest on and rested on before.
+//! The present and the previous fixation.
 
 use hwall_hand::{Fixation, Gaze, GazeRay};
 
-/// A look at one place: one fixation, or several that hardly differ.
+/// A stay of the eyes at one place: one fixation, or several that hardly differ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::predict) struct Look {
     /// The mean line of sight of the newest fixation.
     pub(in crate::predict) ray: GazeRay,
-    /// What the noise of the tracker adds to it, rad.
+    /// Angular noise of the tracker in it, rad.
     pub(in crate::predict) noise_rad: f64,
-    /// When the eyes came to rest there, s.
+    /// Start of the fixation, s.
     pub(in crate::predict) since_s: f64,
     pub(in crate::predict) until_s: f64,
-    /// Time spent on the place in earlier looks at it, s.
+    /// Duration of earlier stays at the place, s.
     before_s: f64,
 }
 
@@ -27,12 +27,12 @@ impl Look {
         }
     }
 
-    /// How long the eyes have rested on the place, s.
+    /// Total time at the place, s.
     pub(in crate::predict) fn age_s(&self, t_s: f64) -> f64 {
         (t_s - self.since_s).max(0.0) + self.before_s
     }
 
-    /// Does a fixation lie on the same place?
+    /// Is a fixation at the same place?
     fn holds(&self, fixation: &Fixation, apart_rad: f64) -> bool {
         self.is_at(&Self::new(fixation), apart_rad)
     }
@@ -51,37 +51,36 @@ impl Look {
     }
 }
 
-/// The present look and the one before it.
+/// The present fixation and the one before it.
 ///
-/// While the eye is in flight, or lost for a moment, the last look stays the present one: nothing is known yet that
-/// speaks against it. A look back at the place before is the same look again.
+/// During saccades and short gaze loss, the last fixation stays the present one: nothing contradicts it yet. A return to the previous place
+/// continues that fixation.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::predict) struct GazeMemory {
     now: Option<Look>,
     before: Option<Look>,
 }
 
-/// A look that has ended, and how long ago.
+/// An ended fixation, and the time since then.
 pub(in crate::predict) type Ended<'a> = (&'a Look, f64);
 
-/// Two mean lines of sight lie on one place within this many standard deviations of their noise ...
+/// Two mean lines of sight are at one place within this many standard deviations of their noise ...
 const SAME_SDS: f64 = 3.0;
-/// ... but never beyond this angle, rad.
+/// ... but at most this angle, rad.
 const WIDEST_RAD: f64 = 0.35;
-/// Shorter looks are not remembered, s: nobody saw anything there.
+/// Shorter fixations are not remembered, s: too short to see anything.
 const SHORTEST_S: f64 = 0.08;
-/// A look back at a place that was left no longer ago than this goes on, s: after a glance, not after a touch.
+/// A return after at most this time continues the fixation, s: after a glance, not after a touch.
 const BACK_S: f64 = 1.0;
-/// The last look counts as the present one for this long without a line of sight, s: saccades and blinks.
+/// Time for which the last fixation is the present one without a line of sight, s: saccades and blinks.
 const HOLD_S: f64 = 0.3;
 
 impl GazeMemory {
-    /// Takes the gaze of the next sample. Lines of sight that differ by no more than `apart_rad`, beyond their noise, are on
-    /// one place.
+    /// Takes the gaze of the next sample. Lines of sight within `apart_rad`, beyond their noise, are at one place.
     pub(in crate::predict) fn step(&mut self, t_s: f64, gaze: &Gaze, apart_rad: f64) {
         let later = |look: &Option<Look>| look.is_some_and(|look| t_s < look.until_s);
         if later(&self.now) || later(&self.before) {
-            // The clock was set back.
+            // The clock was reset.
             *self = Self::default();
         }
         let usable = gaze.fixation().filter(|fixation| fixation.is_usable());
@@ -104,7 +103,7 @@ impl GazeMemory {
         let mut next = Look::new(fixation);
         if let Some(back) = back {
             next.before_s = back.age_s(back.until_s);
-            // It is the present one again; a short look between leaves nothing before it.
+            // It is the present one again; a short fixation in between leaves no previous one.
             if self.before.is_some_and(|look| look.since_s == back.since_s) {
                 self.before = None;
             }
@@ -116,7 +115,7 @@ impl GazeMemory {
         *self = Self::default();
     }
 
-    /// The present look ends.
+    /// Ends the present fixation.
     fn pass(&mut self) {
         if let Some(ended) = self.now.take()
             && ended.age_s(ended.until_s) >= SHORTEST_S
@@ -125,7 +124,7 @@ impl GazeMemory {
         }
     }
 
-    /// The present look, and the one before it unless it is longer ago than `memory_s`.
+    /// The present fixation, and the previous one unless it ended more than `memory_s` ago.
     pub(in crate::predict) fn looks(
         &self,
         t_s: f64,
@@ -139,12 +138,12 @@ impl GazeMemory {
         (self.now.as_ref(), before)
     }
 
-    /// The last look that has ended, however long ago.
+    /// The last ended fixation, whatever its age.
     pub(in crate::predict) const fn before(&self) -> Option<&Look> {
         self.before.as_ref()
     }
 
-    /// The present look.
+    /// The present fixation.
     pub(in crate::predict) const fn now(&self) -> Option<&Look> {
         self.now.as_ref()
     }
@@ -198,7 +197,7 @@ mod tests {
         memory.step(0.6, &Gaze::Lost, 0.07);
         let (now, before) = memory.looks(0.6, 0.8);
         assert!(now.is_none() && before.is_some());
-        // A clock that is set back starts anew.
+        // A clock reset clears the memory.
         memory.step(0.1, &Gaze::Lost, 0.07);
         assert_eq!(memory.looks(0.1, 0.8), (None, None));
     }

@@ -1,4 +1,4 @@
-//! Where the eyes rest, rested before, and rest while nothing is meant.
+//! Present, previous and idle fixations.
 
 pub(in crate::predict) mod idle;
 pub(in crate::predict) mod memory;

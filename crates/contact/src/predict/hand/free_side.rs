@@ -1,4 +1,4 @@
-//! The side of the surfaces that the hand is on, or came from.
+//! The side of a surface that the hand is on, or came from.
 
 use glam::DVec3;
 use hwall_hand::HandState;
@@ -7,28 +7,28 @@ use hwall_scene::{Hit, Scene};
 /// The side of the surfaces that the hand came from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::predict) struct FreeSide {
-    /// The place to look for surfaces from, m.
+    /// Point from which to search for surfaces, m.
     pub(in crate::predict) from_m: DVec3,
-    /// The surface that the hand has gone through.
+    /// The surface that the hand has passed through.
     pub(in crate::predict) behind: Option<Hit>,
 }
 
-/// Remembers the side from which a hand came to a surface.
+/// Tracks the side from which a hand came to a surface.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::predict) struct SideWatch {
-    /// Last place of the hand on the free side of all surfaces, m.
+    /// Last position of the hand on the free side of all surfaces, m.
     free_m: Option<DVec3>,
-    /// When the hand was seen last, s.
+    /// Time of the last sample, s.
     seen_s: f64,
 }
 
-/// How far behind a surface a hand is still taken to touch it from the front, m.
+/// Largest depth behind a surface at which the hand is still taken to touch it from the front, m.
 const DEEPEST_M: f64 = 0.25;
 
-/// A hand that was lost for longer than this may be anywhere, s.
+/// After a longer loss the hand may be anywhere, s.
 const LONGEST_LOSS_S: f64 = 0.5;
 
-/// A hand nearer than this to a surface is on it and not through it, m: rounding.
+/// A hand nearer than this to a surface is on it, not through it, m: rounding.
 const ON_SURFACE_M: f64 = 1e-6;
 
 impl SideWatch {
@@ -36,7 +36,7 @@ impl SideWatch {
         *self = Self::default();
     }
 
-    /// The side of the surfaces that the hand is on, or that it came from when it has gone through one.
+    /// The side of the surfaces that the hand is on, or came from if it has passed through one.
     pub(in crate::predict) fn free_side(
         &mut self,
         scene: &Scene,
@@ -44,7 +44,7 @@ impl SideWatch {
         eye_m: Option<DVec3>,
     ) -> FreeSide {
         let hand_m = hand.point_m;
-        // Also for a clock that was set back.
+        // Also after a clock reset.
         if !(0.0..=LONGEST_LOSS_S).contains(&(hand.t_s - self.seen_s)) {
             self.forget();
         }
@@ -64,7 +64,7 @@ impl SideWatch {
             (None, None) => None,
         };
         match behind {
-            // A hand that is deeper went round, or the tracker lost it on the way.
+            // A hand deeper than that went round, or was lost on its path.
             Some((hit, free_m)) if hit.point_m.distance(hand_m) <= DEEPEST_M => {
                 self.free_m = Some(free_m);
                 FreeSide {
@@ -73,8 +73,8 @@ impl SideWatch {
                 }
             }
             _ => {
-                // Of a hand on a surface rounding says which side it is on: it is still on the one it came from. Taken for free,
-                // a place behind the surface would turn the sides round until the hand is far away.
+                // On a surface, rounding decides the side, so keep the side the hand came from. A position behind the surface taken as free would
+                // swap the sides until the hand is far away.
                 self.free_m = self.free_m.filter(|_| is_on).or(Some(hand_m));
                 FreeSide {
                     from_m: hand_m,
@@ -89,8 +89,8 @@ impl SideWatch {
 mod tests {
     use super::*;
 
-    /// A recorded hand came back through a wall with one sample 50 nm behind its front. That was taken for free, and from then on
-    /// the hand was behind the wall wherever it went.
+    /// A recorded hand came back through a wall with one sample 50 nm behind its front. That sample was taken as free, and from then on the hand
+    /// counted as behind the wall everywhere.
     #[test]
     fn a_hand_in_the_plane_of_a_surface_stays_on_its_side() {
         let wall = "o wall\nv 0.5 -1 0\nv 0.5 1 0\nv 0.5 1 2\nv 0.5 -1 2\nf 1 2 3 4\n";

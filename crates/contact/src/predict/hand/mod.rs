@@ -1,4 +1,4 @@
-//! Where the hand is: with its reach, beside the surfaces, on one of them.
+//! The hand relative to its reach and to the surfaces.
 
 pub(super) mod free_side;
 pub(super) mod phase;

@@ -1,21 +1,20 @@
-//! How far a hand is with its reach.
+//! The phase of a reach.
 
-/// How far a hand is with its reach.
+/// The phase of a reach.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ReachPhase {
     /// No reach is under way.
     Rest,
-    /// No reach is seen yet, but the hand has come 1 cm since it was last slow.
+    /// No reach is detected yet, but the hand has moved 1 cm since it was last slow.
     Stirring,
-    /// A reach seems to have begun; the hand has come less than 8 cm.
+    /// A reach seems to have begun; the hand has moved less than 8 cm.
     Onset,
     /// The reach is under way.
     UnderWay,
-    /// Less than 0.3 s are left until the contact.
+    /// Less than 0.3 s are left until contact.
     End,
 }
 
-/// How many phases there are.
 pub(in crate::predict) const PHASES: usize = 5;
 
 impl ReachPhase {
@@ -28,11 +27,11 @@ impl ReachPhase {
         Self::End,
     ];
 
-    /// The way up to which a reach is at its onset, m.
+    /// Distance up to which a reach is at its onset, m.
     const ONSET_M: f64 = 0.08;
-    /// The time before contact from which it is at its end, s.
+    /// Time before contact at which the end begins, s.
     const END_S: f64 = 0.3;
-    /// The phase of a reach after a way, m, with some time left, s.
+    /// The phase of a reach after a distance, m, with some time left, s.
     pub(in crate::predict) fn of(way_m: f64, left_s: Option<f64>) -> Self {
         if way_m < Self::ONSET_M {
             Self::Onset

@@ -1,4 +1,4 @@
-//! Where a hand is with its reach, and what that says about the contact.
+//! The phase of the hand, its rest position, and the distribution of an estimate.
 
 use super::super::gaussian::Gaussian;
 use super::super::stream::ReachBeginning;
@@ -8,16 +8,16 @@ use crate::matrices::isotropic;
 use glam::DVec3;
 use hwall_hand::{HandState, WatchConfig};
 
-/// Where the hand is with its reach.
+/// The phase and rest position of a hand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::predict) struct HandPlace {
     pub(in crate::predict) phase: ReachPhase,
-    /// Where it rests, or rested before the reach, m.
+    /// Position of the present rest, or of the rest before the reach, m.
     pub(in crate::predict) rest_m: DVec3,
 }
 
 impl HandPlace {
-    /// `began`: how the reach under way did; `stirred_m`: [`StreamEstimator::stirred_m`](super::super::stream::StreamEstimator::stirred_m).
+    /// `began`: beginning of the present reach; `stirred_m`: [`StreamEstimator::stirred_m`](super::super::stream::StreamEstimator::stirred_m).
     pub(in crate::predict) fn new(
         hand: &HandState,
         began: Option<&ReachBeginning>,
@@ -44,10 +44,10 @@ impl HandPlace {
     }
 }
 
-/// A hand that has come further than this since it was last slow stirs, m: the noise of a tracker does not go that far.
+/// A hand that has moved further than this since it was last slow starts to move, m: above tracker noise.
 const STIRRED_M: f64 = 0.01;
 
-/// The Gaussian of an estimate; `default_sd_m` where it states no covariance.
+/// The Gaussian of an estimate; `default_sd_m` applies without a covariance.
 pub(in crate::predict) fn gaussian_of(
     estimate: &ContactEstimate,
     default_sd_m: f64,

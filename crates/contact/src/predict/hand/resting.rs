@@ -1,4 +1,4 @@
-//! Whether the hand rests on a surface.
+//! Detects a hand that rests on a surface.
 
 use super::free_side::FreeSide;
 use glam::DVec3;
@@ -14,28 +14,28 @@ pub(in crate::predict) struct SurfacePlace {
     pub(in crate::predict) normal: DVec3,
 }
 
-/// Tells when a hand rests on a surface.
+/// Detects a hand that rests on a surface.
 #[derive(Debug, Clone, Default)]
 pub(in crate::predict) struct RestWatch {
-    /// Displacement of the hand over its last decimetre before it came to rest on something, m.
+    /// Displacement over the last decimetre before the hand came to rest, m.
     approach_m: DVec3,
     last_s: Option<f64>,
     place: Option<SurfacePlace>,
 }
 
-/// The direction of an approach is taken over this length, m.
+/// Length over which the direction of approach is measured, m.
 const APPROACH_M: f64 = 0.1;
 
 /// Half a finger, m: tracked points lie inside the hand.
 const HALF_FINGER_M: f64 = 0.008;
 
-/// A hand at rest within this many standard deviations of the registration from a surface is on it.
+/// A resting hand within this many standard deviations of the registration from a surface is on it.
 const REGISTRATION_SDS: f64 = 2.0;
 
-/// Least cosine that counts for a face along the way: hands slide.
+/// Least cosine for a face in the direction of motion: hands slide.
 const LEAST_COS: f64 = 0.05;
 
-/// A resting hand changes to another surface only if that is more probable by this, as a logarithm.
+/// Hysteresis: a resting hand changes to another surface only if its log probability is higher by this.
 const KEPT: f64 = 2.0;
 
 impl RestWatch {
@@ -43,13 +43,11 @@ impl RestWatch {
         *self = Self::default();
     }
 
-    /// The place that the hand rests on, if it does: the point of a surface below it. `side` is the one that it
-    /// came from.
+    /// The place that the hand rests on: the point of a surface below it. `side` is the side it came from.
     ///
-    /// A slow hand is on a surface that it has gone through, or that is no further away than half a finger
-    /// plus the error of the registration. Of several it is on the one with the best product of the
-    /// density of its distance and the cosine of the angle at which the hand came. It stays on it
-    /// until it is as fast as at the onset of a reach or further away than that.
+    /// A slow hand is on a surface that it has passed through, or that is no further away than half a finger plus the registration error. Of
+    /// several, the one with the largest product of the density of the distance and the cosine of the angle of approach. The hand stays on it until
+    /// it is as fast as at the onset of a reach or further away than that.
     pub(in crate::predict) fn rest(
         &mut self,
         scene: &Scene,
@@ -65,7 +63,7 @@ impl RestWatch {
             let way_m = self.approach_m + hand.velocity_m_per_s * step_s;
             self.approach_m = way_m.clamp_length_max(APPROACH_M);
         }
-        // Noise must not lift a resting hand off.
+        // Noise must not end the rest.
         let slow_m_per_s = match before {
             Some(_) => watch.onset_m_per_s,
             None => watch.offset_m_per_s,
@@ -106,16 +104,16 @@ impl RestWatch {
             .flatten()
             .map(|place| place.facing(side.from_m))
             .max_by(|a, b| log_probability(a).total_cmp(&log_probability(b)))?;
-        // Straight below the hand, unless the surface has a hole or ends there.
+        // The point straight below the hand, unless the surface has a hole or ends there.
         self.place = Some(place.below(scene, hand_m).unwrap_or(place));
         self.place
     }
 }
 
-/// A surface is looked for from this far in front of it, m: nothing else is that close.
+/// Rays to a surface start this far in front of it, m: nothing else is that close.
 const STAND_OFF_M: f64 = 0.01;
 
-/// The normal, or its opposite, that points along a direction.
+/// The normal or its opposite, whichever points along a direction.
 pub(in crate::predict) fn facing(normal: DVec3, along: DVec3) -> DVec3 {
     if along.dot(normal) < 0.0 {
         -normal
@@ -141,8 +139,7 @@ impl SurfacePlace {
         }
     }
 
-    /// The place of the same surface that a point is brought to along the normal; `None` where the surface
-    /// has a hole or an end.
+    /// Projection of a point along the normal onto the same surface; `None` if the surface has a hole there or ends.
     pub(in crate::predict) fn below(&self, scene: &Scene, point_m: DVec3) -> Option<Self> {
         let off_m = (point_m - self.point_m).dot(self.normal).abs();
         let from_m = point_m + self.normal * (off_m + STAND_OFF_M);

@@ -1,18 +1,18 @@
-//! How many independent errors there are among those of several people.
+//! Effective number of independent errors among those of several people.
 
 use super::quantiles::Miss;
 
-/// The share of the variance that touches of one person have in common where only one person is known.
+/// Within-person correlation of touches if only one person is known.
 const UNKNOWN_SHARE: f64 = 0.05;
 
-/// How many independent touches tell as much about people to come as those of these people, whose touches are alike [Kish 1965,
-/// section 5.4]. `people`: how many touches there were after each of them. At least 1.
+/// Number of independent touches that are as informative about new people as these, whose touches are correlated within a person [Kish 1965,
+/// section 5.4]. `people`: cumulative number of touches after each person. At least 1.
 pub(super) fn independent(misses: &[Miss], people: &[usize]) -> f64 {
     let touches = people.last().copied().unwrap_or(0);
     let mut means = vec![(0.0, 0.0); touches];
     for miss in misses {
         if let Some((sum, weight)) = means.get_mut(miss.touch) {
-            // Of the largest region, for tails are what it is about.
+            // The values of the largest region, because the tails matter.
             *sum += miss.weight * miss.logarithms[2];
             *weight += miss.weight;
         }
@@ -26,13 +26,13 @@ pub(super) fn independent(misses: &[Miss], people: &[usize]) -> f64 {
         .filter(|group| !group.is_empty())
         .collect();
     let n = touches as f64;
-    // Whoever made more touches counts for more of them.
+    // Weighted by touches: people with more touches count more.
     let squares: f64 = groups.iter().map(|g| (g.len() as f64).powi(2)).sum();
     let each = squares / n.max(1.0);
     (n / (1.0 + (each - 1.0).max(0.0) * in_common(&groups))).max(1.0)
 }
 
-/// The share of the variance that is between groups: analysis of variance, one way.
+/// Between-group share of the variance: one-way analysis of variance.
 fn in_common(groups: &[&[f64]]) -> f64 {
     let (n, k) = (
         groups.iter().map(|g| g.len()).sum::<usize>() as f64,
@@ -54,7 +54,7 @@ fn in_common(groups: &[&[f64]]) -> f64 {
     let each = (n - squares / n) / (k - 1.0);
     let common = (between - within) / each.max(1.0);
     let share = common / (common + within);
-    // Without any variance there is nothing in common either.
+    // Without variance there is no correlation either.
     if share.is_finite() {
         share.clamp(0.0, 1.0)
     } else {

@@ -1,4 +1,4 @@
-//! Files of region models: versioned JSON that gives the model back bit by bit, or an error that says what is wrong.
+//! Files of region models: versioned JSON that restores the model bit by bit, or an error that names the fault.
 
 use super::model::{KNOTS, RegionModel};
 use super::sizes::REGION_SHARES;
@@ -9,7 +9,7 @@ use hwall_numeric::check::that;
 use serde::{Deserialize, Serialize};
 use std::io::{Read, Write};
 
-/// What a file of this kind calls itself, and the version written.
+/// Format name and version written.
 const FORMAT: Format = Format {
     name: "hwall-contact regions",
     version: 1,
@@ -24,7 +24,7 @@ struct File {
     /// Digest of everything else, hexadecimal.
     digest: String,
     touches: usize,
-    /// By the way left, for the regions in order of their shares.
+    /// By remaining distance, for the regions in order of their shares.
     logarithms: [[f64; REGION_SHARES.len()]; KNOTS],
 }
 
@@ -40,12 +40,12 @@ impl File {
         digest.to_hex()
     }
 
-    /// A digest is against accidents, so the numbers are looked at as well.
+    /// A digest only protects against accidents, so check the numbers as well.
     fn validate(&self) -> Result<(), ContactError> {
         let enough = self.touches >= LEAST_TOUCHES;
         that(enough, "touches", self.touches as f64, "at least 4")?;
         for logarithm in self.logarithms.iter().flatten() {
-            // NaN lies nowhere.
+            // NaN fails the comparison.
             let ok = logarithm.abs() <= MOST_LOGARITHM;
             that(ok, "logarithm of a size", *logarithm, "from -20 to 20")?;
         }
@@ -53,9 +53,8 @@ impl File {
     }
 }
 
-/// Writing and reading, with the feature `serde`.
 impl RegionModel {
-    /// The model as a file: regions of the model read are the same to the last bit.
+    /// The model as JSON: a model read from it gives bit-identical regions.
     #[must_use]
     pub fn to_json(&self) -> String {
         let mut file = File {
@@ -73,7 +72,7 @@ impl RegionModel {
     /// Writes [`to_json`](Self::to_json).
     ///
     /// # Errors
-    /// A writer that fails.
+    /// The writer fails.
     pub fn write_json(&self, writer: impl Write) -> Result<(), ContactError> {
         Ok(model_file::write(writer, &self.to_json())?)
     }
@@ -81,8 +80,7 @@ impl RegionModel {
     /// Reads what [`to_json`](Self::to_json) wrote, on any machine. White space does not matter.
     ///
     /// # Errors
-    /// A text that is not JSON, another format, a newer version; fewer than 4 touches, sizes that nothing has; a file that was cut off or
-    /// edited.
+    /// The text is not JSON, has another format or a newer version, fewer than 4 touches, sizes out of range, or was truncated or edited.
     pub fn from_json(text: &str) -> Result<Self, ContactError> {
         let file: File = FORMAT.parse(text)?;
         file.validate()?;
@@ -96,7 +94,7 @@ impl RegionModel {
     /// Reads a file to its end; see [`from_json`](Self::from_json).
     ///
     /// # Errors
-    /// As there; the reader fails, or what it holds is not UTF-8.
+    /// As there; the reader fails, or the text is not UTF-8.
     pub fn read_json(reader: impl Read) -> Result<Self, ContactError> {
         Self::from_json(&model_file::read(reader)?)
     }

@@ -1,10 +1,10 @@
-//! Two uncertainties of a predicted point in the plane of its surface: that of the prediction, and that of the registration.
+//! Two uncertainties of a predicted point in the plane of its surface: prediction and registration.
 
 use super::sizes::{REGION_SHARES, RegionSizes};
 use crate::matrices::{Plane, axes_across};
 use glam::{DMat3, DVec3};
 
-/// What the determinant of a sum has beside those of the two.
+/// The mixed term in the determinant of a sum.
 fn mixed(a: &Plane, b: &Plane) -> f64 {
     a.uu * b.vv + a.vv * b.uu - 2.0 * a.uv * b.uv
 }
@@ -17,11 +17,10 @@ fn less(a: &Plane, b: &Plane, share: f64) -> Plane {
     }
 }
 
-/// The covariance of a predicted point in the plane of its surface, as the sum of what the prediction is unsure of and of the
-/// error of registration.
+/// In-plane covariance of a predicted point, as the sum of the prediction's own covariance and the registration error.
 ///
-/// How far predictions are off beside what they state is learnt without the second part, and changes the first alone. Else a
-/// scale that was learnt from an exact tracker would also shrink the error of one that is off.
+/// The calibration of predictions is learned without the second part and scales the first only. Otherwise a scale learned with an exact tracker
+/// would also shrink the registration error of an inexact one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::predict) struct InPlaneError {
     own: Plane,
@@ -30,10 +29,10 @@ pub(in crate::predict) struct InPlaneError {
 }
 
 impl InPlaneError {
-    /// `covariance_m2`: of both together, on a surface with this unit normal; `registration_m2`: of the registration in space. On a
-    /// surface the point is known across it, so of the registration that part counts which is left once its error across is known. That is
-    /// exact where the prediction is as unsure across the surface as along it or has its axes there; where it is long, thin and oblique it is
-    /// the least that the registration can be, and the rest counts as the prediction's.
+    /// `covariance_m2`: total, on a surface with this unit normal; `registration_m2`: of the registration in space. A point on a surface has no
+    /// error across it, so the registration counts conditioned on its error across the surface. That is exact if the prediction is as uncertain
+    /// across the surface as along it, or has its axes there; if its covariance is long, thin and oblique, it is a lower bound of the registration
+    /// part, and the rest counts as the prediction's.
     pub(in crate::predict) fn new(
         covariance_m2: &DMat3,
         registration_m2: &DMat3,
@@ -51,7 +50,7 @@ impl InPlaneError {
             vv: b * b,
         };
         let registration = less(&Plane::of(registration_m2, axes), &explained, known);
-        // The sum holds the part, but for what an edge of the surface cuts off.
+        // The total contains the registration part, unless an edge of the surface truncates it.
         let share = largest_share(&total, &registration);
         let own = less(&total, &registration, share);
         let usable = share > 0.0 && own.determinant().is_finite();
@@ -62,8 +61,8 @@ impl InPlaneError {
         }
     }
 
-    /// The sizes of regions in deviations of both together, of those in deviations of the prediction alone: the regions of the sum are as
-    /// large, and have the shape of its covariance.
+    /// Converts region sizes from standard deviations of the prediction alone to those of the total: the regions of the total keep their area and
+    /// have the shape of its covariance.
     pub(in crate::predict) fn sizes(&self, own: &RegionSizes) -> RegionSizes {
         let normal = RegionSizes::NORMAL.squared();
         let own = own.squared();
@@ -77,8 +76,8 @@ impl InPlaneError {
         RegionSizes::rising(std::array::from_fn(of)).unwrap_or(RegionSizes::NORMAL)
     }
 
-    /// The other way round, for each of [`REGION_SHARES`]: the size in deviations of the prediction alone with which a region ends at
-    /// a squared distance in deviations of both; 0 where the registration alone explains it.
+    /// The inverse, for each of [`REGION_SHARES`]: the size in standard deviations of the prediction alone of a region that ends at a squared
+    /// distance in standard deviations of the total; 0 if the registration alone explains it.
     pub(super) fn own_squared(&self, squared: f64) -> [f64; REGION_SHARES.len()] {
         RegionSizes::NORMAL.squared().map(|normal| {
             let a = self.own.determinant();
@@ -88,19 +87,19 @@ impl InPlaneError {
             if c >= 0.0 {
                 return 0.0;
             }
-            // The positive root of a x² + b x + c, without a difference of large numbers.
+            // The positive root of a x² + b x + c, without cancellation.
             -2.0 * c / (b + (b * b - 4.0 * a * c).max(0.0).sqrt())
         })
     }
 }
 
-/// The most of the second that the first holds, at most 1: less than that leaves a covariance.
+/// Largest share of `part`, at most 1, that `total` contains: subtracting less leaves a covariance.
 fn largest_share(total: &Plane, part: &Plane) -> f64 {
-    // det(total - x part) = a - b x + c x², zero first at the smaller root.
+    // det(total - x part) = a - b x + c x², first zero at the smaller root.
     let (a, b, c) = (total.determinant(), mixed(total, part), part.determinant());
     let root = (b * b - 4.0 * a * c).max(0.0).sqrt();
     let most = 2.0 * a / (b + root).max(f64::MIN_POSITIVE);
-    // NaN is no share.
+    // NaN fails the comparison.
     if most > 0.0 {
         (KEPT * most).min(1.0)
     } else {
@@ -108,7 +107,7 @@ fn largest_share(total: &Plane, part: &Plane) -> f64 {
     }
 }
 
-/// What is taken off at most of what there is, so that something is left.
+/// Margin: subtract at most this share of the maximum, so that the rest stays positive definite.
 const KEPT: f64 = 0.99;
 
 #[cfg(test)]
@@ -126,7 +125,7 @@ mod tests {
         for (size, normal) in normal.into_iter().zip(RegionSizes::NORMAL.squared()) {
             assert!((size - normal).abs() < 1e-9);
         }
-        // A prediction that turned out a hundred times as sure: the registration is left.
+        // A prediction a hundred times as certain as stated: the registration remains.
         let sure = RegionSizes::NORMAL.squared().map(|s| 1e-4 * s);
         let sure = RegionSizes::from_squared(sure).expect("rising");
         let [.., most] = error.sizes(&sure).squared();
@@ -135,7 +134,7 @@ mod tests {
         assert!((most - left).abs() < 0.02 * left, "{most} {left}");
     }
 
-    /// Without an error of registration sizes are those learnt.
+    /// Without a registration error the sizes are the learned ones.
     #[test]
     fn sizes_and_distances_are_inverse() {
         let some = DMat3::from_cols_array(&[9e-5, 1e-5, 2e-5, 1e-5, 5e-5, 0.0, 2e-5, 0.0, 4e-5]);

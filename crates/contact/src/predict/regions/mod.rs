@@ -1,4 +1,4 @@
-//! How large the regions are that hold a contact with a stated probability, learnt from how far predictions were off.
+//! Sizes of the regions that hold a contact with a stated probability, learned from prediction errors.
 
 mod alike;
 #[cfg(feature = "serde")]

@@ -1,30 +1,30 @@
-//! Sizes of regions by the way that is left to the hand.
+//! Region sizes by the remaining distance of the hand.
 
 use super::sizes::RegionSizes;
 
-/// How many ways left the sizes are learnt at.
+/// Number of knots of the remaining distance.
 pub(super) const KNOTS: usize = 7;
-/// These ways, m: closer together where the hand is near.
+/// The knots, m: denser where the hand is near.
 const WAYS_M: [f64; KNOTS] = [0.0, 0.01, 0.03, 0.06, 0.12, 0.25, 0.5];
-/// Ways are compared by the logarithm of themselves and this, m: about the noise of a tracker.
+/// Offset in the logarithm by which distances are compared, m: about the noise of a tracker.
 const OFFSET_M: f64 = 5e-3;
 
-/// The regions of 50, 70 and 90 % of a fused prediction, by how far the hand still is from the predicted point.
+/// The regions of 50, 70 and 90 % of a fused prediction, by the remaining distance from the hand to the predicted point.
 ///
-/// How far predictions are off, measured by the covariance they state, changes in the course of a reach: at half of the way
-/// most errors are about what is stated, and near the end the hand says more than the covariance of what was learnt. The way left
-/// tells the moments of a reach apart better than the time left, which is itself an estimate.
+/// The ratio of errors to the stated covariance changes during a reach: halfway, most errors are about as stated; near the end, the hand is more
+/// informative than the learned covariance assumes. The remaining distance distinguishes the phases of a reach better than the remaining time,
+/// which is itself an estimate.
 ///
-/// These are the errors of the prediction. That of the registration of the tracker comes on top, as large as it is said to be or as touches
-/// have left it: it may be learnt from simulated people, whose tracker is exact, and used with a tracker that is off.
+/// These are the errors of the prediction. The registration error of the tracker is added, as configured or as left after touches: so the model may
+/// be trained on simulated people, whose tracker is exact, and used with a real tracker.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RegionModel {
-    /// Logarithms of the squared distances, by the way left.
+    /// Logarithms of the squared distances, by remaining distance.
     pub(super) logarithms: [[f64; 3]; KNOTS],
     pub(super) touches: usize,
 }
 
-/// A way left among those that sizes are learnt at: the one before it, and the weight of the next.
+/// A remaining distance between two knots: the lower knot, and the weight of the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct BetweenWays {
     pub(super) before: usize,
@@ -32,7 +32,7 @@ pub(super) struct BetweenWays {
 }
 
 impl BetweenWays {
-    /// A way that is not finite counts as the longest.
+    /// A distance that is not finite counts as the longest.
     pub(super) fn of(way_m: f64) -> Self {
         let key = |way_m: f64| (way_m + OFFSET_M).ln();
         let way_m = if way_m.is_finite() { way_m } else { 1.0 };
@@ -48,13 +48,13 @@ impl BetweenWays {
 }
 
 impl RegionModel {
-    /// Touches it was learnt from.
+    /// Number of training touches.
     #[must_use]
     pub const fn touches(&self) -> usize {
         self.touches
     }
 
-    /// The sizes where the hand is so far from the predicted point, m, with an exact registration.
+    /// The sizes at this distance of the hand from the predicted point, m, with an exact registration.
     #[must_use]
     pub fn at(&self, way_m: f64) -> RegionSizes {
         let BetweenWays {

@@ -1,4 +1,4 @@
-//! Quantiles that change with the way left.
+//! Quantiles as functions of the remaining distance.
 
 use super::model::{BetweenWays, KNOTS};
 use super::sizes::REGION_SHARES;
@@ -7,29 +7,29 @@ use super::sizes::REGION_SHARES;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Miss {
     pub(super) at: BetweenWays,
-    /// The number of the touch.
+    /// Index of the touch.
     pub(super) touch: usize,
-    /// Logarithms of the squared distance in standard deviations, as it counts for each of the regions.
+    /// Logarithms of the squared distance in standard deviations, as it counts for each region.
     pub(super) logarithms: [f64; REGION_SHARES.len()],
     /// The weights of all samples of a touch add up to 1.
     pub(super) weight: f64,
 }
 
-/// Rounds of the iteration, and its smoothing of the corner of the loss before and after half of them.
+/// Iterations, and the smoothing of the loss's corner in the first and second half of them.
 const ROUNDS: usize = 60;
 const CORNERS: [f64; 2] = [0.1, 0.02];
-/// As so many touches counts what is expected before anything is seen ...
+/// Weight of the prior, in touches ...
 const PRIOR_TOUCHES: f64 = 0.03;
-/// ... and that neighbours are alike.
+/// ... and of the smoothness between neighbouring knots.
 const ALIKE_TOUCHES: f64 = 0.1;
 
-/// Below which value a share of the errors lies as they count for a `region`, linear between the knots: quantile regression [Koenker 1978] by majorising the
-/// absolute value with squares [Hunter 2000]. Where nothing was seen it is as at the next knots, and `expected` without any.
+/// The `share` quantile of the errors as they count for a `region`, linear between the knots: quantile regression [Koenker 1978] by quadratic
+/// majorisation of the absolute value [Hunter 2000]. Knots without data follow their neighbours; without any data, `expected`.
 pub(super) fn quantiles(misses: &[Miss], region: usize, share: f64, expected: f64) -> [f64; KNOTS] {
     let mut found = [expected; KNOTS];
     for round in 0..ROUNDS {
         let corner = CORNERS[usize::from(2 * round >= ROUNDS)];
-        // Tridiagonal: an error concerns two neighbours.
+        // Tridiagonal: an error involves two neighbouring knots.
         let mut diagonal = [PRIOR_TOUCHES; KNOTS];
         let mut beside = [0.0; KNOTS];
         let mut right = [PRIOR_TOUCHES * expected; KNOTS];
@@ -80,7 +80,7 @@ mod tests {
 
     #[test]
     fn a_quantile_that_changes_with_the_way_is_found() {
-        // Evenly spread from 0 to what the place says.
+        // Uniform from 0 to the level of the distance.
         let level = |way_m: f64| 1.0 + (way_m + 5e-3).ln();
         let ways_m = [0.01, 0.03, 0.06, 0.12, 0.25];
         let misses: Vec<Miss> = (0..5000)
@@ -94,12 +94,12 @@ mod tests {
         for share in [0.5, 0.7, 0.9] {
             let found = quantiles(&misses, 1, share, 0.0);
             for (knot, way_m) in (1..).zip(ways_m) {
-                // Levels are below zero: the share lies at the other end.
+                // For negative levels the quantile counts from the other end.
                 let level = level(way_m);
                 let expected = level * if level < 0.0 { 1.0 - share } else { share };
                 assert!((found[knot] - expected).abs() < 0.05, "{share} {way_m}");
             }
-            // Beyond what was seen as at the next.
+            // Outside the data as at the nearest knot.
             assert!((found[0] - found[1]).abs() < 0.8 && (found[6] - found[5]).abs() < 0.8);
         }
     }

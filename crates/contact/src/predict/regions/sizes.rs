@@ -3,14 +3,14 @@
 use crate::error::ContactError;
 use hwall_numeric::check::{positive, that};
 
-/// Shares of the contacts that regions are told for.
+/// Probabilities of the reported regions.
 pub const REGION_SHARES: [f64; 3] = [0.5, 0.7, 0.9];
 
-/// How large the regions of a prediction are: squared distances in standard deviations, in the plane of the surface, within which
-/// a contact lies with the probabilities of [`REGION_SHARES`].
+/// Sizes of the regions of a prediction: squared distances in standard deviations, in the plane of the surface, that contain a contact with the
+/// probabilities of [`REGION_SHARES`].
 ///
-/// The errors of predictions have heavy tails: most are much smaller than the covariance says, and a few are larger. So no one
-/// normal distribution has regions of 50, 70 and 90 % that all hold what they say.
+/// The errors of predictions have heavy tails: most are much smaller than the covariance states, and a few are larger. So no single normal
+/// distribution has correct regions of 50, 70 and 90 %.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RegionSizes {
     squared: [f64; 3],
@@ -26,7 +26,7 @@ impl RegionSizes {
         ],
     };
 
-    /// Those of somebody else's: squared distances in standard deviations, in the order of [`REGION_SHARES`].
+    /// Given sizes: squared distances in standard deviations, in the order of [`REGION_SHARES`].
     ///
     /// # Errors
     /// A number that is not finite and above zero, or smaller than the one before.
@@ -45,14 +45,14 @@ impl RegionSizes {
         Ok(Self { squared })
     }
 
-    /// `None` for a number that is not finite and above zero; a region is at least as large as those that hold less.
+    /// `None` for a number that is not finite and positive; enforces that a region is at least as large as those with lower probability.
     pub(super) fn rising(mut squared: [f64; 3]) -> Option<Self> {
         squared[1] = squared[1].max(squared[0]);
         squared[2] = squared[2].max(squared[1]);
         Self::from_squared(squared).ok()
     }
 
-    /// From the logarithms; a region is at least as large as those that hold less.
+    /// From the logarithms; enforces that a region is at least as large as those with lower probability.
     pub(super) fn from_logarithms(logarithms: [f64; 3]) -> Self {
         let mut squared = logarithms.map(f64::exp);
         squared[1] = squared[1].max(squared[0]);
@@ -60,7 +60,7 @@ impl RegionSizes {
         Self { squared }
     }
 
-    /// The largest squared distance in each region, in the order of [`REGION_SHARES`].
+    /// Squared radius of each region, in the order of [`REGION_SHARES`].
     #[must_use]
     pub const fn squared(&self) -> [f64; 3] {
         self.squared

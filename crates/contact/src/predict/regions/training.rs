@@ -1,4 +1,4 @@
-//! Sizes of regions from the errors of predictions over whole streams.
+//! Learns region sizes from prediction errors over whole streams.
 
 use super::super::belief::{FusedPredictor, LabelledStream, StreamFilters};
 use super::super::prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
@@ -13,30 +13,29 @@ use hwall_hand::{GazeFilter, HandFilter};
 use hwall_numeric::check::{all_finite, finite};
 use hwall_scene::{Scene, SurfaceId};
 
-/// Fewest touches that can be learnt from.
 pub(super) const LEAST_TOUCHES: usize = 4;
-/// A contact is on a surface within this, m.
+/// A contact within this distance of a surface is on it, m.
 const ON_IT_M: f64 = 0.05;
-/// A hand that is at rest this far from its last contact is on its way to the next, m.
+/// A hand at rest this far from its last contact belongs to the next one, m.
 const AWAY_M: f64 = 0.08;
-/// Smaller squared distances are as good as this one.
+/// Smaller squared distances count as this.
 const LEAST_SQUARED: f64 = 1e-6;
-/// Squared distances lie between this and its inverse, as logarithms: what is learnt does by far.
+/// Bound of the logarithms of squared distances: far outside realistic values.
 pub(super) const MOST_LOGARITHM: f64 = 20.0;
-/// Of few touches a new one lies beyond the largest error with this probability at least.
+/// Largest quantile level; a higher one cannot be estimated from few touches.
 const MOST_SHARE: f64 = 0.98;
 
 impl RegionModel {
-    /// Learns from the errors of predictors over streams in a scene; `predictor` is given the number of the stream and makes one
-    /// that has not learnt from it, best with a [`HeldOutEstimator`](crate::HeldOutEstimator): errors on what was learnt from are smaller than
-    /// those to come. Samples of a reach up to the contact are used while the right surface comes first, and all touches count
-    /// alike; those of one stream are of one person, whose errors are alike.
+    /// Learns from the errors of predictors over streams in a scene. `predictor` receives the index of the stream and returns a predictor not
+    /// trained on it, best with a [`HeldOutEstimator`](crate::HeldOutEstimator): errors on training data are smaller than those on new data. Uses
+    /// the samples of a reach up to the contact while the right surface is ranked first; all touches have equal weight. The touches of one stream
+    /// are of one person and correlated.
     ///
-    /// What is learnt is how far off predictions are beside the error of registration, so the settings of `predictor` must state
-    /// what that was when the streams were made: 0 for simulated ones ([`FusedConfig::registration_sd_m`](crate::FusedConfig::registration_sd_m)).
+    /// The model describes the prediction error without the registration error, so `predictor` must be configured with the registration error of
+    /// the recordings: 0 for simulated ones ([`FusedConfig::registration_sd_m`](crate::FusedConfig::registration_sd_m)).
     ///
     /// # Errors
-    /// Fewer than 4 touches with a prediction; a contact that is not finite; settings that a filter refuses; what `predictor` refuses.
+    /// Fewer than 4 touches with a prediction; a contact that is not finite; settings that a filter rejects; errors of `predictor`.
     pub fn fit_streams<E: ContactEstimator>(
         scene: &Scene,
         streams: &[LabelledStream<'_>],
@@ -55,7 +54,7 @@ impl RegionModel {
                 needed: LEAST_TOUCHES,
             });
         }
-        // A new error lies below the quantile of few less often than they do, and there are fewer independent ones than touches.
+        // A new error lies below a quantile of few errors less often than they do, and there are fewer independent errors than touches.
         let n = independent(&collected.misses, &collected.people);
         let each: [[f64; KNOTS]; 3] = std::array::from_fn(|k| {
             let share = (REGION_SHARES[k] * (n + 1.0) / n).min(MOST_SHARE);
@@ -82,9 +81,9 @@ struct Contact {
 #[derive(Debug, Default)]
 struct Collected {
     misses: Vec<Miss>,
-    /// Those with a sample that counts.
+    /// Number of touches with a usable sample.
     touches: usize,
-    /// How many of them there were after each person.
+    /// That number after each person.
     people: Vec<usize>,
 }
 
@@ -135,7 +134,7 @@ impl Collected {
             let away_m = last.map_or(f64::INFINITY, |c| c.point_m.distance(state.point_m));
             on_the_way |= !reaches && away_m > AWAY_M;
             let counts = reaches && on_the_way;
-            // A place touched before says of itself how sure it is; what is learnt is of the estimator.
+            // A place touched before states its own uncertainty; the model is for the estimator.
             let of_motion = |p: &ContactPrediction| p.source != PredictionSource::TouchedBefore;
             let Some(prediction) =
                 prediction.filter(|p| counts && contact.surface == Some(p.surface) && of_motion(p))
@@ -158,14 +157,14 @@ impl Collected {
                 weight: 1.0,
             });
         }
-        // After the last contact nothing is known.
+        // After the last contact there is no ground truth.
         if next.is_some() {
             self.misses.truncate(first);
         }
         Ok(())
     }
 
-    /// The samples from the first on are those of one touch.
+    /// The samples from `first` on belong to one touch.
     fn weigh(&mut self, first: usize) {
         let samples = &mut self.misses[first..];
         let count = samples.len();

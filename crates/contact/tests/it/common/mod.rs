@@ -1,4 +1,4 @@
-//! Rooms and hands for the tests of predictions, and an estimator that knows its own error.
+//! Rooms and hands for the tests of predictions, and an estimator with a known error.
 #![allow(dead_code)] // benches use a part
 
 use glam::{DMat3, DVec3};
@@ -41,7 +41,7 @@ pub(crate) fn top(z: f64, [x0, x1]: [f64; 2], [y0, y1]: [f64; 2]) -> Quad {
     [[x0, y0, z], [x1, y0, z], [x1, y1, z], [x0, y1, z]]
 }
 
-/// Rooms of 1, 3, 6 and 12 surfaces, all before a hand at about (0, 0, 1.2).
+/// Rooms of 1, 3, 6 and 12 surfaces, all in front of a hand at about (0, 0, 1.2).
 pub(crate) fn room(surfaces: usize) -> Vec<(&'static str, Quad)> {
     let all = [
         ("wall", front(0.7, [-1.0, 0.5], [0.3, 2.0])),
@@ -60,7 +60,7 @@ pub(crate) fn room(surfaces: usize) -> Vec<(&'static str, Quad)> {
     all[..surfaces].to_vec()
 }
 
-/// A point drawn evenly from the quads among those that the straight way from a hand meets first.
+/// A point drawn uniformly from the quads, among those that the straight path from a hand meets first.
 pub(crate) fn target(
     sampler: &mut Sampler,
     scene: &Scene,
@@ -89,7 +89,7 @@ pub(crate) fn target(
     }
 }
 
-/// Gives the estimates of a script.
+/// Replays scripted estimates.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Scripted(pub(crate) std::rc::Rc<std::cell::Cell<Option<ContactEstimate>>>);
 
@@ -101,7 +101,7 @@ impl ContactEstimator for Scripted {
     }
 }
 
-/// A fused predictor whose estimates are given.
+/// A fused predictor with given estimates.
 pub(crate) struct Fused {
     pub(crate) predictor: FusedPredictor<Scripted>,
     script: Scripted,
@@ -135,7 +135,7 @@ impl Fused {
         self.t_s
     }
 
-    /// One sample, 0.01 s after the last one, with this state of the gaze.
+    /// One sample, 0.01 s after the last one, with this gaze.
     pub(crate) fn see_with(
         &mut self,
         scene: &Scene,
@@ -182,7 +182,7 @@ pub(crate) fn hand(t_s: f64, point_m: DVec3, velocity_m_per_s: DVec3) -> HandSta
     }
 }
 
-/// A line of sight that has rested for half a second; lost where there is none.
+/// A line of sight fixated for half a second; lost without one.
 pub(crate) fn fixed(t_s: f64, ray: Option<GazeRay>) -> Gaze {
     ray.map_or(Gaze::Lost, |ray| {
         Gaze::Fixed(Fixation::of_ray(t_s - 0.5, t_s, ray))
@@ -196,7 +196,7 @@ pub(crate) fn gaze_at(eye_m: DVec3, target_m: DVec3) -> GazeRay {
     }
 }
 
-/// A direction turned by normal angles of this spread, rad, in two axes across it.
+/// A direction rotated by normal angles with this spread, rad, about two axes across it.
 pub(crate) fn blurred(sampler: &mut Sampler, direction: DVec3, sd_rad: f64) -> DVec3 {
     let (u, v) = direction.any_orthonormal_pair();
     let [a, b] = [sampler.normal() * sd_rad, sampler.normal() * sd_rad];
@@ -209,13 +209,13 @@ pub(crate) fn gaussian(sampler: &mut Sampler) -> DVec3 {
     DVec3::from_array([(); 3].map(|()| sampler.normal()))
 }
 
-/// Share of the way of a minimum-jerk motion after a share of its time.
+/// Completed share of a minimum-jerk motion after a share of its time.
 pub(crate) fn minimum_jerk(tau: f64) -> f64 {
     let t = tau.clamp(0.0, 1.0);
     t * t * t * (10.0 + t * (6.0 * t - 15.0))
 }
 
-/// A file with an accident: a bit or a sign is another, one is added, or some are gone.
+/// A file with random damage: a bit or a sign changed, bytes added or removed.
 pub(crate) fn damaged(sampler: &mut Sampler, file: &[u8]) -> Vec<u8> {
     let signs = b"0123456789.-+eE\"{}[],: ntrux";
     let mut bytes = file.to_vec();
@@ -237,11 +237,11 @@ pub(crate) fn error(sampler: &mut Sampler, sd_m: DVec3) -> (DVec3, DMat3) {
     (turn * draw, covariance)
 }
 
-/// Share of the looks elsewhere of [`following_the_motion`], and how far they are from the target, rad.
+/// Share of the fixations elsewhere for [`following_the_motion`], and their distance from the target, rad.
 pub(crate) const ELSEWHERE: f64 = 0.15;
 pub(crate) const ELSEWHERE_RAD: f64 = 0.5;
 
-/// The default settings, for people who always touch where their motion leads.
+/// The default settings, for people who always touch at the end of their motion.
 pub(crate) fn following_the_motion() -> FusedConfig {
     let mut config = FusedConfig::default();
     let looked_at = [0.1, 0.9, 0.0, 0.0, 0.0, 0.0];

@@ -18,27 +18,25 @@ use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 impl Chain {
-    /// From URDF text, from link `base` to link `tip`, which must descend from it.
+    /// From URDF text, from link `base` to its descendant `tip`.
     ///
-    /// Without `base`, the root of the tree (above the tip, if that is named), of several the only one under which something moves.
-    /// Without `tip`, the longest chain of moving joints is taken, and of what is fixed at its end `tool0`, else a flange, else the link that
-    /// carries a gripper, else the only leaf, else `ee_link`, else the last moving link. A gripper begins after six joints, where several go
-    /// on, or one that slides or is mimicked; after three, where short ones go on or the last is called a finger. [`Chain::ends`] says which
-    /// links were taken. Fixed joints are merged into their neighbours. Links that hang
-    /// on the chain through fixed joints only add their mass; those behind further movable
-    /// joints are left out and listed in [`Chain::links_left_out`].
+    /// Default `base`: the root of the tree (the root above `tip`, if given); of several roots, the only one with moving joints below it. Default
+    /// `tip`: the end of the longest chain of moving joints. Among the links fixed there it is `tool0`, else a flange, else the link that carries
+    /// a gripper, else the only leaf, else `ee_link`, else the last moving link. A gripper is assumed after six joints, if the chain branches or
+    /// the next joint of a short remainder is prismatic or mimicked; and after three joints, if only short chains follow that are equally long or
+    /// the last joint has the name of a finger. [`Chain::ends`] returns the chosen links. Fixed joints are merged into their neighbours. Links
+    /// attached through fixed joints add their mass; links behind other movable joints are omitted and listed in [`Chain::links_left_out`].
     ///
-    /// As URDF says: rpy is roll about x, then pitch about y, then yaw about z, all in fixed
-    /// axes; a missing axis is x; missing `lower` and `upper` of a limit are 0. A velocity, effort
-    /// or acceleration of 0 counts as not given. From version 1.1 an origin may have `quat_xyzw`, from
-    /// version 1.2 what a limit leaves out is unlimited and a limit may have `acceleration`. Drake's
-    /// `drake:acceleration` in a limit is read in every version.
+    /// URDF rules: rpy is roll about x, then pitch about y, then yaw about z, all in fixed axes; the
+    /// default axis is x; missing `lower` and `upper` of a limit are 0. A velocity, effort or
+    /// acceleration of 0 counts as not given. Since version 1.1 an origin may have `quat_xyzw`. Since
+    /// version 1.2 omitted limit attributes mean unlimited, and a limit may have `acceleration`.
+    /// Drake's `drake:acceleration` in a limit is read in every version.
     ///
     /// # Errors
-    /// Malformed text, a link without definition, defined twice or with two parents, a loop, no
-    /// way from base to tip, several ends and no name, a planar, floating, spherical or mimic
-    /// joint on the way, a revolute or prismatic joint without limits, and whatever
-    /// [`Chain::new`] rejects.
+    /// Malformed text, an undefined link, a link defined twice or with two parents, a loop, no path
+    /// from base to tip, an ambiguous end without a name, a planar, floating, spherical or mimic joint
+    /// on the path, a revolute or prismatic joint without limits, and whatever [`Chain::new`] rejects.
     pub fn from_urdf_str(
         text: &str,
         base: Option<&str>,
@@ -72,24 +70,24 @@ impl Chain {
 /// A checked tree of links.
 struct Tree<'a> {
     links: HashMap<&'a str, &'a Link>,
-    /// In the order of the text, so that answers do not depend on hashing.
+    /// In text order, so that results do not depend on hashing.
     names: Vec<&'a str>,
     parent: HashMap<&'a str, &'a Joint>,
     children: HashMap<&'a str, Vec<&'a Joint>>,
-    /// Joints that others mimic: those of grippers.
+    /// Joints that others mimic: usually gripper joints.
     mimicked: HashSet<&'a str>,
 }
 
 /// What moves below a link.
 #[derive(Debug, Clone, Copy, Default)]
 struct Reach {
-    /// Anything at all, mimics included?
+    /// True if anything moves, mimic joints included.
     moves: bool,
-    /// Most joints in a row that move by themselves.
+    /// Largest number of independently moving joints in a row.
     longest: usize,
 }
 
-/// What moves from a joint on.
+/// What moves from a joint outwards, the joint included.
 fn beyond(joint: &Joint, reach: &HashMap<&str, Reach>) -> Reach {
     let below = reach.get(joint.child.as_str()).copied().unwrap_or_default();
     let moves = joint.kind != Kind::Fixed;
@@ -99,7 +97,7 @@ fn beyond(joint: &Joint, reach: &HashMap<&str, Reach>) -> Reach {
     }
 }
 
-/// Does the name of a joint or of its link say so?
+/// True if the name of the joint or its link suggests a gripper.
 fn is_called_finger(joint: &Joint) -> bool {
     let names = [&joint.name, &joint.child].map(|name| name.to_ascii_lowercase());
     let words = ["finger", "gripper", "jaw", "knuckle", "claw"];
@@ -108,9 +106,9 @@ fn is_called_finger(joint: &Joint) -> bool {
         .any(|word| names.iter().any(|name| name.contains(word)))
 }
 
-/// An arm of so many joints may end where several go on.
+/// After this many joints a branching ends the arm.
 const ARM: usize = 6;
-/// A chain of so many joints is an arm, and one of fewer a finger.
+/// A chain with at least this many joints is an arm, a shorter one a finger.
 const SMALL_ARM: usize = 3;
 
 impl<'a> Tree<'a> {
@@ -158,7 +156,7 @@ impl<'a> Tree<'a> {
         }
     }
 
-    /// Every link has at most one parent, so whatever is not below a root lies on or below a loop.
+    /// Every link has at most one parent, so a link that is not below a root is on or below a loop.
     fn check_loops(&self) -> Result<(), KinematicsError> {
         let mut seen: HashSet<&str> = HashSet::new();
         let mut open: Vec<&str> = self.roots().collect();
@@ -242,7 +240,7 @@ impl<'a> Tree<'a> {
         reach
     }
 
-    /// Where the only arm below a link ends.
+    /// The end of the only arm below a link.
     fn obvious_tip(&self, base: &'a str) -> Result<&'a str, KinematicsError> {
         let reach = self.reach();
         let (mut at, mut last, mut passed) = (base, base, 0);
@@ -288,7 +286,7 @@ impl<'a> Tree<'a> {
         Ok(self.tool(last, has_gripper.then_some(at)))
     }
 
-    /// Where the longest chain of moving joints below a link ends.
+    /// The end of the longest chain of moving joints below a link.
     fn end_below(&self, link: &'a str, reach: &HashMap<&str, Reach>) -> &'a str {
         let mut at = link;
         loop {
@@ -301,7 +299,7 @@ impl<'a> Tree<'a> {
         }
     }
 
-    /// The end of what is fixed to the last moving link. `gripper`: the link that carries one.
+    /// The end link among those fixed to the last moving link. `gripper`: the link that carries a gripper.
     fn tool(&self, last: &'a str, gripper: Option<&'a str>) -> &'a str {
         let mut fixed = vec![last];
         let mut next = 0;
@@ -344,7 +342,7 @@ impl<'a> Tree<'a> {
 
         let mut joints: Vec<ChainJoint> = Vec::new();
         let mut left_out = Vec::new();
-        // From the last movable joint's link, or the base, to the current link.
+        // Pose of the current link in the last moving link, or in the base.
         let mut last_from_link = Pose::IDENTITY;
         for (index, joint) in path.iter().enumerate() {
             let last_from_child = last_from_link * pose(&joint.parent_from_child)?;
@@ -428,7 +426,7 @@ fn chain_joint(joint: &Joint, previous_from_link: Pose) -> Result<ChainJoint, Ki
         Kind::Spherical => return Err(unsupported("spherical")),
         Kind::Fixed => return Err(unsupported("fixed")),
     };
-    // A limit of zeros only says nothing and would lock the joint.
+    // A limit with only zeros carries no information and would lock the joint.
     let tag = joint.limit.as_ref().filter(|limit| {
         [limit.lower, limit.upper, limit.velocity, limit.effort]
             .iter()
@@ -473,7 +471,7 @@ fn pose(origin: &Origin) -> Result<Pose, KinematicsError> {
     })
 }
 
-/// Zeros only count as no inertial; zero mass with some inertia is an error to report later.
+/// All zeros count as no inertial; zero mass with nonzero inertia is an error reported later.
 fn has_mass(body: &Body) -> bool {
     body.mass_kg != 0.0 || body.inertia_kg_m2.iter().any(|value| *value != 0.0)
 }

@@ -1,22 +1,21 @@
-//! The part of a URDF text that a serial chain needs.
+//! Reads the part of a URDF text that a serial chain needs.
 //!
-//! Shapes, looks, transmissions and simulator extensions are skipped unread. Numbers may be NaN
-//! or infinite here: whoever uses one checks it, so that a bad number in a part of the robot that
-//! is not asked for does no harm.
+//! Shapes, appearance, transmissions and simulator extensions are skipped. Numbers may be NaN or infinite
+//! here and are checked on use, so that a bad number in an unused part of the robot does no harm.
 
 use crate::error::KinematicsError;
 use roxmltree::{Document, Node, ParsingOptions};
 use std::borrow::Cow;
 
-/// Far more than any robot has, few enough for a quick refusal: elements, texts and comments.
+/// Maximum number of elements, texts and comments: far more than any robot has, few enough to reject quickly.
 const MOST_NODES: u32 = 200_000;
 /// The parser compares every attribute of an element with all others.
 const MOST_EQUALS_SIGNS_IN_A_TAG: usize = 10_000;
 /// The parser's time grows with the cube of nested namespace declarations.
 const MOST_NAMESPACES: usize = 500;
-/// Each prefix that is not declared costs a look at the whole text.
+/// Each undeclared prefix costs one pass over the whole text.
 const MOST_PREFIXES: usize = 32;
-/// Some inputs take time in proportion to the square of their depth. A robot has five levels, simulator extensions a few more.
+/// Parse time can grow with the square of the depth. A robot has five levels, simulator extensions a few more.
 const MOST_LEVELS: usize = 200;
 
 pub(super) struct Robot {
@@ -65,7 +64,7 @@ pub(super) struct Limit {
     pub(super) upper: f64,
     pub(super) velocity: f64,
     pub(super) effort: f64,
-    /// Infinite where the description says nothing.
+    /// Infinite if not given.
     pub(super) acceleration: f64,
 }
 
@@ -93,7 +92,7 @@ type Version = (u32, u32);
 
 impl Robot {
     pub(super) fn from_text(text: &str) -> Result<Self, KinematicsError> {
-        // What editors leave before the declaration.
+        // Editors may leave a byte order mark or blanks before the declaration.
         let text = text.trim_start_matches('\u{feff}').trim_start();
         check_cost(text)?;
         let text = declared(text);
@@ -121,7 +120,7 @@ impl Robot {
                 false => Ok(Self { links, joints }),
             }
         };
-        // Left-overs of a macro do no harm; what is still to be made by macros cannot be read.
+        // Leftover macro elements are harmless; a text that still needs macro expansion cannot be read.
         read().map_err(|error| match document.descendants().any(is_macro) {
             true => KinematicsError::UrdfXacro,
             false => error,
@@ -131,7 +130,7 @@ impl Robot {
 
 fn parse(text: &str) -> Result<Document<'_>, roxmltree::Error> {
     let options = ParsingOptions {
-        // The parser bounds what entities may grow to.
+        // The parser limits entity expansion.
         allow_dtd: true,
         nodes_limit: MOST_NODES,
         ..ParsingOptions::default()
@@ -139,7 +138,7 @@ fn parse(text: &str) -> Result<Document<'_>, roxmltree::Error> {
     Document::parse_with_options(text, options)
 }
 
-/// The text with all its prefixes declared: simulators use some that nobody declares, and other readers do not mind.
+/// Declares all namespace prefixes of the text: simulators use undeclared ones, and other readers accept them.
 fn declared(text: &str) -> Cow<'_, str> {
     let mut text = Cow::Borrowed(text);
     for _ in 0..MOST_PREFIXES {
@@ -155,7 +154,7 @@ fn declared(text: &str) -> Cow<'_, str> {
     text
 }
 
-/// Where the name of the outermost element ends.
+/// End of the root element's name.
 fn end_of_root_name(text: &str) -> Option<usize> {
     let mut begin = 0;
     loop {
@@ -174,10 +173,10 @@ fn end_of_root_name(text: &str) -> Option<usize> {
     }
 }
 
-/// What begins like an element and is none, and how it ends.
+/// Start and end markers of constructs that look like elements but are not.
 const SKIPPED: [(&str, &str); 4] = [("!--", "-->"), ("![CDATA[", "]]>"), ("?", "?>"), ("!", ">")];
 
-/// Refuses what would keep the parser busy for minutes.
+/// Rejects text that would keep the parser busy for minutes.
 fn check_cost(text: &str) -> Result<(), KinematicsError> {
     let too_many_attributes = text
         .split('<')
@@ -194,7 +193,7 @@ fn check_cost(text: &str) -> Result<(), KinematicsError> {
     Ok(())
 }
 
-/// How deeply elements are nested. What stands in comments, character data, instructions and attributes is no element.
+/// Nesting depth of the elements, ignoring comments, character data, instructions and attributes.
 fn levels(text: &str) -> usize {
     let (mut level, mut most, mut rest) = (0_usize, 0, text);
     while let Some((_, inside)) = rest.split_once('<') {
@@ -202,7 +201,7 @@ fn levels(text: &str) -> usize {
             .into_iter()
             .find(|(begin, _)| inside.starts_with(begin))
         {
-            // One that does not end is an error to the parser.
+            // An unterminated one is left to the parser to report.
             rest = inside[begin.len()..]
                 .split_once(end)
                 .map_or("", |(_, after)| after);
@@ -221,7 +220,7 @@ fn levels(text: &str) -> usize {
     most
 }
 
-/// Where the tag ends that begins here: at the first closing bracket outside of quotes.
+/// End of the tag that begins here: the first closing bracket outside quotes.
 fn end_of_tag(text: &str) -> usize {
     let mut quote = None;
     for (at, byte) in text.bytes().enumerate() {
@@ -270,7 +269,7 @@ fn body(inertial: Element, version: Version) -> Result<Body, KinematicsError> {
     })
 }
 
-/// The axis of a joint that names none.
+/// Default joint axis.
 const X: [f64; 3] = [1.0, 0.0, 0.0];
 
 fn joint(joint: Element, version: Version) -> Result<Joint, KinematicsError> {
@@ -308,7 +307,7 @@ fn kind(joint: Element) -> Result<Kind, KinematicsError> {
     })
 }
 
-/// Until URDF 1.1 what is left out is 0, and a velocity must be given; since 1.2 there is no limit.
+/// Up to URDF 1.1 omitted values are 0 and a velocity is required; since 1.2 omitted values mean unlimited.
 fn limit(limit: Element, version: Version) -> Result<Limit, KinematicsError> {
     let since_1_2 = version >= (1, 2);
     let or_unlimited = |name, unlimited: f64| {
@@ -319,7 +318,7 @@ fn limit(limit: Element, version: Version) -> Result<Limit, KinematicsError> {
     if !since_1_2 {
         limit.text("velocity")?;
     }
-    // Drake's extension counts in every version; from 1.2 the format has an attribute of its own.
+    // Drake's extension is read in every version; since 1.2 URDF has its own attribute.
     let acceleration = match limit.optional_number("drake:acceleration")? {
         None if since_1_2 => limit.optional_number("acceleration")?,
         given => given,
@@ -339,7 +338,7 @@ fn origin(owner: Element, version: Version) -> Result<Origin, KinematicsError> {
         return Ok(Origin::ZERO);
     };
     let rpy = origin.numbers("rpy")?;
-    // Older versions have no such attribute, and readers of them skip it.
+    // Older versions lack this attribute and their readers ignore it.
     let quaternion = if version >= (1, 1) {
         origin.numbers("quat_xyzw")?
     } else {
@@ -364,7 +363,7 @@ impl<'a, 'text: 'a> Element<'a, 'text> {
         self.0.tag_name().name()
     }
 
-    /// Elements of another namespace are another's extensions, whatever their names.
+    /// Elements in another namespace are extensions, whatever their names.
     fn children(self, name: &str) -> impl Iterator<Item = Self> {
         self.0
             .children()
@@ -391,7 +390,7 @@ impl<'a, 'text: 'a> Element<'a, 'text> {
             .ok_or_else(|| self.malformed(&format!("<{name}> is missing")))
     }
 
-    /// By its name, with its prefix if it has one: readers of such extensions compare the prefix, not what it stands for.
+    /// By name, including any prefix: readers of such extensions compare the prefix, not the namespace.
     fn attribute(self, name: &str) -> Option<&'a str> {
         let Some((prefix, local)) = name.split_once(':') else {
             return self.0.attribute(name);
@@ -416,7 +415,7 @@ impl<'a, 'text: 'a> Element<'a, 'text> {
         Ok(self.numbers(attribute)?.map(|[number]| number))
     }
 
-    /// Exactly `N` numbers apart by white space, if the attribute is given.
+    /// Exactly `N` numbers separated by white space, if the attribute is given.
     fn numbers<const N: usize>(self, attribute: &str) -> Result<Option<[f64; N]>, KinematicsError> {
         let Some(text) = self.attribute(attribute) else {
             return Ok(None);
@@ -448,7 +447,7 @@ impl<'a, 'text: 'a> Element<'a, 'text> {
     }
 }
 
-/// On one line: the parser quotes the text, line breaks included.
+/// Joins the message to one line: the parser quotes the text with its line breaks.
 fn malformed(message: &str) -> KinematicsError {
     KinematicsError::UrdfMalformed {
         message: message.replace(char::is_control, " "),

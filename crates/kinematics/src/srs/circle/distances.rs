@@ -1,11 +1,11 @@
-//! Joint 4's limit, seen as shoulder-wrist distances.
+//! Joint 4's limit as shoulder-wrist distances.
 
 use super::triangle::ElbowEnd;
 use super::window::magnitude_ranges;
 use crate::joints::JointLimit;
 use crate::srs::parameters::SrsGeometry;
 
-/// Shoulder-wrist distances that the elbow allows: joint 4's limit, seen as lengths.
+/// Shoulder-wrist distances that the elbow allows: joint 4's limit as lengths.
 ///
 /// The distance falls as `|q4|` grows. Testing lengths instead of angles keeps the tolerance
 /// in metres: near a straight elbow 1e-16 m is 1e-8 rad.
@@ -25,7 +25,7 @@ pub(in crate::srs) struct Distances {
 impl Distances {
     pub(in crate::srs) fn new(geometry: SrsGeometry, elbow: JointLimit) -> Self {
         let (a, b) = (geometry.d_se_m, geometry.d_ew_m);
-        // |w|² = a² + b² + 2ab cos q4, written so that a straight elbow keeps all digits.
+        // |w|² = a² + b² + 2ab cos q4, in a form that is exact near a straight elbow.
         let length = |q: f64| {
             let half = (0.5 * q).sin();
             ((a + b) * (a + b) - 4.0 * a * b * half * half)
@@ -52,20 +52,20 @@ impl Distances {
         }
     }
 
-    /// Longest shoulder-wrist distance the geometry gives, m.
+    /// Longest shoulder-wrist distance of the geometry, m.
     pub(in crate::srs) fn longest(&self) -> f64 {
         self.upper + self.fore
     }
 
-    /// Shortest one, m.
+    /// Shortest shoulder-wrist distance of the geometry, m.
     pub(in crate::srs) fn shortest(&self) -> f64 {
         (self.upper - self.fore).abs()
     }
 
-    /// The limit that a length sits on or, by rounding, beyond; `None` strictly within the limits.
+    /// The limit that a length is on or, by rounding, beyond; `None` strictly within the limits.
     ///
-    /// Taking the limit itself instead of what the length gives back matters near a straight
-    /// elbow, where a rounding of the length turns the joint by much more.
+    /// Near a straight elbow use the limit itself, not the angle recomputed from the length:
+    /// rounding of the length is amplified in the joint angle.
     #[inline(always)]
     pub(in crate::srs) fn limit_at(&self, length: f64, allowed: (bool, bool)) -> Option<ElbowEnd> {
         let end = |side: usize, end: usize| ElbowEnd {
@@ -83,7 +83,7 @@ impl Distances {
             }
         };
         match allowed {
-            // The other sign, strictly within its limits, may bend as much.
+            // The other sign may be strictly within its limits at the same bend.
             (true, true) => at(0).or_else(|| at(1)),
             (true, false) => at(0),
             (false, true) => at(1),
@@ -91,7 +91,7 @@ impl Distances {
         }
     }
 
-    /// Allowed with `q4 ≤ 0`, allowed with `q4 ≥ 0`?
+    /// Whether the length is allowed with `q4 ≤ 0` and with `q4 ≥ 0`.
     #[inline(always)]
     pub(in crate::srs) fn allow(&self, length: f64) -> (bool, bool) {
         let within = |side: [f64; 2]| {

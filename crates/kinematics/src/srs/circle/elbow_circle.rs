@@ -2,10 +2,10 @@
 //!
 //! For a flange pose the wrist centre `w` (from the shoulder) is fixed, so shoulder, elbow and
 //! wrist form a rigid triangle that can only turn about the line `u = w/|w|`, by the arm angle ψ.
-//! With `F(ψ) = exp([u]ψ) Rz(φ) Ry(θ)` (columns `v'`, `y'`, `u`), `β` the triangle's angle at
-//! the shoulder and `η` the one at the wrist (both ≥ 0):
-//! `R03 = F Ry(-β)`, `R04 = F Ry(η)`, `R47 = R04ᵀ R`. Every entry is `A sin ψ + B cos ψ + C`.
-//! [Shimizu 2008], [Faria 2018]; here ψ = 0 holds the elbow highest, for either sign of joint 4.
+//! With `F(ψ) = exp([u]ψ) Rz(φ) Ry(θ)` (columns `v'`, `y'`, `u`), `β` the triangle's angle at the
+//! shoulder and `η` the one at the wrist (both ≥ 0): `R03 = F Ry(-β)`, `R04 = F Ry(η)`, `R47 = R04ᵀ
+//! R`. Every entry is `A sin ψ + B cos ψ + C`. [Shimizu 2008], [Faria 2018]; here the elbow is
+//! highest at ψ = 0, for either sign of joint 4.
 
 use super::sinusoid::{Direction, Sinusoid};
 use super::triangle::Triangle;
@@ -16,7 +16,7 @@ use glam::{DMat3, DVec3};
 /// Direction sinusoids `(x, y) = ρ (cos q, sin q)` of the four turning joints (1, 3, 5, 7) and
 /// the cosines of the two tilting ones (2, 6).
 ///
-/// Everything is for the branch `q2 ≥ 0, q4 ≤ 0, q6 ≥ 0`; the others turn joints by half a turn.
+/// All values are for the branch `q2 ≥ 0, q4 ≤ 0, q6 ≥ 0`; other branches rotate joints by half a turn.
 #[derive(Debug, Clone)]
 pub(in crate::srs) struct ElbowCircle {
     pub(in crate::srs) triangle: Triangle,
@@ -24,7 +24,7 @@ pub(in crate::srs) struct ElbowCircle {
     pub(in crate::srs) tilting: [Sinusoid; 2],
     /// ψ at which `q6` is smallest.
     pub(in crate::srs) straightest_wrist: Direction,
-    /// Bit mask of the branches whose elbow sign reaches this length.
+    /// Bit mask of the branches whose elbow sign allows this length.
     pub(in crate::srs) elbow_mask: u8,
     /// `Rz(φ) Ry(θ)`, the frame at ψ = 0.
     pub(in crate::srs) frame: DMat3,
@@ -32,8 +32,8 @@ pub(in crate::srs) struct ElbowCircle {
     flange: DMat3,
 }
 
-/// By how much the direction tests of the shoulder (joints 1 to 3) and of the wrist (5 to 7) are
-/// relaxed: the length by which a unit vector may move.
+/// Tolerance of the direction tests of the shoulder (joints 1 to 3) and the wrist (5 to 7): the
+/// distance by which a unit vector may move.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::srs) struct Slack {
     pub(in crate::srs) shoulder: f64,
@@ -56,23 +56,23 @@ impl Slack {
     }
 }
 
-/// What one arm angle satisfies, as masks over the branches.
+/// Limits satisfied at one arm angle, as masks over the branches.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::srs) struct Verdicts {
     pub(in crate::srs) shoulder: u8,
     pub(in crate::srs) wrist: u8,
-    /// Is `q2` or `q6` so small that the pair of joints beside it must be looked at together?
+    /// True if `q2` or `q6` is so small that its two neighbours must be checked together.
     pub(in crate::srs) near_singular: bool,
-    /// Is it so small that only the pair's sum means anything?
+    /// True if it is so small that only the sum of the pair is defined.
     pub(super) singular: bool,
 }
 
-/// Below this `sin q2` or `sin q6` a solution is constructed before it is believed: there the
-/// tolerance of a direction is more than the 1e-12 rad that a witness may be moved.
+/// Below this `sin q2` or `sin q6` a verdict needs a constructed solution: there the direction
+/// tolerance exceeds the 1e-12 rad by which a witness may be moved.
 const NEAR_SINGULAR: f64 = 0.1;
 const SINGULAR: f64 = 1e-4;
 
-/// `Rz(φ) Ry(θ)` that carries z onto the direction of `w`; φ = 0 on the base axis.
+/// `Rz(φ) Ry(θ)` that maps z to the direction of `w`; φ = 0 on the base axis.
 #[inline(always)]
 pub(in crate::srs) fn reference_frame(w: DVec3, length: f64) -> DMat3 {
     let u = w / length;
@@ -145,13 +145,13 @@ impl ElbowCircle {
         }
     }
 
-    /// Which branches satisfy the shoulder's limits and which the wrist's, at one arm angle.
+    /// Branches that satisfy the shoulder's limits and the wrist's limits at one arm angle.
     #[inline(always)]
     pub(in crate::srs) fn verdicts(&self, windows: &Windows, psi: Direction) -> Verdicts {
         self.verdicts_within(windows, psi, Slack::both(CROSS_TOLERANCE))
     }
 
-    /// With every limit widened by a slack (narrowed where it is negative).
+    /// With every limit widened by a slack (narrowed if negative).
     #[inline(always)]
     pub(in crate::srs) fn verdicts_within(
         &self,
@@ -186,14 +186,14 @@ impl ElbowCircle {
         }
     }
 
-    /// The extremes of q2 and q6. They are the only arm angles at which a singularity can lie,
-    /// and where most poses are reachable if they are reachable at all.
+    /// The extremes of q2 and q6. Singularities can only lie at these arm angles, and most
+    /// reachable poses are reachable there.
     pub(in crate::srs) fn extremes(&self) -> [Direction; 4] {
         let near = self.straightest_wrist;
         [near, Direction::ZERO, Direction::HALF_TURN, near.opposite()]
     }
 
-    /// `dq/dψ` at a held pose; infinite where a branch meets its singularity.
+    /// `dq/dψ` at a fixed pose; infinite at a singularity of the branch.
     pub(in crate::srs) fn joint_slopes(&self, psi: Direction, branch: Branch) -> [f64; 7] {
         // (x, y) = ρ (cos q, sin q) gives q' = (x y' - y x') / ρ², the same for every half turn.
         let turning = self.turning.each_ref().map(|[x, y]| {

@@ -1,19 +1,19 @@
-//! Joint angles at one arm angle by vector code, for searches that look at many.
+//! Fast vectorised joint angles at one arm angle, for searches that evaluate many.
 
 use super::elbow_circle::ElbowCircle;
 use super::sinusoid::Direction;
 use crate::srs::branch::Branch;
 use crate::trig;
 
-/// Below this sine of joint 2 or 6 the joints beside it are told apart with fewer digits.
+/// Below this sine of joint 2 or 6 the split between its two neighbours loses digits.
 const SINGULAR: f64 = 0.01;
 
 impl ElbowCircle {
-    /// The angles of a branch, each in `[-π, π]`, limits not applied. `None` near a singularity. `elbow_rad`: the size of
-    /// joint 4's, which is the same all around the circle.
+    /// The angles of a branch, each in `[-π, π]`, limits not applied. `None` near a singularity. `elbow_rad`: magnitude
+    /// of joint 4, constant around the circle.
     ///
-    /// Error: below 1e-13 rad each. [`BaseSolution`](super::BaseSolution) holds the pose better than that, because it
-    /// takes the third angle of a spherical joint after the first: what a search ends at is to be taken from there.
+    /// Error: below 1e-13 rad each. [`BaseSolution`](super::BaseSolution) is more accurate, because it computes the
+    /// third angle of a spherical joint after the first: use it for the final result of a search.
     pub(in crate::srs) fn glance(
         &self,
         psi: Direction,
@@ -27,7 +27,7 @@ impl ElbowCircle {
         if !(sin2 > SINGULAR && sin6 > SINGULAR) {
             return None;
         }
-        // The other branches tilt to the other side, and what turns beside that by half a turn.
+        // Other branches negate the tilting joint and rotate its neighbours by half a turn.
         let sign = |negative: bool| if negative { -1.0 } else { 1.0 };
         let (s, w) = (sign(branch.shoulder_negative), sign(branch.wrist_negative));
         let e = sign(branch.elbow_positive);

@@ -1,16 +1,16 @@
-//! The arm angles at which limits are met.
+//! The arm angles at which joints are at a limit.
 
 use super::elbow_circle::{ElbowCircle, Slack};
 use super::sinusoid::{Direction, Sinusoid};
 use super::window::{Shape, Windows};
 use crate::joints::JointLimit;
 
-/// Below this `sin q4` and `sin q2` (or `sin q6`) the arm angle moves one sum only.
+/// Below this `sin q4` and `sin q2` (or `sin q6`) the arm angle changes only one sum of joints.
 const COUPLED: f64 = 1e-7;
 
 impl ElbowCircle {
-    /// With a straight elbow and a singular shoulder (or wrist) at once, the arm angle only moves
-    /// the sum `q1 + q3` (or `q5 + q7`): the angles at which that sum meets the sum of the limits.
+    /// With a straight elbow and a singular shoulder (or wrist), the arm angle changes only the sum
+    /// `q1 + q3` (or `q5 + q7`). Visits the angles at which that sum equals a sum of limits.
     #[cold]
     pub(in crate::srs) fn coupled_roots(
         &self,
@@ -38,8 +38,7 @@ impl ElbowCircle {
         }
     }
 
-    /// Every arm angle at which some joint meets a limit: the only places where a feasible set
-    /// can begin or end.
+    /// Every arm angle at which some joint is at a limit: feasible sets can begin or end only there.
     #[inline(always)]
     pub(in crate::srs) fn limit_roots(
         &self,
@@ -63,7 +62,7 @@ impl ElbowCircle {
                 .flat_map(|c| [c.inner[0], c.outer[0]])
                 .enumerate()
             {
-                // Symmetric limits share their ends; `|q| >= 0` is no limit.
+                // Symmetric limits have equal ends; `|q| >= 0` is not a limit.
                 if end < 1.0 && !seen.contains(&end) {
                     seen[slot] = end;
                     cosine.minus(end).roots(tolerance, &mut visit);
@@ -72,9 +71,9 @@ impl ElbowCircle {
         }
     }
 
-    /// Goes through the arm angles at which a limit moved by a slack is met, until one has branches.
+    /// Visits the arm angles at which a joint is at a limit moved by a slack, until one has branches.
     ///
-    /// Both the tests for a joint as it stands and those for its half turn move, in opposite ways.
+    /// The slack moves the tests for a joint and for its half turn in opposite directions.
     #[inline]
     pub(in crate::srs) fn first_root(
         &self,

@@ -1,4 +1,4 @@
-//! A joint whose limits leave it hardly any room, down to none.
+//! A joint with very narrow limits, down to zero width.
 
 use super::elbow_circle::ElbowCircle;
 use super::sinusoid::{Direction, Sinusoid};
@@ -15,7 +15,7 @@ pub(in crate::srs) struct Pinched {
     place: Place,
     /// `cos, sin` of the middle of its limits (of their absolute values for joints 2 and 6).
     middle: [f64; 2],
-    /// All limits but its own.
+    /// The limits of all other joints.
     pub(in crate::srs) others: Windows,
 }
 
@@ -42,7 +42,7 @@ impl Pinched {
             others.turning[joint / 2] = Window::new(JointLimit::FREE);
             (Place::Turning(joint / 2), 0.5 * (min_rad + max_rad))
         } else {
-            // A range about zero is the joint's own singularity: nothing leads through it.
+            // A range around zero contains the joint's own singularity: no path passes through its middle.
             let [positive, negative] = magnitude_ranges(limits[joint]);
             let masks = if joint == 1 {
                 Branch::SHOULDER
@@ -68,7 +68,7 @@ impl Pinched {
         matches!(self.place, Place::Turning(0 | 1) | Place::Tilting(0, _))
     }
 
-    /// Zero where the joint, as it stands or turned by half a turn, is in the middle of its limits.
+    /// Zero if the joint, or the joint rotated by half a turn, is in the middle of its limits.
     pub(in crate::srs) fn middle_of(&self, circle: &ElbowCircle) -> Sinusoid {
         let [cos, sin] = self.middle;
         match self.place {
@@ -80,7 +80,7 @@ impl Pinched {
         }
     }
 
-    /// Branches for which it is the middle itself and not its opposite, by more than a slack.
+    /// Branches for which the root is the middle and not its opposite, by more than a slack.
     pub(in crate::srs) fn sides(&self, circle: &ElbowCircle, psi: Direction, slack: f64) -> u8 {
         match self.place {
             Place::Turning(i) => {

@@ -43,7 +43,7 @@ impl Sinusoid {
     pub(in crate::srs) fn roots(&self, tolerance: f64, mut visit: impl FnMut(Direction)) {
         let r2 = self.s * self.s + self.c * self.c;
         if r2 <= tolerance * tolerance {
-            return; // constant: whether it holds shows at any other angle
+            return; // constant: any other angle shows whether it holds
         }
         let gap = r2 - self.k * self.k;
         let inv = 1.0 / r2;
@@ -95,7 +95,7 @@ impl Direction {
         self.turned_by(Self::from_angle(by_rad))
     }
 
-    /// The middle between this and another at most a quarter turn away.
+    /// The direction midway to another at most a quarter turn away.
     #[inline(always)]
     pub(in crate::srs) fn between(self, other: Self) -> Self {
         let (sin, cos) = (self.sin + other.sin, self.cos + other.cos);

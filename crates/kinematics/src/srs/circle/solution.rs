@@ -6,10 +6,10 @@ use super::window::Windows;
 use crate::joints::{JointLimit, JointPositions, nearest_turn};
 use crate::srs::branch::Branch;
 
-/// Largest turn of the tool, rad, that moving an angle onto its limit may cost.
+/// Largest rotation of the tool allowed when an angle is clamped to its limit, rad.
 const CLAMP_RAD: f64 = 1e-12;
 
-/// The rotations at one arm angle, from which each branch takes its joint angles.
+/// The rotations at one arm angle, from which the joint angles of each branch are computed.
 pub(in crate::srs) struct BaseSolution {
     shoulder: glam::DMat3,
     wrist: glam::DMat3,
@@ -34,8 +34,7 @@ impl BaseSolution {
         [q1, q2, q3, -self.elbow, q5, q6, q7]
     }
 
-    /// The configuration of a branch, each angle turned by full turns to the place within its
-    /// limit that is nearest to `reference`.
+    /// The configuration of a branch, each angle shifted by full turns to the value within its limit nearest to `reference`.
     pub(in crate::srs) fn on_branch(
         &self,
         limits: &[JointLimit; 7],
@@ -44,7 +43,7 @@ impl BaseSolution {
     ) -> Option<JointPositions> {
         let elbow_sign = if branch.elbow_positive { -1.0 } else { 1.0 };
         let q4 = clamped(-elbow_sign * self.elbow, &limits[3], 1e-6)?;
-        // Bending the other way turns the elbow's frame by half a turn: x and y change sign.
+        // The other elbow sign rotates the elbow's frame by half a turn: x and y change sign.
         let shoulder = SphericalJoint::new(self.shoulder, 1.0, elbow_sign);
         let wrist = SphericalJoint::new(self.wrist, elbow_sign, 1.0);
         let [q1, q2, q3] = shoulder.angles(
@@ -61,13 +60,13 @@ impl BaseSolution {
     }
 }
 
-/// `Rz(a) Ry(b) Rz(c)`, to be taken apart.
+/// A rotation `Rz(a) Ry(b) Rz(c)` to be decomposed.
 struct SphericalJoint {
     m: [[f64; 3]; 3],
 }
 
 impl SphericalJoint {
-    /// `row_sign` turns the first frame by half a turn about z, `column_sign` the last.
+    /// A negative `row_sign` rotates the first frame by half a turn about z, a negative `column_sign` the last.
     fn new(r: glam::DMat3, row_sign: f64, column_sign: f64) -> Self {
         let signs = [row_sign, row_sign, 1.0];
         let entry = |row: usize, col: usize| {
@@ -85,8 +84,8 @@ impl SphericalJoint {
         [first, second, third]
     }
 
-    /// The angles with the asked sign of the second, moved onto the limits where that turns the
-    /// tool by less than `CLAMP_RAD`.
+    /// The angles with the given sign of the second, clamped to the limits if that rotates the tool
+    /// by less than `CLAMP_RAD`.
     fn angles(
         &self,
         negative: bool,
@@ -111,8 +110,8 @@ impl SphericalJoint {
         let mut third = limits[2].nearest_turn(third, reference[1]);
         let end = clamp(third, limits[2]);
         if third != end {
-            // Near the singularity only first + third (first - third, upside down) matters:
-            // the first takes what the third has too much.
+            // Near the singularity only first + third (first - third if inverted) matters: shift
+            // the third's excess to the first.
             let upright = if m[2][2] >= 0.0 { 1.0 } else { -1.0 };
             first = clamp(first + upright * (third - end), limits[0]);
             let (again, rest) = self.after(first);
@@ -122,7 +121,7 @@ impl SphericalJoint {
             }
             third = end;
         }
-        // What is left of the direction across the first joint's plane turns the tool.
+        // The remaining component across the first joint's plane rotates the tool.
         let (sin, cos) = first.sin_cos();
         if !within(cos * y - sin * x) {
             return None;
@@ -136,8 +135,7 @@ impl SphericalJoint {
         (within(second - inside) && right_side).then_some([first, inside, third])
     }
 
-    /// Second and third angle once the first is taken off, so that near the singularity their
-    /// sum with the first stays exact whatever the first is.
+    /// Second and third angle given the first, so that near the singularity the sum stays exact for any first angle.
     fn after(&self, first: f64) -> (f64, f64) {
         let m = &self.m;
         let (sin, cos) = first.sin_cos();
@@ -147,14 +145,14 @@ impl SphericalJoint {
     }
 }
 
-/// The angle moved to the limit's end if it is outside by at most `slack`.
+/// The angle clamped to the limit if it is outside by at most `slack`.
 fn clamped(angle: f64, limit: &JointLimit, slack: f64) -> Option<f64> {
     let inside = angle.clamp(limit.min_rad, limit.max_rad);
     ((angle - inside).abs() <= slack).then_some(inside)
 }
 
 impl ElbowCircle {
-    /// Which branches hold all limits at one arm angle, singular places looked at closely.
+    /// Branches that satisfy all limits at one arm angle, with singularities checked by construction.
     pub(in crate::srs) fn feasible_branches(
         &self,
         windows: &Windows,
@@ -170,10 +168,10 @@ impl ElbowCircle {
         }
     }
 
-    /// Near a singularity two joints share a sum, which their separate limits do not see: keep
-    /// the branches that really have a configuration.
+    /// Near a singularity only the sum of two joints is determined, which separate limit tests
+    /// miss: keep the branches for which a configuration can be constructed.
     ///
-    /// Off the singularity itself a branch that holds without slack needs no construction.
+    /// Off the singularity a branch that passes without slack needs no construction.
     pub(in crate::srs) fn confirmed(
         &self,
         windows: &Windows,

@@ -22,7 +22,7 @@ pub(in crate::srs) struct ElbowEnd {
 }
 
 impl Triangle {
-    /// Half-angle form: no `acos`, so a straight elbow keeps all the digits the length has.
+    /// Half-angle form without `acos`: exact near a straight elbow.
     #[inline(always)]
     pub(in crate::srs) fn from_sides(a: f64, b: f64, length: f64) -> Self {
         let inv = 0.5 / (a * b);
@@ -36,7 +36,7 @@ impl Triangle {
         Self::from_elbow(a, b, length, [cos, sin])
     }
 
-    /// With joint 4 on a limit, whose length differs from the true one by rounding only.
+    /// With joint 4 on a limit whose length equals the true length up to rounding.
     #[cold]
     pub(in crate::srs) fn on_limit(a: f64, b: f64, length: f64, limit: ElbowEnd) -> Self {
         Self {

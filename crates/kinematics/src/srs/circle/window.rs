@@ -1,24 +1,23 @@
 //! Joint limits as tests on direction vectors, so that a verdict needs no angle.
 //!
-//! A joint angle is held as the direction `(x, y) = ρ (cos q, sin q)`, `ρ ≥ 0`. Whether it lies
-//! within a limit is then the sign of two cross products. Each test carries the absolute
-//! tolerance [`CROSS_TOLERANCE`]: near a singularity `ρ → 0` and the angle itself means
-//! nothing, while what the tolerance does to the pose stays below it.
+//! A joint angle is stored as the direction `(x, y) = ρ (cos q, sin q)`, `ρ ≥ 0`. The signs of two cross
+//! products then tell whether it is within a limit. Each test has the absolute tolerance [`CROSS_TOLERANCE`]:
+//! near a singularity `ρ → 0` and the angle is undefined, but the pose error stays below the tolerance.
 
 use crate::joints::JointLimit;
 use std::f64::consts::{PI, TAU};
 
-/// Slack of the cross products: what it moves the tool by, rad (times the arm's length, m).
+/// Tolerance of the cross products: the tool error it allows, rad (times the arm's length, m).
 ///
 /// A few hundred times the rounding of the products, ten times below the promised 1e-12.
 pub(in crate::srs) const CROSS_TOLERANCE: f64 = 1e-13;
 
-/// The limits of all joints but the elbow.
+/// The limits of all joints except the elbow.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::srs) struct Windows {
-    /// Joints 1, 3, 5, 7, which a branch may turn by half a turn.
+    /// Joints 1, 3, 5, 7, which a branch may rotate by half a turn.
     pub(in crate::srs) turning: [Window; 4],
-    /// Joints 2 and 6, whose sign is the branch.
+    /// Joints 2 and 6, whose sign depends on the branch.
     pub(in crate::srs) tilting: [SignedCone; 2],
 }
 
@@ -77,7 +76,7 @@ impl Window {
         }
     }
 
-    /// Whether the direction, and whether its opposite, lies in the window.
+    /// Whether the direction and its opposite lie in the window.
     #[inline(always)]
     pub(in crate::srs) fn holds(&self, x: f64, y: f64, slack: f64) -> (bool, bool) {
         let past_min = self.min[0] * y - self.min[1] * x;
@@ -89,7 +88,7 @@ impl Window {
                 past_min <= slack || before_max <= slack,
             ),
             Shape::Narrow => {
-                // Without the middle, a window of no width would hold its opposite too.
+                // Without the middle, a window of zero width would contain its opposite too.
                 let towards = self.middle[0] * x + self.middle[1] * y;
                 (
                     past_min >= -slack && before_max >= -slack && towards >= -slack,
@@ -101,10 +100,9 @@ impl Window {
 }
 
 impl Window {
-    /// Directions whose cross products the test compares with its slack.
+    /// Directions whose cross products are compared with the slack.
     ///
-    /// A narrow window's middle counts as the direction at right angles to it: with a slack that
-    /// test, too, has an end of its own.
+    /// A narrow window also gives the direction perpendicular to its middle: with a slack that test has its own end.
     #[inline(always)]
     pub(in crate::srs) fn slack_ends(&self) -> impl Iterator<Item = [f64; 2]> {
         let [cos, sin] = self.middle;
@@ -117,7 +115,7 @@ impl Window {
     }
 }
 
-/// The limit of joint 2 or 6, split by the sign of the joint: `|q|` between two ends, each.
+/// The limit of joint 2 or 6, split by the sign of the joint into two ranges of `|q|`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::srs) struct SignedCone {
     /// For `q ≥ 0` and for `q ≤ 0`: the ends of `|q|`, or `None` where that sign is not allowed.
@@ -159,29 +157,27 @@ impl SignedCone {
 }
 
 impl SignedCone {
-    /// Is even the angle with the largest cosine clearly outside, whatever its sign?
+    /// True if even the angle with the largest cosine is clearly outside, for both signs.
     #[inline(always)]
     pub(in crate::srs) fn is_beyond(&self, largest_cos: f64) -> bool {
         let beyond = |cone: &Cone| largest_cos < cone.outer[0] - 10.0 * CROSS_TOLERANCE;
         self.sides.iter().flatten().all(beyond)
     }
 
-    /// Is even the angle with the largest cosine outside by more than the angle whose sine is
-    /// `slack`, whatever its sign?
+    /// True if even the angle with the largest cosine is outside by more than the angle with sine `slack`, for both signs.
     #[inline(always)]
     pub(in crate::srs) fn is_beyond_by(&self, largest_cos: f64, slack: f64) -> bool {
         let cos_slack = (1.0 - slack * slack).max(0.0).sqrt();
         let beyond = |cone: &Cone| {
             let [cos, sin] = cone.outer;
-            // The widened end lies before half a turn, and the angle beyond it.
+            // The widened end is below half a turn, and the angle is beyond it.
             sin * cos_slack + cos * slack > 0.0
                 && largest_cos < cos * cos_slack - sin * slack - 10.0 * CROSS_TOLERANCE
         };
         self.sides.iter().flatten().all(beyond)
     }
 
-    /// Cosines at which the test of an end, moved by the angle whose sine is `slack`, turns over;
-    /// each once.
+    /// Cosines at which the test of an end, moved by the angle with sine `slack`, changes; each once.
     #[inline(always)]
     pub(in crate::srs) fn slack_ends(&self, slack: f64) -> impl Iterator<Item = f64> {
         let cos_slack = (1.0 - slack * slack).max(0.0).sqrt();

@@ -1,11 +1,11 @@
-//! How far every limit could shrink before a pose is lost.
+//! How far all limits can shrink before a pose becomes unreachable.
 
 use crate::joints::JointLimit;
 use crate::srs::model::SrsArm;
 use hwall_geometry::Pose;
 use std::f64::consts::PI;
 
-/// Limits are widened by at most this, rad, to tell a pose that is nearly reachable from one that is not.
+/// Limits are widened by at most this for an unreachable pose, rad.
 const WIDEST_RAD: f64 = 1.0;
 
 impl SrsArm {
@@ -55,8 +55,8 @@ fn moved(limit: JointLimit, by_rad: f64) -> JointLimit {
     let JointLimit { min_rad, max_rad } = limit.shrunk(by_rad);
     let within_half_turn = limit.min_rad > -PI && limit.max_rad < PI;
     if by_rad < 0.0 && within_half_turn {
-        // Past half a turn a joint of the other kind is simply free; this keeps both kinds valid
-        // and differs from the true widening by less than 1e-12 rad of range.
+        // Half a turn would be invalid for these joints; this end differs from the true widening by
+        // less than 1e-12 rad of range.
         let end = PI - 5e-13;
         return JointLimit::new(min_rad.max(-end), max_rad.min(end));
     }

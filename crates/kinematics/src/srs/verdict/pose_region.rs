@@ -13,8 +13,8 @@ pub struct PoseRegion {
     pub half_sides_m: [DVec3; 2],
     /// Every position within this of the rectangle belongs to the region too, m.
     pub radius_m: f64,
-    /// And so does every orientation that a turn by at most this, about any axis through the tool
-    /// point, makes of the central one, rad.
+    /// Every orientation that differs from the central one by a rotation of at most this, about any
+    /// axis through the tool point, belongs to the region too, rad.
     pub angle_rad: f64,
 }
 

@@ -1,23 +1,21 @@
 //! Verdicts that hold for a whole set of poses at once, with proof.
 //!
-//! Let a configuration hold the central pose with the elbow at some arm angle. Anywhere else in
-//! the region the wrist centre has another direction `u` and another distance `L` from the
-//! shoulder. Carry the arm along: turn it by the smallest rotation that takes the old `u` to the
-//! new one, then turn the upper arm within the triangle's plane to the new angle β, the forearm to
-//! the new angle η. With `R03 = F Ry(-β)` and `R04 = F Ry(η)` this gives
-//! `R03' = Q R03 Ry(β - β')` and `R47' = Ry(η' - η)ᵀ R04ᵀ Qᵀ P R`, where P is the turn of the tool.
-//! A rotation by an angle moves a unit vector by at most the chord of that angle, so
+//! Let a configuration hold the central pose at some arm angle. Elsewhere in the region the wrist centre
+//! has another direction `u` and another distance `L` from the shoulder. Move the arm there: turn it by
+//! the smallest rotation that takes the old `u` to the new one, then turn the upper arm within the
+//! triangle's plane to the new angle β, the forearm to the new angle η. With `R03 = F Ry(-β)` and `R04 =
+//! F Ry(η)` this gives `R03' = Q R03 Ry(β - β')` and `R47' = Ry(η' - η)ᵀ R04ᵀ Qᵀ P R`, where P is the
+//! turn of the tool. A rotation by an angle moves a unit vector by at most the chord of that angle, so
 //!
 //! - every row and column of `R03` moves by at most `|u' - u| + chord(β' - β)`,
 //! - every row and column of `R47` by at most `|u' - u| + chord(η' - η) + chord(P)`.
 //!
-//! The limits are tested as cross products of such vectors with fixed unit vectors (`window.rs`),
-//! which change by no more. Hence: if some arm angle passes all tests *narrowed* by these bounds
-//! the whole region is reachable; if none passes them *widened* by the bounds (carrying the arm is
-//! a bijection of the arm angles), no pose of the region is. The bounds need no factor of safety;
-//! `ROUNDING` covers the arithmetic. β and η are functions of L alone, monotone but for
-//! one turning point, so their extremes over the region's distances are exact, also at full stretch
-//! where their slope is infinite.
+//! The limits are tested as cross products of such vectors with fixed unit vectors (`window.rs`), which
+//! change by at most the same bounds. Hence: if some arm angle passes all tests *narrowed* by these bounds
+//! the whole region is reachable; if none passes them *widened* by the bounds, no pose of the region is
+//! (moving the arm is a bijection of the arm angles). The bounds need no safety factor; `ROUNDING` covers
+//! the arithmetic. β and η are functions of L alone, monotone but for one turning point, so their extremes
+//! over the region's distances are exact, also at full stretch where their slope is infinite.
 
 use super::pose_region::PoseRegion;
 use super::region_bounds::{LARGEST_SLACK, Triangles, Wrists};
@@ -28,14 +26,14 @@ use crate::unreachable::Unreachable;
 use glam::DVec3;
 use hwall_geometry::Pose;
 
-/// What is proven of a region.
+/// What is proven about a region.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RegionVerdict {
     /// Every pose can be held on each of these branches (and perhaps on others).
     Reachable(BranchSet),
-    /// No pose can be held, for this reason; gaps are those of the pose that lacks least.
+    /// No pose can be held, for this reason; gaps are those of the pose with the smallest gap.
     Unreachable(Unreachable),
-    /// Neither was proven: a smaller region may tell.
+    /// Neither was proven; a smaller region may be decidable.
     Undecided,
 }
 
@@ -49,30 +47,29 @@ pub struct ShoulderWristRange {
 }
 
 impl SrsArm {
-    /// Is a whole region of poses reachable, or none of it?
+    /// Whether a whole region of poses is reachable, or none of it.
     ///
-    /// Either answer is a proof, of the same closed limits and with the same tolerance of 1e-13 as
-    /// [`SrsArm::verdict`]; the module `region` in the sources has the derivation. Poses that only
-    /// a singular shoulder or wrist can hold (a board at full stretch, square to the arm) are
+    /// Both answers are proofs, for the same closed limits and with the same tolerance of 1e-13 as
+    /// [`SrsArm::verdict`]; see the source of module `region` for the derivation. Poses that only a
+    /// singular shoulder or wrist can hold (a board at full stretch, perpendicular to the arm) are
     /// never proven reachable. A region with NaN, infinite or negative extents is `Undecided`.
     #[must_use]
     pub fn region_verdict(&self, region: &PoseRegion) -> RegionVerdict {
         self.region_verdict_between(self, region)
     }
 
-    /// The same for a family of arms: `self` has the narrowest limits, `widest` the widest, all
-    /// else alike.
+    /// The same for a family of arms that differ only in their limits: `self` has the narrowest, `widest` the widest.
     ///
-    /// `Reachable` then holds for every arm of the family, and so does `Unreachable`. One use:
-    /// a wall turned about the base axis only turns joint 1, so limits of joint 1 moved by the
-    /// headings' range answer for all headings at once.
+    /// `Reachable` and `Unreachable` then hold for every arm of the family. Example: rotating a
+    /// wall about the base axis only rotates joint 1, so shifting the limits of joint 1 by the
+    /// range of headings covers all headings at once.
     #[must_use]
     pub fn region_verdict_between(&self, widest: &Self, region: &PoseRegion) -> RegionVerdict {
         let cell = match Cell::prepare(self, widest, region) {
             Ok(cell) => cell,
             Err(verdict) => return verdict,
         };
-        // One look at the extremes serves both questions; they answer most of them.
+        // One test at the extremes serves both questions and decides most regions.
         let Cell {
             circle,
             slack,
@@ -115,7 +112,7 @@ impl SrsArm {
 
     /// All branches that provably hold every pose of a region, each at one arm angle.
     ///
-    /// Where [`SrsArm::region_verdict`] stops at the first ones it meets, this looks at every limit.
+    /// [`SrsArm::region_verdict`] stops at the first ones found; this checks every limit.
     #[must_use]
     pub fn branches_throughout(&self, region: &PoseRegion) -> BranchSet {
         let Ok(cell) = Cell::prepare(self, self, region) else {
@@ -145,8 +142,7 @@ impl SrsArm {
         self.wrist_from_shoulder(&self.flange_pose(base_from_tool))
     }
 
-    /// The distances from the shoulder to the wrist centre that the elbow's limits allow; all between
-    /// shortest and longest are.
+    /// The distances from the shoulder to the wrist centre that the elbow's limits allow: all between shortest and longest.
     #[must_use]
     pub fn shoulder_wrist_range(&self) -> ShoulderWristRange {
         let [a, b] = self.distances.sides;
@@ -157,7 +153,7 @@ impl SrsArm {
     }
 }
 
-/// How much a reason says is missing, m.
+/// The gap given by a reason, m.
 fn missing(reason: &Unreachable) -> f64 {
     match *reason {
         Unreachable::TooFar { gap_m }
@@ -167,7 +163,7 @@ fn missing(reason: &Unreachable) -> f64 {
     }
 }
 
-/// The reason why no arm angle passes with this slack, if none does; the extremes did not.
+/// The reason why no arm angle passes with this slack, if none does. The extremes are already known to fail.
 fn unreachable(
     circle: &ElbowCircle,
     arm: &SrsArm,
@@ -203,7 +199,7 @@ fn unreachable(
     }
 }
 
-/// A region made ready for tests at arm angles.
+/// A region prepared for tests at arm angles.
 struct Cell {
     circle: ElbowCircle,
     slack: Slack,
@@ -212,7 +208,7 @@ struct Cell {
 }
 
 impl Cell {
-    /// What the distances and the tilts alone decide is the error.
+    /// The error is the verdict, if distances and tilts alone decide it.
     #[inline(always)]
     fn prepare(
         narrow: &SrsArm,
@@ -235,7 +231,7 @@ impl Cell {
                 .min_by(|a, b| missing(a).total_cmp(&missing(b)));
             return Err(least.map_or(RegionVerdict::Undecided, RegionVerdict::Unreachable));
         }
-        // The triangle exists only for lengths the elbow allows; those are what must be covered.
+        // The triangle exists only for lengths that the elbow allows; only those must be covered.
         let lo = wide.sides[0][0].min(wide.sides[1][0]).max(wrists.shortest);
         let hi = wide.sides[0][1].max(wide.sides[1][1]).min(wrists.longest);
         let triangles = Triangles::new(wide, lo.min(hi), lo.max(hi), wrists.length);
@@ -262,7 +258,7 @@ impl Cell {
     /// Some of the wanted branches for which an arm angle passes all tests narrowed by the slack.
     fn first_held(&self, arm: &SrsArm, wanted: u8) -> u8 {
         let slack = self.slack.narrowing();
-        // The roots are taken a little further inside, so that rounding cannot fail their own test.
+        // Roots are taken slightly further inside, so that rounding cannot fail their own test.
         let deeper = Slack {
             shoulder: slack.shoulder - 2.0 * CROSS_TOLERANCE,
             wrist: slack.wrist - 2.0 * CROSS_TOLERANCE,
@@ -273,13 +269,12 @@ impl Cell {
         })
     }
 
-    /// Branches for which a joint with hardly any room is led through its middle.
+    /// Branches for which a joint with very narrow limits passes through its middle.
     ///
-    /// No single arm angle serves the whole region then. But if the joint is on one side of its
-    /// middle by more than the slack at one arm angle, on the other side at another, and all other
-    /// limits hold with the slack and the way between them to spare, then at every pose of the
-    /// region some arm angle between the two has the joint exactly in the middle (the intermediate
-    /// value theorem), with all others inside.
+    /// No single arm angle serves the whole region then. But suppose the joint is on one side of its middle by
+    /// more than the slack at one arm angle and on the other side at another, and all other limits hold with
+    /// the slack plus the change between the two. Then by the intermediate value theorem every pose of the
+    /// region has an arm angle between the two with the joint exactly in the middle and all others inside.
     #[inline]
     fn held_on_the_way(&self, arm: &SrsArm, wanted: u8) -> u8 {
         let Some(pinched) = &arm.pinched else {
@@ -294,7 +289,7 @@ impl Cell {
         let limit = pinched.middle_of(&self.circle);
         limit.roots(0.0, |psi| {
             let half = 2.0 * slack / limit.slope(psi).abs();
-            // Also where the slope is 0 or NaN.
+            // Also covers a slope of 0 or NaN.
             if half.is_nan() || half > LARGEST_SLACK {
                 return;
             }

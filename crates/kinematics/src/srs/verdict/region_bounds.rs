@@ -1,4 +1,4 @@
-//! How far the wrist, the triangle and the tilts of a region differ from those of its centre.
+//! Bounds on how far the wrist, the triangle and the tilts of a region differ from those of its centre.
 
 use super::pose_region::PoseRegion;
 use crate::srs::branch::Branch;
@@ -11,7 +11,7 @@ use hwall_geometry::Pose;
 /// Added to every bound: a hundred times the rounding of the cross products.
 const ROUNDING: f64 = 1e-12;
 
-/// With bounds larger than this no limit test says anything.
+/// Above this bound a limit test decides nothing.
 pub(super) const LARGEST_SLACK: f64 = 0.9;
 
 /// The wrist centres of a region.
@@ -60,7 +60,7 @@ impl Wrists {
         }
         turn = turn.sqrt();
         if radius > 0.0 {
-            // A ball of radius r at distance D is seen under asin(r/D) <= tan of it.
+            // A ball of radius r at distance D subtends the half angle asin(r/D) <= its tangent.
             let ratio = radius / nearest;
             turn += if ratio < 1.0 {
                 ratio / (1.0 - ratio * ratio).sqrt()
@@ -78,8 +78,8 @@ impl Wrists {
             tolerance,
             shortest: nearest - radius - tolerance,
             longest: farthest + radius + tolerance,
-            // NaN means that the wrist is on the shoulder. Corners further apart than this may
-            // hide what lies between them; the distances and tilts still count.
+            // NaN means that the wrist is on the shoulder. Corners further apart than this do not
+            // bound the points between them; the distances and tilts remain valid.
             turn: if turn < 1.0 { turn } else { f64::INFINITY },
             tool_turn,
         })
@@ -90,7 +90,7 @@ impl Wrists {
         (if negative { Branch::ELBOW[0] } else { 0 }) | if positive { Branch::ELBOW[1] } else { 0 }
     }
 
-    /// The bounds of the module's derivation; `None` where they say nothing.
+    /// The bounds of the derivation in module `region`; `None` if they are too large to decide anything.
     pub(super) fn slack(&self, triangles: &Triangles) -> Option<Slack> {
         if self.turn >= LARGEST_SLACK {
             return None;
@@ -112,14 +112,13 @@ impl Wrists {
         (slack.shoulder < LARGEST_SLACK && slack.wrist < LARGEST_SLACK).then_some(slack)
     }
 
-    /// Must joint 2 or joint 6 tilt beyond its limit everywhere, whatever the arm angle?
+    /// True if joint 2 or joint 6 exceeds its limit everywhere in the region, at every arm angle.
     ///
     /// `|q2|` is least with the elbow highest: `χ - β`, where χ is the angle of w from the base
-    /// axis; `|q6|` likewise `χ - η` with the angle of w from the tool axis. With
-    /// `cos χ = c / L` these are functions of L alone when c, the distance along the axis, is
-    /// taken at its largest. Their stationary places are those where the other link is
-    /// parallel to the axis. So the least tilt over the region is found exactly, to all orders:
-    /// the slack above, of first order, would need ever smaller regions beside a tangency.
+    /// axis; `|q6|` likewise `χ - η` with the angle of w from the tool axis. With `cos χ = c / L`
+    /// these are functions of L alone if c, the distance along the axis, takes its largest value.
+    /// They are stationary where the other link is parallel to the axis. So the least tilt over the
+    /// region is exact; the first-order slack above would need ever smaller regions near a tangency.
     pub(super) fn tilted_too_far(
         &self,
         arm: &SrsArm,
@@ -154,7 +153,7 @@ pub(super) struct Triangles {
     pub(super) reference: Triangle,
     /// At its ends.
     ends: [Triangle; 2],
-    /// Where one of the angles turns round, if that is within.
+    /// Where one of the angles has its maximum, if within the range.
     turning: Option<Triangle>,
     range: [f64; 2],
 }
@@ -162,7 +161,7 @@ pub(super) struct Triangles {
 impl Triangles {
     pub(super) fn new(distances: &Distances, lo: f64, hi: f64, length: f64) -> Self {
         let (a, b) = (distances.upper, distances.fore);
-        // Where the links differ, the angle at the longer one's end is largest at this length.
+        // If the links differ, the angle at the longer link's end is largest at this length.
         let turning = (a * a - b * b).abs().sqrt();
         Self {
             reference: Triangle::from_sides(a, b, length.clamp(lo, hi)),
@@ -172,8 +171,8 @@ impl Triangles {
         }
     }
 
-    /// Cosine of the least tilt `χ - angle` of the link `near` (the other is `far`) with
-    /// `cos χ = along / L`; `None` where the link can be along the axis itself.
+    /// Cosine of the least tilt `χ - angle` of the link `near` (the other is `far`) with `cos χ =
+    /// along / L`; `None` if the link can lie along the axis.
     #[inline]
     fn least_tilt(
         &self,
@@ -203,7 +202,7 @@ impl Triangles {
             let square = near * near - far * far + sign * 2.0 * far * along;
             let there = square.max(0.0).sqrt();
             if self.range[0] < there && there < self.range[1] {
-                // As seen from the near link: its angle at the common point is `beta`.
+                // `beta` is the angle at the near link's end.
                 let seen = Triangle::from_sides(near, far, there);
                 if !visit(there, seen.beta) {
                     return None;

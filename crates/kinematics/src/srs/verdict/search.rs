@@ -18,7 +18,7 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// Is there a witness?
+    /// True if there is a witness.
     #[must_use]
     pub const fn is_reachable(&self) -> bool {
         matches!(self, Self::Reachable(_))
@@ -45,7 +45,7 @@ pub struct Witness {
     pub arm_angle_rad: f64,
 }
 
-/// Where the search found a feasible place.
+/// A feasible arm angle found by the search.
 pub(in crate::srs) struct Place {
     pub(in crate::srs) circle: ElbowCircle,
     psi: Direction,
@@ -53,17 +53,16 @@ pub(in crate::srs) struct Place {
 }
 
 impl SrsArm {
-    /// Can the arm hold the tool at `base_from_tool` within its closed limits?
+    /// Whether the arm can hold the tool at `base_from_tool` within its closed limits.
     ///
-    /// Exact: a nonempty feasible set of arm angles holds a limit's root or is the whole circle,
-    /// so testing every root decides it; the singular places, which no sample of the arm angle
-    /// hits, are tested by themselves. A pose beyond a limit by less than about 1e-13 counts as
-    /// reachable, and its witness is moved onto the limit (pose error below 1e-12 m and rad).
-    /// What doubles cannot resolve: a solution that locked joints (limits of no width, or met
-    /// exactly) confine to a single arm angle, with the elbow, shoulder or wrist within about
-    /// 1e-3 rad of straight, where the rounding of the pose alone moves the joints past their
-    /// limits. Of random limit sets full of locked joints 2 in 10,000 are lost that way
-    /// (tests/it/srs_hard_cases.rs); limits with any room are not affected.
+    /// Exact: a nonempty feasible set of arm angles contains a limit's root or is the whole circle, so
+    /// testing every root decides it. Singular configurations, which no sample of the arm angle hits,
+    /// are tested separately. A pose beyond a limit by less than about 1e-13 counts as reachable, and
+    /// its witness is moved onto the limit (pose error below 1e-12 m and rad). Double precision fails
+    /// if locked joints (limits of zero width, or reached exactly) confine the solution to a single
+    /// arm angle and the elbow, shoulder or wrist is within about 1e-3 rad of straight: then rounding
+    /// of the pose alone moves joints past their limits. This loses 2 in 10,000 random limit sets full
+    /// of locked joints (tests/it/srs_hard_cases.rs); limits with nonzero width are not affected.
     ///
     /// Method: [Shimizu 2008], [Faria 2018]; notes in docs/NOTATION.md.
     #[must_use]
@@ -82,7 +81,7 @@ impl SrsArm {
                 });
                 match found {
                     Some(witness) => Verdict::Reachable(witness),
-                    // The direction test passed within its tolerance, the angles do not.
+                    // The direction test passed within its tolerance, but the angles do not.
                     None => Verdict::Unreachable(Unreachable::ArmAngleConflict),
                 }
             }
@@ -112,11 +111,11 @@ impl SrsArm {
         }
     }
 
-    /// The two places that only exist at a single arm angle, built from their exact elbow: on the
-    /// base axis (q2 = 0) and on the tool axis (q6 = 0).
+    /// The two singular configurations that exist only at a single arm angle, built from their
+    /// exact elbow position: on the base axis (q2 = 0) and on the tool axis (q6 = 0).
     ///
-    /// Near a straight elbow the triangle's angles are known to 1e-8 only, too coarse to notice
-    /// that the elbow meets an axis; the elbow's position is known to 1e-16.
+    /// Near a straight elbow the triangle's angles are accurate only to 1e-8, too coarse to detect
+    /// that the elbow is on an axis; the elbow's position is accurate to 1e-16.
     #[cold]
     fn singular_place(&self, flange_pose: &Pose, elbow_mask: u8) -> Option<Place> {
         let (a, b) = (self.distances.upper, self.distances.fore);
@@ -161,7 +160,7 @@ impl SrsArm {
     }
 }
 
-/// Tests arm angles one by one and remembers what was ever possible.
+/// Tests arm angles one by one and records which limits could be satisfied.
 struct Search<'a> {
     arm: &'a SrsArm,
     circle: &'a ElbowCircle,
@@ -179,7 +178,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The extremes first: they decide most poses, without a root.
+    /// Tests the extremes first: they decide most poses without a root.
     #[inline(always)]
     fn run(&mut self) -> Option<(Direction, u8)> {
         let (arm, circle) = (self.arm, self.circle);
@@ -187,13 +186,13 @@ impl<'a> Search<'a> {
         if found.is_some() {
             return found;
         }
-        // Most forbidden poses tilt joint 2 or 6 too far at every arm angle: no root can help.
+        // In most unreachable poses joint 2 or 6 tilts too far at every arm angle: skip the roots.
         if arm.windows.tilting[0].is_beyond(circle.tilting[0].at(Direction::ZERO)) {
             self.shoulder = 0;
             return None;
         }
         if arm.windows.tilting[1].is_beyond(circle.tilting[1].at(circle.straightest_wrist)) {
-            // The wrist alone forbids the pose; what the shoulder could do was not looked at.
+            // The wrist alone rules out the pose; the shoulder was not tested.
             (self.shoulder, self.wrist) = (0xFF, 0);
             return None;
         }

@@ -25,7 +25,7 @@ impl Reference {
     }
 }
 
-/// The excerpt in this crate, and the complete set when it lies beside the workspace.
+/// The excerpt in this crate, and the complete set if it is beside the workspace.
 pub(crate) fn references() -> Vec<Reference> {
     let crate_dir = Path::new(env!("CARGO_MANIFEST_DIR"));
     let excerpt = read(&crate_dir.join("tests/data/kinematics_dynamics.json"), 20);
@@ -129,7 +129,7 @@ pub(crate) fn random_chain(sampler: &mut Sampler, n: usize, prismatic_share: f64
     .expect("chain")
 }
 
-/// Uniform inside the limits, endless ones cut at half a turn.
+/// Uniform within the limits, unlimited ones cut at half a turn.
 pub(crate) fn random_q(chain: &Chain, sampler: &mut Sampler) -> Vec<f64> {
     let range = |l: &JointLimit| (l.min_rad.max(-PI), l.max_rad.min(PI));
     chain

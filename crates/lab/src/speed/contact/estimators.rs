@@ -1,4 +1,4 @@
-//! Estimators of where a reach ends: time of a sample against how far off the end is foreseen.
+//! Estimators of the end of a reach: time per sample against error of the predicted end.
 
 use crate::contact::candidates::{self, Candidate};
 use crate::contact::run::{first_learnt, run};
@@ -11,16 +11,16 @@ use hwall_contact::score::Moment;
 use hwall_hand::LabelledReach;
 use hwall_testkit::{Timing, format_ns};
 
-/// Every row is measured in this many worlds, each with people of its own.
+/// Number of worlds per row, each with different people.
 const WORLDS: u64 = 2;
 /// As in the dissertation.
 const DEMONSTRATIONS: usize = 47;
-/// Shares of the time of a reach at which it is judged.
+/// Shares of the time of a reach at which it is evaluated.
 pub(super) const SHARES: [f64; 3] = [0.5, 0.7, 0.9];
 /// The tables' heading for errors at those shares.
 pub(super) const AT: &str = "median error at 50 / 70 / 90 %, mm";
 
-/// The dissertation's panel: 400 reaches of 50 people, of which the first are learnt from, then 60 of 10 others.
+/// The dissertation's panel: 400 training reaches of 50 people (the first ones are used), then 60 of 10 others.
 fn world(seed: u64) -> anyhow::Result<Vec<LabelledReach>> {
     let size = |people, reaches| PartSize { people, reaches };
     let made = generate(&DemonstrationConfig {
@@ -59,7 +59,7 @@ fn pooled(candidate: &Candidate, worlds: &[Vec<LabelledReach>]) -> anyhow::Resul
 /// Every estimator of where a reach ends.
 ///
 /// # Errors
-/// Whatever making demonstrations and training refuse.
+/// Errors of generating demonstrations and of training.
 pub fn estimators(seed: u64) -> anyhow::Result<Section> {
     let seeds = seed..seed + WORLDS;
     let worlds: Vec<_> = seeds.map(world).collect::<anyhow::Result<_>>()?;

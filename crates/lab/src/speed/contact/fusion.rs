@@ -11,10 +11,10 @@ use hwall_contact::{Combination, FusedConfig, FusedPredictor, LearnedConfig, Lea
 use hwall_stage::training;
 use hwall_testkit::Timing;
 
-/// Fusion with gaze and surfaces, in rooms of more and more surfaces.
+/// Fusion with gaze and surfaces, in rooms with increasing numbers of surfaces.
 ///
 /// # Errors
-/// Whatever training and prediction refuse.
+/// Errors of training and prediction.
 pub fn fusion(seed: u64) -> anyhow::Result<Section> {
     let condition = Condition::usual();
     let size = StudySize {

@@ -1,4 +1,4 @@
-//! Where a hand will touch: estimators, and what the scene adds.
+//! Contact prediction: estimators, and fusion with the scene.
 
 pub mod estimators;
 pub mod fusion;

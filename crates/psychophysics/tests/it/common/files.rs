@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-/// A table of the reference; `None` where it is absent, which a visible line says.
+/// A table of the reference; `None` if absent, reported by a visible line.
 pub(crate) fn shared_csv(name: &str) -> Option<String> {
     let path = hwall_testkit::shared(&format!("reference/psychophysics/{name}"))?;
     Some(std::fs::read_to_string(path).expect("a readable file"))

@@ -1,11 +1,11 @@
-//! What the tests share.
+//! Shared by the tests.
 
 pub(crate) mod deviation;
 pub(crate) mod files;
 
 use hwall_psychophysics::{Factor, Groups, Study};
 
-/// Factors a, b, c and d with so many levels each.
+/// Factors a, b, c and d with these numbers of levels.
 pub(crate) fn factors(sizes: &[usize]) -> Vec<Factor> {
     let names = ["a", "b", "c", "d"].iter().zip(sizes);
     names

@@ -1,10 +1,10 @@
-//! Lines against the verdict of single poses.
+//! Lines against the verdicts of single poses.
 
 use hwall_kinematics::Pose;
 use hwall_reachability::{Interval, LineReachability, WallLine};
 use hwall_testkit::Sampler;
 
-/// Places worth asking for: anywhere, and close to every end and band.
+/// Test positions: anywhere, and close to every end and band.
 pub(crate) fn places(
     reach: &LineReachability,
     size: f64,
@@ -26,7 +26,7 @@ pub(crate) fn places(
         .collect()
 }
 
-/// Compares a line with the verdict at many places.
+/// Compares a line with the verdict at many positions.
 pub(crate) fn check_line(
     line: &WallLine,
     reach: &LineReachability,

@@ -1,4 +1,4 @@
-//! What the tests share.
+//! Shared test code.
 
 pub(crate) mod lines;
 pub(crate) mod solids;
@@ -44,7 +44,7 @@ pub(crate) fn place(arm: &SrsArm, targets: &[Target], config: &PlacementConfig) 
     place_base(arm, targets, config).expect("valid")
 }
 
-/// Targets at all kinds of headings about a table 0.7 m high.
+/// Targets at various headings around a table 0.7 m high.
 pub(crate) fn scattered_targets(n: usize) -> Vec<Target> {
     let mut sampler = Sampler::new(SEED);
     let mut target = || {

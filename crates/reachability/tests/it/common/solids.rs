@@ -39,8 +39,8 @@ impl Solid {
     }
 }
 
-/// Alternating projections: `Some(true)` with a common point in hand, `Some(false)` with a
-/// separating plane in hand, `None` undecided. No axis of the separating-axis test is used.
+/// Alternating projections: `Some(true)` if a common point is found, `Some(false)` if a separating
+/// plane is found, `None` if undecided. Does not use the axes of the separating-axis test.
 pub(crate) fn proven_overlap(a: Solid, b: Solid) -> Option<bool> {
     let mut p = a.centre;
     for _ in 0..3000 {
@@ -57,7 +57,7 @@ pub(crate) fn proven_overlap(a: Solid, b: Solid) -> Option<bool> {
     None
 }
 
-/// Distance from a segment to a box: it is convex along the segment.
+/// Distance from a segment to a box, which is convex along the segment.
 pub(crate) fn distance_m(solid: Solid, ends: [DVec3; 2]) -> f64 {
     let at = |u: f64| {
         let p = ends[0].lerp(ends[1], u);

@@ -5,7 +5,7 @@ use super::super::together::Together;
 use super::*;
 use hwall_testkit::Sampler;
 
-/// A closed, bumpy ball of many triangles, and slivers and specks in it.
+/// A closed, bumpy sphere of many triangles, with slivers and tiny triangles in it.
 fn faces(sampler: &mut Sampler) -> Vec<Face> {
     let (rings, mut faces) = (20_usize, Vec::new());
     let bumps: Vec<f64> = (0..(rings + 1) * rings)
@@ -45,7 +45,7 @@ fn faces(sampler: &mut Sampler) -> Vec<Face> {
     faces
 }
 
-/// The exact test of every triangle: the hierarchy may not lose, add or change a hit by one bit.
+/// Against the exact test of every triangle: the hierarchy must not lose, add or change a hit by one bit.
 #[test]
 fn hits_are_those_of_the_exact_test_alone() {
     let mut sampler = Sampler::new(9);
@@ -98,7 +98,7 @@ fn hits_are_those_of_the_exact_test_alone() {
         assert_eq!(part.any_hit(&ray, f64::INFINITY), nearest.is_some());
         if let (Some(hit), Some((_, triangle))) = (found, nearest) {
             hits += 1;
-            // At an edge two triangles are equally far.
+            // At an edge two triangles are at the same distance.
             edges += usize::from(hit.triangle != triangle);
         }
     }

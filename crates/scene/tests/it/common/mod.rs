@@ -1,4 +1,4 @@
-//! What the tests share: brute-force references in f64 and scenes to try them on.
+//! Shared test code: brute-force references in f64 and test scenes.
 
 pub(crate) mod temp_file;
 
@@ -39,7 +39,7 @@ pub(crate) fn brute_ray(triangles: &[Triangle], origin: DVec3, direction: DVec3)
         .min_by(f64::total_cmp)
 }
 
-/// Distance to a triangle by another way than the crate's: the foot in the plane if it lies
+/// Distance to a triangle by a method independent of the crate: the foot in the plane if it is
 /// inside, else the nearest of the three sides.
 pub(crate) fn brute_distance(p: DVec3, t: &Triangle) -> f64 {
     let n = (t[1] - t[0]).cross(t[2] - t[0]);
@@ -65,7 +65,7 @@ pub(crate) fn brute_closest(
         .fold(f64::INFINITY, f64::min)
 }
 
-/// A surface of some triangles that does not move.
+/// A fixed surface of some triangles.
 pub(crate) fn plain_surface(name: &str, triangles_m: Vec<Triangle>) -> SurfaceMesh {
     let surface = Surface {
         name: name.to_owned(),
@@ -86,7 +86,7 @@ pub(crate) fn assert_non_finite<T: std::fmt::Debug>(answer: Result<T, SceneError
     assert!(expected, "{answer:?}");
 }
 
-/// All triangles of a scene where they are now, with their surface.
+/// All triangles of a scene at their current pose, with their surface.
 pub(crate) fn triangles(scene: &Scene) -> Vec<(SurfaceId, Triangle)> {
     let ids = (0..scene.surfaces().len()).map(SurfaceId);
     ids.flat_map(|id| scene.triangles_m(id).unwrap().map(move |t| (id, t)))
@@ -155,7 +155,7 @@ pub(crate) fn bumpy(n: usize, seed: u64, scale: f64, offset: DVec3) -> Scene {
     Scene::from_meshes(vec![sheet]).unwrap().0
 }
 
-/// The room of the examples; `None` where only this crate was lifted out.
+/// The room of the examples; `None` if only this crate was copied.
 pub(crate) fn room() -> Option<Scene> {
     let path =
         std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/assets/room.obj");

@@ -1,8 +1,8 @@
-//! Files of a test's own.
+//! Temporary test files.
 
 use std::path::PathBuf;
 
-/// A file of its own for a test, removed at its end.
+/// A separate file for a test, removed at its end.
 pub(crate) struct TempFile(pub(crate) PathBuf);
 
 impl TempFile {

@@ -17,34 +17,33 @@ use hwall_numeric::check::{all_finite, positive};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Overlay commands that may wait for each second of delay.
+/// Capacity for pending commands per second of delay.
 const COMMANDS_PER_S: f64 = 10_000.0;
-/// Largest difference between the tool's place in kinematics and in dynamics, m and rad, that counts as rounding.
+/// Largest difference between the tool pose in kinematics and dynamics that counts as rounding, m and rad.
 const SAME_TOOL: f64 = 1e-6;
-/// Ends of control periods are met to this share of a period.
+/// Tolerance of the ends of control periods, as a fraction of a period.
 const SAME_TICK: f64 = 1e-9;
 
-/// What the controller does.
+/// Mode of the controller.
 #[derive(Debug, Clone, Copy)]
 enum Mode {
-    /// The arm's own servo follows positions, or holds.
+    /// The joint servo follows positions, or holds.
     Servo,
-    /// Gravity and friction are compensated, these torques come on top, N m.
+    /// Gravity and friction compensation plus these torques, N m.
     Overlay([f64; 7]),
 }
 
-/// A simulated arm with rigid-body dynamics and a clock of its own.
+/// A simulated arm with rigid-body dynamics and its own clock.
 ///
-/// Between a command and the motion stand: the command's delay, the controller (once in a control period), the inner torque
-/// loop, friction and rotors, the rigid bodies, and the wrench from outside, which moves the arm. `Position` and `Hold` are
-/// up to the arm's stiff joint servo, `Torque` is an overlay on the compensation of gravity and of friction in motion. At
-/// first the arm holds. Angles and velocities in [`ArmState`] are the true ones; the external torque is what a controller
-/// finds from its sensors and its model, with a lag (see [`TorqueConfig::observer_hz`]). What a joint's stop exerts counts
-/// as external.
+/// It models the command delay, the controller (once per control period), the inner torque loop, friction and rotors, the
+/// rigid bodies, and the external wrench, which moves the arm. The stiff joint servo executes `Position` and `Hold`;
+/// `Torque` is an overlay on the compensation of gravity and of friction in motion. Initially the arm holds. Angles and
+/// velocities in [`ArmState`] are exact. The external torque is the controller's estimate from its sensors and its model,
+/// with a lag (see [`TorqueConfig::observer_hz`]). The torque of a joint stop counts as external.
 ///
-/// The board, or whatever the arm carries, is part of the dynamics ([`ChainDynamics::with_payload`]).
+/// The board or other payload is part of the dynamics ([`ChainDynamics::with_payload`]).
 ///
-/// [`advance`](Self::advance), commands and states do not allocate. Same seed, same run to the last bit.
+/// [`advance`](Self::advance), commands and states do not allocate. The same seed gives a bit-identical run.
 ///
 /// ```
 /// use hwall_haptics::{Arm, ArmCommand};
@@ -72,15 +71,15 @@ pub struct TorqueArm {
     config: TorqueConfig,
     joints: usize,
     motion: ChainMotion,
-    /// What the controller takes the arm for.
+    /// The controller's model of the arm.
     model: ChainDynamics,
     scratch: DynamicsScratch,
     servo: ReferenceServo,
     mode: Mode,
-    /// Modes to come and when they are in force.
+    /// Pending modes and their times of effect.
     waiting: VecDeque<(f64, Mode)>,
     capacity: usize,
-    /// The overlay as far as its rate let it come, N m.
+    /// The rate-limited overlay, N m.
     overlay: [f64; 7],
     drive: Drive,
     sensors: Sensors,
@@ -88,19 +87,17 @@ pub struct TorqueArm {
     t_s: f64,
     /// Time since the control period began, s.
     since_tick_s: f64,
-    /// What passed through the torque sensors since then, N m s.
+    /// Impulse through the torque sensors since then, N m s.
     sensed: [f64; 7],
 }
 
 impl TorqueArm {
     /// An arm at rest at `start`, its clock at zero.
     ///
-    /// `dynamics` must be of the same arm and base as `arm`; only the tool may be another, since wrenches and poses are about
-    /// the tool of `arm`.
+    /// `dynamics` must describe the same arm and base as `arm`; only the tool may differ: wrenches and poses refer to the tool of `arm`.
     ///
     /// # Errors
-    /// Another number of joints, links that move in another way, a start that is not finite or outside the limits, or a
-    /// setting outside its range.
+    /// Another number of joints, different link motions, a start that is not finite or outside the limits, or a setting outside its range.
     pub fn new(
         arm: Arc<dyn ArmKinematics>,
         dynamics: ChainDynamics,
@@ -111,7 +108,7 @@ impl TorqueArm {
         check_same_arm(&*arm, &dynamics, &start)?;
         config.validate(joints)?;
         let servo = ReferenceServo::new(Arc::clone(&arm), start, &config)?;
-        // Within the slack of the limits a start is moved onto them.
+        // A start within the slack of the limits is clamped to them.
         let q = servo.position();
         let limits = &arm.limits()[..joints];
         let stops = match config.joint_stops {
@@ -162,7 +159,7 @@ impl TorqueArm {
         })
     }
 
-    /// The same arm with a controller that takes it for another one: a payload that it does not know, wrong masses.
+    /// The same arm with another model in the controller: an unknown payload, wrong masses.
     ///
     /// # Errors
     /// As [`TorqueArm::new`] for `dynamics`.
@@ -176,10 +173,10 @@ impl TorqueArm {
         Ok(self)
     }
 
-    /// Moves the clock on by `dt_s`. Control periods begin at whole multiples of theirs, however time is cut into steps.
+    /// Advances the clock by `dt_s`. Control periods begin at multiples of the period, independent of the time steps.
     ///
     /// # Errors
-    /// A time step that is not finite and above zero, or a motion that overflows.
+    /// A time step that is not finite and positive, or a motion that overflows.
     pub fn advance(&mut self, dt_s: f64) -> Result<(), SimError> {
         positive("dt_s", dt_s)?;
         let end_s = positive("t_s", self.t_s + dt_s)?;
@@ -205,8 +202,7 @@ impl TorqueArm {
         Ok(())
     }
 
-    /// Sets the wrench that the outside exerts on the tool, base axes, about the tool origin; it stays until it is set again
-    /// and moves the arm.
+    /// Sets the external wrench on the tool, base axes, about the tool origin; it moves the arm and stays until set again.
     ///
     /// # Errors
     /// NaN or infinity.
@@ -250,14 +246,13 @@ impl TorqueArm {
         &self.tool.arm
     }
 
-    /// Torques that the motors exert now, after saturation, delay and lag, N m.
+    /// Current motor torques, after saturation, delay and lag, N m.
     #[must_use]
     pub const fn motor_torque(&self) -> JointTorques {
         JointTorques(*self.drive.output())
     }
 
-    /// Kinetic energy with the rotors as far as they are felt, and potential energy, zero for a mass at the base origin, J.
-    /// Allocates.
+    /// Kinetic energy, including the felt rotor inertia, plus potential energy (zero for a mass at the base origin), J. Allocates.
     ///
     /// # Errors
     /// A motion whose energy overflows.
@@ -265,10 +260,10 @@ impl TorqueArm {
         self.motion.energy_j()
     }
 
-    /// The controller at the begin of a period.
+    /// Runs the controller at the start of a period.
     fn control(&mut self) -> Result<(), SimError> {
         let n = self.joints;
-        // Clocks are sums of steps.
+        // Tolerance for rounding: the clock is a sum of steps.
         let now_s = self.t_s + (256.0 * f64::EPSILON * self.t_s).min(1e-6) + 1e-12;
         while let Some(&(effect_s, mode)) = self.waiting.front()
             && effect_s <= now_s
@@ -315,7 +310,7 @@ impl TorqueArm {
         Ok(())
     }
 
-    /// The bodies, within one control period.
+    /// Moves the bodies within one control period.
     fn move_by(&mut self, dt_s: f64) -> Result<(), SimError> {
         let end_s = self.since_tick_s + dt_s;
         let change_s = self.drive.change_s;
@@ -350,7 +345,7 @@ impl TorqueArm {
         Ok(())
     }
 
-    /// Sensors and observer at the end of a period.
+    /// Updates sensors and observer at the end of a period.
     fn sense(&mut self) -> Result<(), SimError> {
         let q = self.q();
         let torques = self
@@ -390,7 +385,7 @@ impl Arm for TorqueArm {
                 capacity: self.capacity,
             });
         }
-        // Under torques the reference goes with the arm, and when they end it is braked unless positions come.
+        // In torque mode the reference follows the arm; afterwards it brakes unless positions arrive.
         self.servo.command(match mode {
             Mode::Servo => command,
             Mode::Overlay(_) => ArmCommand::Hold,
@@ -410,7 +405,7 @@ fn seven(values: &[f64]) -> [f64; 7] {
     all
 }
 
-/// Do kinematics and dynamics move the same way, but for a tool?
+/// Checks that kinematics and dynamics agree, except for the tool.
 fn check_same_arm(
     arm: &dyn ArmKinematics,
     dynamics: &ChainDynamics,

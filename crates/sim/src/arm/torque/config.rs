@@ -7,67 +7,65 @@ use crate::error::SimError;
 use hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2;
 use hwall_numeric::check::{non_negative, positive, that, within};
 
-/// Settings of a [`TorqueArm`](crate::TorqueArm). Those of joints beyond the arm's last one are not read.
+/// Settings of a [`TorqueArm`](crate::TorqueArm). Entries beyond the arm's last joint are ignored.
 ///
-/// What no manufacturer publishes is an assumption and says so; `TorqueConfig::ideal` has none of it.
+/// Values that no manufacturer publishes are marked as assumptions; `TorqueConfig::ideal` has none of these effects.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TorqueConfig {
-    /// Period of the arm's controller, s, `1e-4..=0.1`. Default 0.001. Commands are looked at, sensors read and torques set
-    /// once in a period.
+    /// Period of the arm's controller, s, `1e-4..=0.1`. Default 0.001. Commands and sensors are read and torques set once per period.
     pub control_period_s: f64,
     /// Longest step of the integration, s. Default 0.00025.
     pub max_step_s: f64,
     /// Default [`Integrator::SemiImplicit`].
     pub integrator: Integrator,
-    /// Time from a command to its first effect, s, `0..=1`: in force from the first control period that begins then or
-    /// later. Default 0.005, the delay that notes on rendering over FRI plan with; an assumption.
+    /// Time from a command to its effect, s, `0..=1`: it applies from the first control period that begins then or
+    /// later. Default 0.005, an assumption for rendering over FRI.
     pub command_delay_s: f64,
     /// The inner torque loop, the gears, the rotors.
     pub drive: DriveConfig,
-    /// Friction between motor and torque sensor, what the inner loop leaves of it. Default 1 N m of dry friction on joints 1
-    /// to 4, 0.5 on 5, 0.3 on 6 and 7, a quarter more to break away, and as much viscous friction at 1 rad/s: an assumption.
+    /// Friction between motor and torque sensor that the inner loop leaves. Default 1 N m of dry friction on joints 1 to 4,
+    /// 0.5 on 5, 0.3 on 6 and 7, a quarter more to break away, and as much viscous friction at 1 rad/s: an assumption.
     pub friction: [JointFriction; 7],
-    /// What the controller does against friction.
+    /// Friction compensation of the controller.
     pub friction_compensation: FrictionCompensation,
     /// Errors of the torque sensors.
     pub sensor: TorqueSensor,
     /// Bandwidth (-3 dB) of the reported external torque, Hz. Default 25, a time constant of 6.4 ms: an assumption.
     pub observer_hz: f64,
-    /// The arm's own servo, for positions and for holding.
+    /// The joint servo, for positions and for holding.
     pub servo: PositionServo,
-    /// Do the joints stop at their limits? Default yes, without rebound. A controller that never meets them needs none.
+    /// Whether joints stop at their limits, without rebound. Default true; not needed if the controller never reaches them.
     pub joint_stops: bool,
     /// Seed of the sensors' noise.
     pub seed: u64,
 }
 
-/// What stands between a commanded torque and the link.
+/// Transmission from a commanded torque to the link.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DriveConfig {
-    /// Largest torque of the motors, N m. `None`, the default: the effort limits of the chain, and none where it has none.
+    /// Largest torque of the motors, N m. `None`, the default: the effort limits of the chain, if it has any.
     pub max_torque_n_m: Option<[f64; 7]>,
-    /// Fastest change of a commanded overlay, N m/s; infinite for no limit. Default 1000, 1 N m in a millisecond. Servo and
+    /// Maximum rate of a commanded overlay, N m/s; infinite for no limit. Default 1000, 1 N m per millisecond. Servo and
     /// gravity compensation are not limited.
     pub max_torque_rate_n_m_per_s: f64,
     /// Delay of the inner torque loop, s, `0..=0.1`. Default 0.001, an assumption.
     pub torque_delay_s: f64,
     /// Time constant of its first-order lag, s. Default 0.002 (80 Hz), an assumption.
     pub torque_lag_s: f64,
-    /// Inertia of the rotors as the joints feel it through the gears, kg m². Default 3.4 on joints 1 to 4, 1.3 on 5, 1.2 on 6
-    /// and 7: the estimate for the iiwa 14 in [Drake models].
+    /// Inertia of the rotors reflected to the joints, kg m². Default 3.4 on joints 1 to 4, 1.3 on 5, 1.2 on 6 and 7: the
+    /// estimate for the iiwa 14 in [Drake models].
     pub rotor_inertia_kg_m2: [f64; 7],
-    /// Share of that inertia that the torque loop hides from the outside, 0 to 1: torque feedback makes rotors feel lighter
+    /// Fraction of that inertia that the torque loop hides, 0 to 1: torque feedback reduces the apparent rotor inertia
     /// ([Ott 2008]). Default 0.8, an assumption.
     pub hidden_share: f64,
 }
 
-/// The arm's own stiff joint servo: accelerations towards a reference motion, made torques by the model.
+/// The stiff joint servo: accelerations towards a reference motion, converted to torques by the model.
 ///
-/// `τ = M (q̈_r + 2 ζ ω (q̇_r − q̇) + ω² (q_r − q)) + C q̇ + g`, with the rotors in `M`. Each joint is as stiff as its inertia
-/// times `ω²`.
+/// `τ = M (q̈_r + 2 ζ ω (q̇_r − q̇) + ω² (q_r − q)) + C q̇ + g`, with the rotors in `M`. The stiffness of a joint is its inertia times `ω²`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PositionServo {
-    /// `ω / 2π`, Hz. Default 10: with 3.5 ms of delay and lag in the torque loop about as much as is well damped.
+    /// `ω / 2π`, Hz. Default 10: about the highest well-damped value with 3.5 ms of delay and lag in the torque loop.
     pub frequency_hz: f64,
     /// `ζ`. Default 1.
     pub damping_ratio: f64,
@@ -129,8 +127,7 @@ impl Default for PositionServo {
 }
 
 impl TorqueConfig {
-    /// Rigid bodies and nothing else: no friction, rotors, delays, lags, saturation, or errors of sensors. The observer
-    /// keeps its bandwidth, and the joints their stops.
+    /// Only rigid bodies: no friction, rotors, delays, lags, saturation or sensor errors. The observer bandwidth and the joint stops remain.
     #[must_use]
     pub fn ideal() -> Self {
         Self {
@@ -149,7 +146,7 @@ impl TorqueConfig {
         }
     }
 
-    /// Inertia that a rotor adds to its joint, what the torque loop does not hide, kg m².
+    /// Rotor inertia felt at each joint, not hidden by the torque loop, kg m².
     #[must_use]
     pub fn felt_rotor_inertia_kg_m2(&self) -> [f64; 7] {
         let drive = &self.drive;

@@ -1,25 +1,25 @@
-//! The inner torque loop: what becomes of a commanded torque.
+//! The inner torque loop.
 
 use super::config::DriveConfig;
 
-/// Torques that were commanded once in every control period, limited, delayed and smoothed.
+/// Torques commanded once per control period, saturated, delayed and low-pass filtered.
 ///
-/// The delay is `periods` whole control periods and a part of one, so that within a period the torque asked for changes
-/// once. The lag is a first-order one and integrated exactly.
+/// The delay is `periods` whole control periods plus a fraction, so that the target torque changes once within a
+/// period. The first-order lag is integrated exactly.
 #[derive(Debug, Clone)]
 pub(super) struct Drive {
     most_n_m: [f64; 7],
     lag_s: f64,
-    /// Part of a control period by which the delay exceeds a whole number of them, s.
+    /// Remainder of the delay beyond whole control periods, s.
     pub(super) change_s: f64,
-    /// The newest torque is at `newest`, older ones follow.
+    /// The latest torque is at `newest`, older ones follow.
     ring: Vec<[f64; 7]>,
     newest: usize,
     output: [f64; 7],
 }
 
 impl Drive {
-    /// In rest at some torques.
+    /// In steady state at the given torques.
     pub(super) fn new(
         config: &DriveConfig,
         most_n_m: [f64; 7],
@@ -28,7 +28,7 @@ impl Drive {
     ) -> Self {
         let mut periods = (config.torque_delay_s / period_s).floor();
         let mut change_s = config.torque_delay_s - periods * period_s;
-        // 0.003 / 0.001 must not be two periods and all of a third one.
+        // 0.003 / 0.001 must not become two periods and a full remainder.
         if period_s - change_s < 1e-9 * period_s {
             periods += 1.0;
             change_s = 0.0;
@@ -54,20 +54,20 @@ impl Drive {
         std::array::from_fn(|i| torques[i].clamp(-self.most_n_m[i], self.most_n_m[i]))
     }
 
-    /// The torques commanded for the coming period.
+    /// Sets the torques commanded for the next period.
     pub(super) fn command(&mut self, torques: &[f64; 7]) {
         let place = self.newest.checked_sub(1).unwrap_or(self.ring.len() - 1);
         self.ring[place] = self.limited(torques);
         self.newest = place;
     }
 
-    /// What the loop aims at in the first part of the period, or after `change_s`.
+    /// Target of the loop in the first part of the period, or after `change_s`.
     pub(super) fn aim(&self, after_change: bool) -> [f64; 7] {
         let delay = self.ring.len() - 2 + usize::from(!after_change);
         self.ring[(self.newest + delay) % self.ring.len()]
     }
 
-    /// Moves on towards an aim; returns the mean torque on the way.
+    /// Advances towards a target; returns the mean torque over the step.
     pub(super) fn advance(&mut self, aim: &[f64; 7], dt_s: f64) -> [f64; 7] {
         if self.lag_s == 0.0 {
             self.output = *aim;
@@ -83,7 +83,7 @@ impl Drive {
         })
     }
 
-    /// Torques that the motors exert now, N m.
+    /// Current motor torques, N m.
     pub(super) const fn output(&self) -> &[f64; 7] {
         &self.output
     }

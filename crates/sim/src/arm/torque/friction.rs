@@ -1,26 +1,26 @@
-//! Friction of a joint, and what a controller does against it.
+//! Joint friction and its compensation.
 
 use hwall_numeric::ArgumentError;
 use hwall_numeric::check::{non_negative, positive, that, within};
 
-/// Friction of one joint: breakaway, the Stribeck fall to Coulomb friction, viscous friction.
+/// Friction of one joint: breakaway, Stribeck transition to Coulomb friction, viscous friction.
 ///
-/// At rest a joint takes any torque up to `breakaway_n_m` and stays exactly at rest. Moving, it feels
-/// `coulomb + (breakaway − coulomb) exp(−(q̇/v_s)²) + viscous |q̇|` against its motion ([Armstrong 1994]).
+/// A joint at rest stays exactly at rest under any torque up to `breakaway_n_m`. In motion, the friction torque
+/// is `coulomb + (breakaway − coulomb) exp(−(q̇/v_s)²) + viscous |q̇|`, opposing the motion ([Armstrong 1994]).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointFriction {
     /// Dry friction of a moving joint, N m.
     pub coulomb_n_m: f64,
-    /// Least torque that moves a resting joint, N m; at least the dry friction.
+    /// Smallest torque that moves a joint at rest, N m; at least `coulomb_n_m`.
     pub breakaway_n_m: f64,
-    /// Speed over which the one falls to the other, rad/s.
+    /// Stribeck velocity, rad/s.
     pub stribeck_rad_per_s: f64,
-    /// Friction for each rad/s, N m s/rad.
+    /// Viscous friction coefficient, N m s/rad.
     pub viscous_n_m_s_per_rad: f64,
 }
 
 impl JointFriction {
-    /// None at all.
+    /// No friction.
     pub const NONE: Self = Self {
         coulomb_n_m: 0.0,
         breakaway_n_m: 0.0,
@@ -50,7 +50,7 @@ impl JointFriction {
     /// Rejects NaN, negative friction, and a breakaway torque below the dry friction.
     ///
     /// # Errors
-    /// The first value that is wrong.
+    /// The first invalid value.
     pub fn validate(&self) -> Result<(), ArgumentError> {
         non_negative("coulomb_n_m", self.coulomb_n_m)?;
         non_negative("breakaway_n_m", self.breakaway_n_m)?;
@@ -62,7 +62,7 @@ impl JointFriction {
         Ok(())
     }
 
-    /// Dry friction at a speed, N m, without its sign and without the viscous part.
+    /// Magnitude of the dry friction at a speed, N m, without the viscous part.
     #[must_use]
     pub fn dry_n_m(&self, qd_rad_per_s: f64) -> f64 {
         let excess = self.breakaway_n_m - self.coulomb_n_m;
@@ -74,17 +74,17 @@ impl JointFriction {
     }
 }
 
-/// Compensation of friction by the arm's controller: of what it knows, and only while the joint moves.
+/// Friction compensation by the arm's controller, active only while the joint moves.
 ///
-/// Owners of iiwas report that it is off while the arm stands, so that a small force does not start it ("dithering" by hand
-/// then helps). Below `off_rad_per_s` there is none; it grows linearly up to `full_rad_per_s`.
+/// iiwa users report that it is off at standstill, so that a small force does not start a motion ("dithering" by hand
+/// helps). It is zero below `off_rad_per_s` and grows linearly up to `full_rad_per_s`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrictionCompensation {
-    /// Share of the friction that is compensated in motion, 0 to 1. Default 0.8, an assumption; 0 switches it off.
+    /// Fraction of the friction compensated in motion, 0 to 1. Default 0.8, an assumption; 0 disables compensation.
     pub share: f64,
-    /// Speed up to which a joint counts as standing, rad/s. Default 0.01, an assumption.
+    /// Speed up to which a joint counts as at rest, rad/s. Default 0.01, an assumption.
     pub off_rad_per_s: f64,
-    /// Speed from which compensation is full, rad/s, above the former. Default 0.05, an assumption.
+    /// Speed from which compensation is full, rad/s; above `off_rad_per_s`. Default 0.05, an assumption.
     pub full_rad_per_s: f64,
 }
 

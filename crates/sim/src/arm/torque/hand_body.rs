@@ -5,27 +5,27 @@ use glam::DVec3;
 use hwall_kinematics::{Pose, Twist, Wrench};
 use hwall_numeric::check::{all_finite, non_negative, positive, within};
 
-/// Longest step of the hand's own integration, s.
+/// Longest integration step of the hand, s.
 const MAX_STEP_S: f64 = 5e-5;
 
-/// A finger and what moves behind it, as one mass at the fingertip.
+/// A finger and the hand behind it, as one mass at the fingertip.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HandBodyConfig {
-    /// Mass felt at the fingertip, kg. Default 0.6, that of hands and fingers in ISO/TS 15066, annex A; a relaxed finger
-    /// alone is far below 0.1, a stiff forearm behind it 2.
+    /// Effective mass at the fingertip, kg. Default 0.6, for hands and fingers in ISO/TS 15066, annex A; a relaxed
+    /// finger alone has far less than 0.1, a stiff forearm adds 2.
     pub mass_kg: f64,
-    /// Stiffness with which the arm holds the hand at its aim, N/m. Default 300: some hundred in a maintained posture ([Tsuji 1995]).
+    /// Stiffness of the human arm that holds the hand at its aim, N/m. Default 300: a few hundred in a maintained posture ([Tsuji 1995]).
     pub arm_stiffness_n_per_m: f64,
-    /// Damping of the same, N s/m. Default 20, some tens in the same measurements.
+    /// Damping of the human arm, N s/m. Default 20; a few tens in the same measurements.
     pub arm_damping_n_s_per_m: f64,
-    /// Stiffness of the finger along the board's normal, N/m. Default 1000: from some hundred to more than a thousand, growing
-    /// with the force ([Hajian 1997]).
+    /// Stiffness of the finger along the board's normal, N/m. Default 1000: from a few hundred to more than a thousand,
+    /// increasing with the force ([Hajian 1997]).
     pub finger_stiffness_n_per_m: f64,
-    /// Damping of the finger, N s/m. Default 5, some units in the same measurements.
+    /// Damping of the finger, N s/m. Default 5; a few units in the same measurements.
     pub finger_damping_n_s_per_m: f64,
-    /// Coulomb friction of the skin on the face. Default 0.6, an assumption; dry skin on plastic is between 0.3 and 1.
+    /// Coulomb friction coefficient of skin on the face. Default 0.6, an assumption; dry skin on plastic is between 0.3 and 1.
     pub friction: f64,
-    /// Stiffness of the fingertip along the face, N/m, before it slips. Default 1000, an assumption.
+    /// Shear stiffness of the fingertip along the face before it slips, N/m. Default 1000, an assumption.
     pub shear_stiffness_n_per_m: f64,
     /// Half the edge of the board, m. Default 0.1, a board of 200 x 200 mm.
     pub half_extent_m: f64,
@@ -46,26 +46,26 @@ impl Default for HandBodyConfig {
     }
 }
 
-/// What the muscles do.
+/// Action of the muscles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum HandDrive {
-    /// They pull the hand towards an aim that moves, base frame, m and m/s.
+    /// They pull the hand towards a moving aim, base frame, m and m/s.
     Aim {
-        /// Where the fingertip should be, m.
+        /// Desired fingertip position, m.
         position_m: DVec3,
-        /// How the aim moves, m/s.
+        /// Velocity of the aim, m/s.
         velocity_m_per_s: DVec3,
     },
-    /// They exert a force, base axes, N; the arm's damping acts against the hand's velocity.
+    /// They exert a force, base axes, N; the arm's damping opposes the hand's velocity.
     Force(DVec3),
 }
 
-/// A hand in motion, in contact with a board or not.
+/// A moving hand, with or without contact with a board.
 ///
-/// A mass on a spring and a damper; the finger is a second spring and damper along the board's normal that only push, with
-/// Coulomb friction along the face (a spring that gives way at `friction` times the normal force, so that a resting finger
-/// does not creep). Inside a step the hand takes steps of its own of at most 50 µs while the board goes on at its velocity:
-/// the force returned is the mean over the step, for the same step of the arm.
+/// A mass on a spring and a damper. The finger is a unilateral spring and damper along the board's normal, with Coulomb
+/// friction along the face: a spring that slips at `friction` times the normal force, so that a resting finger does not
+/// creep. Within a step the hand uses substeps of at most 50 µs while the board moves at constant velocity; the returned
+/// force is the mean over the step, for the same step of the arm.
 ///
 /// ```
 /// use glam::DVec3;
@@ -90,12 +90,12 @@ pub struct HandBody {
     position_m: DVec3,
     velocity_m_per_s: DVec3,
     touching: bool,
-    /// How far the fingertip is sheared, board axes, m.
+    /// Shear displacement of the fingertip, board axes, m.
     shear_m: DVec3,
 }
 
 impl HandBody {
-    /// A hand at a place with a velocity, base frame, m and m/s.
+    /// A hand at a position with a velocity, base frame, m and m/s.
     ///
     /// # Errors
     /// NaN, infinity, a mass or extent that is not positive, or another negative setting.
@@ -127,13 +127,13 @@ impl HandBody {
         })
     }
 
-    /// Moves the hand on by `dt_s`; returns the mean wrench that it exerted on the board, base axes, about the board's origin.
+    /// Advances the hand by `dt_s`; returns its mean wrench on the board, base axes, about the board's origin.
     ///
     /// `base_from_board` has its origin in the middle of the face and z out of it, towards the hand; `board_velocity` is
-    /// that of the board there, base axes, as `pose()` and `twist()` of an arm with the board as its tool.
+    /// the board's velocity there, base axes: `pose()` and `twist()` of an arm with the board as its tool.
     ///
     /// # Errors
-    /// A time step that is not above zero or longer than 1 s, NaN or infinity; the hand is then as before.
+    /// A time step that is not positive or longer than 1 s, NaN or infinity; the hand is then unchanged.
     pub fn step(
         &mut self,
         dt_s: f64,
@@ -181,7 +181,7 @@ impl HandBody {
         Ok(sum)
     }
 
-    /// Place of the fingertip, base frame, m.
+    /// Position of the fingertip, base frame, m.
     #[must_use]
     pub const fn position_m(&self) -> DVec3 {
         self.position_m
@@ -193,7 +193,7 @@ impl HandBody {
         self.velocity_m_per_s
     }
 
-    /// Did it touch the board at the end of the last step?
+    /// True if it touched the board at the end of the last step.
     #[must_use]
     pub const fn is_touching(&self) -> bool {
         self.touching
@@ -211,7 +211,7 @@ impl HandBody {
         let rotation = board.rotation();
         let place_m = rotation.transpose() * lever_m;
         let beside = place_m.x.abs().max(place_m.y.abs()) > self.config.half_extent_m;
-        // A finger that comes from behind, or round the edge, is not in contact with the face.
+        // A finger that comes from behind or around the edge is not in contact with the face.
         let enters = self.touching || place_m.z > -self.deepest_entry_m(h_s, velocity);
         if beside || place_m.z >= 0.0 || !enters {
             self.touching = false;
@@ -236,7 +236,7 @@ impl HandBody {
         rotation * (along_n + DVec3::new(0.0, 0.0, normal_n))
     }
 
-    /// A finger in front of the face one step ago is not deeper than this now, m.
+    /// Maximum depth now of a finger that was in front of the face one step ago, m.
     fn deepest_entry_m(&self, h_s: f64, velocity: &Twist) -> f64 {
         let speed = self.velocity_m_per_s.length()
             + velocity.linear_m_per_s.length()
@@ -258,7 +258,7 @@ impl HandBody {
             }
             HandDrive::Force(force_n) => *force_n,
         };
-        // The arm's damping is implicit.
+        // The arm's damping is integrated implicitly.
         self.velocity_m_per_s = (config.mass_kg * self.velocity_m_per_s
             + h_s * (muscles_n + contact_n))
             / (config.mass_kg + h_s * damping);

@@ -1,4 +1,4 @@
-//! Motion under torques that are given at times and held in between.
+//! Motion under piecewise constant torques.
 
 use super::motion::ChainMotion;
 use crate::error::SimError;
@@ -7,27 +7,27 @@ use hwall_numeric::ArgumentError;
 use hwall_numeric::check::{all_finite, finite, positive, that};
 use std::f64::consts::TAU;
 
-/// Times closer than this are one, s.
+/// Times closer than this are equal, s.
 const SAME_TIME_S: f64 = 1e-12;
-/// Most samples of one motion.
+/// Maximum number of samples of one motion.
 const MOST_SAMPLES: f64 = 1e9;
-/// More steps than this would take hours.
+/// Maximum number of steps; more would take hours.
 const MOST_STEPS: f64 = 1e9;
-/// Steps in which a joint turns further than this show nothing of its motion, rad.
+/// A step in which a joint turns further than this is meaningless, rad.
 const MOST_TURN_RAD: f64 = TAU;
 
-/// Joint torques by the time from which they hold, until the next ones; zero before the first.
+/// Piecewise constant joint torques, each held from its time until the next; zero before the first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeldTorques {
     joints: usize,
     times_s: Vec<f64>,
-    /// One row a time.
+    /// One row per time.
     torques: Vec<f64>,
     zeros: Vec<f64>,
 }
 
 impl HeldTorques {
-    /// None so far, for so many joints.
+    /// Empty, for a number of joints.
     #[must_use]
     pub fn new(joints: usize) -> Self {
         Self {
@@ -38,10 +38,10 @@ impl HeldTorques {
         }
     }
 
-    /// Adds torques, N m, that hold from a time on, s.
+    /// Adds torques, N m, held from a time on, s.
     ///
     /// # Errors
-    /// A time that is not after the last one, another number of torques than joints, NaN or infinity.
+    /// A time not after the last one, a number of torques other than that of the joints, NaN or infinity.
     pub fn push(&mut self, t_s: f64, torques: &[f64]) -> Result<(), SimError> {
         finite("t_s", t_s)?;
         all_finite("torques", torques)?;
@@ -62,7 +62,7 @@ impl HeldTorques {
         Ok(())
     }
 
-    /// Those of a row; zero for `None`.
+    /// Torques of a row; zero for `None`.
     fn row(&self, row: Option<usize>) -> &[f64] {
         row.map_or(&self.zeros, |row| {
             &self.torques[row * self.joints..][..self.joints]
@@ -70,7 +70,7 @@ impl HeldTorques {
     }
 }
 
-/// How long a motion is followed, and how finely.
+/// Duration and sampling of a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotionSampling {
     /// Length of the motion, s.
@@ -94,14 +94,14 @@ pub struct MotionSample<'a> {
     pub energy_j: f64,
 }
 
-/// Follows a motion from time 0, with samples at 0, `every`, 2 `every` and so on, and at the end.
+/// Simulates a motion from time 0, with samples at 0, `every`, 2 `every` and so on, and at the end.
 ///
-/// Steps end exactly where torques change and where samples are taken; in between they are as long as `max_step_s` at the
-/// most and equal. Times are multiples, not sums. The wrench on the tip (base axes, about its origin) is constant.
+/// Steps end exactly at torque changes and samples; in between they are equal and at most `max_step_s` long. Times are
+/// multiples, not sums. The wrench on the tip (base axes, about its origin) is constant.
 ///
 /// # Errors
-/// Settings that are not above zero, torques of another number of joints, NaN, a motion that diverges (a number overflows, or
-/// a joint turns all around within one step), or what `visit` returns.
+/// Settings that are not positive, torques of another number of joints, NaN, a motion that diverges (overflow, or a joint
+/// turns a full turn within one step), or an error from `visit`.
 pub fn sample_motion<E: From<SimError>>(
     motion: &mut ChainMotion,
     torques: &HeldTorques,
@@ -143,7 +143,7 @@ pub fn sample_motion<E: From<SimError>>(
     Ok(())
 }
 
-/// One step that ends at `t_s`; refuses one that says nothing of the motion any more.
+/// One step that ends at `t_s`; rejects a diverged step.
 fn step_to(
     motion: &mut ChainMotion,
     t_s: f64,
@@ -160,7 +160,7 @@ fn step_to(
     motion
         .step(step_s, torques, wrench)
         .map_err(|error| match error {
-            // Torques and wrench are finite, so this is the motion itself.
+            // Torques and wrench are finite, so the motion diverged.
             SimError::Argument(ArgumentError::NonFinite { index, .. })
             | SimError::Kinematics(KinematicsError::Argument(ArgumentError::NonFinite {
                 index,
@@ -200,11 +200,11 @@ fn last_sample(sampling: &MotionSampling) -> Result<u64, SimError> {
         every_s,
         "a larger share of the duration",
     )?;
-    // Half a part in a billion of a period is rounding.
+    // Up to 5e-10 relative is rounding.
     Ok((count - 5e-10 * count.max(1.0)).ceil() as u64)
 }
 
-/// Time of a sample: to 1e-12 s the multiple as one would write it, which the product in binary is often not.
+/// Time of a sample: the multiple rounded to 1e-12 s as written in decimal, which the binary product often is not.
 fn sample_time_s(sampling: &MotionSampling, k: u64) -> f64 {
     let exact_s = k as f64 * sampling.every_s;
     let rounded_s = (exact_s * 1e12).round() / 1e12;

@@ -1,5 +1,4 @@
-//! An arm at torque level: rigid bodies, joint friction, an inner torque loop, sensors and what a controller makes of them;
-//! and the hand that pushes its board.
+//! An arm at torque level: rigid bodies, joint friction, inner torque loop, sensors and controller; and the hand that pushes its board.
 
 mod arm;
 mod config;

@@ -8,27 +8,26 @@ use crate::error::SimError;
 use hwall_kinematics::{ChainDynamics, KinematicsError, Wrench};
 use hwall_numeric::check::{all_finite, non_negative, positive};
 
-/// How the equations of motion are integrated.
+/// Integrator of the equations of motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Integrator {
     /// Velocities first, with friction and stops implicit, then positions with the new velocities. First order, one
-    /// evaluation a step; what a control loop is tested with.
+    /// evaluation per step; used for testing control loops.
     #[default]
     SemiImplicit,
-    /// Classical Runge-Kutta: fourth order, four evaluations. Steps are cut where a joint comes to rest under dry friction
-    /// or reaches a stop.
+    /// Classical Runge-Kutta: fourth order, four evaluations. Steps are split where a joint comes to rest under dry friction or reaches a stop.
     Rk4,
 }
 
 /// Settings of a [`ChainMotion`]; the default has no friction, no rotors and no stops.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ChainMotionConfig {
-    /// Friction of each joint; empty: none.
+    /// Friction of each joint; empty for none.
     pub friction: Vec<JointFriction>,
-    /// Inertia of each rotor as its joint feels it, kg m²; empty: none. It adds to the diagonal of the mass matrix, as
-    /// `armature` does in MuJoCo: the gyroscopic torques of rotors are left out.
+    /// Inertia of each rotor reflected to its joint, kg m²; empty for none. Added to the diagonal of the mass matrix,
+    /// like `armature` in MuJoCo, without gyroscopic torques.
     pub rotor_inertia_kg_m2: Vec<f64>,
-    /// Range of each joint, rad or m, in which stops without rebound hold it; empty: none.
+    /// Range of each joint between stops without rebound, rad or m; empty for none.
     pub stops: Vec<[f64; 2]>,
     /// Default [`Integrator::SemiImplicit`].
     pub integrator: Integrator,
@@ -36,9 +35,9 @@ pub struct ChainMotionConfig {
 
 /// A chain of rigid bodies in motion: positions and velocities under torques and a wrench at the tip.
 ///
-/// As many joints as the chain has. Torques in N m (N for slides), the wrench in base axes about the tip. Joint friction is
-/// exact at rest: a joint that is held stays where it is to the last bit. Stops take all speed of a joint that meets them
-/// and give none back. Nothing but [`energy_j`](Self::energy_j) allocates after construction.
+/// For any number of joints. Torques in N m (N for prismatic joints), the wrench in base axes about the tip. Joint friction
+/// is exact at rest: a held joint does not move by a single bit. Stops are fully inelastic. Only
+/// [`energy_j`](Self::energy_j) allocates after construction.
 ///
 /// ```
 /// use hwall_kinematics::{Chain, ChainDynamics, Wrench};
@@ -62,7 +61,7 @@ pub struct ChainMotion {
 }
 
 impl ChainMotion {
-    /// At a position and a velocity.
+    /// At an initial position and velocity.
     ///
     /// # Errors
     /// A wrong number of values anywhere, NaN or infinity, a setting outside its range, or a start beyond a stop.
@@ -110,7 +109,7 @@ impl ChainMotion {
             non_negative("rotor inertia", rotor)?;
         }
         for (joint, (&[min_rad, max_rad], &value_rad)) in stops.iter().zip(q).enumerate() {
-            // Written so that NaN fails.
+            // NaN fails.
             let inside = min_rad <= value_rad && value_rad <= max_rad;
             if !inside {
                 return Err(SimError::JointLimit {
@@ -145,7 +144,7 @@ impl ChainMotion {
     /// One step under constant torques and a constant wrench on the tip (base axes, about its origin).
     ///
     /// # Errors
-    /// A time step that is not above zero, NaN or infinity, or a motion that overflows; the state is then as before.
+    /// A time step that is not positive, NaN or infinity, or a motion that overflows; the state is then unchanged.
     pub fn step(&mut self, dt_s: f64, torques: &[f64], wrench: &Wrench) -> Result<(), SimError> {
         positive("dt_s", dt_s)?;
         let chain = &mut self.chain;
@@ -173,7 +172,7 @@ impl ChainMotion {
         &self.chain.dynamics
     }
 
-    /// Kinetic energy, that of the rotors included, and potential energy, zero for a mass at the base origin, J. Allocates.
+    /// Kinetic energy, rotors included, plus potential energy (zero for a mass at the base origin), J. Allocates.
     ///
     /// # Errors
     /// A motion whose energy overflows.

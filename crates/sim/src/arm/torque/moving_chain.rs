@@ -1,4 +1,4 @@
-//! A chain of rigid bodies as its integrators see it: state, equations of motion, stops.
+//! A chain of rigid bodies for the integrators: state, equations of motion, stops.
 
 use super::friction::JointFriction;
 use super::steps::{StepSolver, Steps};
@@ -6,7 +6,7 @@ use crate::error::SimError;
 use hwall_kinematics::{ChainDynamics, DynamicsScratch, KinematicsError, Wrench};
 use hwall_numeric::check::all_finite;
 
-/// State of a chain, and the memory of its equations.
+/// State of a chain, and scratch memory of its equations.
 #[derive(Debug, Clone)]
 pub(super) struct MovingChain {
     pub(super) dynamics: ChainDynamics,
@@ -25,7 +25,7 @@ pub(super) struct MovingChain {
 }
 
 impl MovingChain {
-    /// `M` with the rotors and what drives it, at a state, into `matrix` and `driving`.
+    /// Writes `M` with the rotors and the driving torques at a state to `matrix` and `driving`.
     pub(super) fn equations(
         &mut self,
         q: &[f64],
@@ -49,14 +49,14 @@ impl MovingChain {
         Ok(())
     }
 
-    /// How far a joint may move to either side, `[at most 0, at least 0]`.
+    /// Distance of a joint to its stops on either side, `[at most 0, at least 0]`.
     pub(super) fn room(&self, joint: usize) -> [f64; 2] {
         let [least, most] = self.stops[joint];
         let q = self.q[joint];
         [(least - q).min(0.0), (most - q).max(0.0)]
     }
 
-    /// Removes the rounding by which a joint stands beyond its stop.
+    /// Removes rounding beyond a joint's stop.
     pub(super) fn within_stops(&self, joint: usize, q: f64) -> f64 {
         let [least, most] = self.stops[joint];
         q.clamp(least, most)
@@ -97,7 +97,7 @@ impl MovingChain {
         for i in 0..n {
             let (friction, v) = (&self.friction[i], self.solver.x[i]);
             let dry = dt_s * friction.dry_n_m(self.qd[i]);
-            // The rest of λ is the stop's.
+            // The rest of λ comes from the stop.
             self.friction_impulse[i] =
                 self.solver.lambda[i].clamp(-dry, dry) - dt_s * friction.viscous_n_m_s_per_rad * v;
             self.q[i] = self.within_stops(i, self.q[i] + dt_s * v);

@@ -1,4 +1,4 @@
-//! External torques as a controller finds them: from its torque sensors and its model.
+//! Estimation of external torques from torque sensors and a model.
 
 use hwall_kinematics::{ChainDynamics, DynamicsScratch, KinematicsError};
 use hwall_numeric::check::all_finite;
@@ -6,17 +6,17 @@ use std::f64::consts::TAU;
 
 /// A momentum observer ([De Luca 2006]), with torque sensors behind the gears.
 ///
-/// `ṗ = τ_sensor + τ_ext + ∂T/∂q − g`: what neither sensor nor model explains of a change of momentum came from outside.
-/// The answer is that, through a first-order low pass. Friction and rotors lie before the sensors and do not enter.
+/// `ṗ = τ_sensor + τ_ext + ∂T/∂q − g`: a change of momentum that sensors and model do not explain is external. The
+/// estimate is low-pass filtered (first order). Friction and rotors are on the motor side of the sensors and do not enter.
 #[derive(Debug, Clone)]
 pub(super) struct MomentumObserver {
     model: ChainDynamics,
     scratch: DynamicsScratch,
-    /// Share of the way that the answer goes in one period.
+    /// Filter gain per period.
     share: f64,
     period_s: f64,
     momentum: [f64; 7],
-    /// `∂T/∂q − g` at the last instant.
+    /// `∂T/∂q − g` at the last update.
     drift: [f64; 7],
     external: [f64; 7],
 }
@@ -35,7 +35,7 @@ impl MomentumObserver {
         }
     }
 
-    /// Begins at a state, with no external torque.
+    /// Initializes at a state without external torque.
     pub(super) fn begin(&mut self, q: &[f64], qd: &[f64]) -> Result<(), KinematicsError> {
         (self.momentum, self.drift) = self.evaluate(q, qd)?;
         self.external = [0.0; 7];
@@ -56,7 +56,7 @@ impl MomentumObserver {
         Ok((momentum, drift))
     }
 
-    /// One period later: state, and mean readings of the sensors since the last call.
+    /// Updates after one period: state, and mean sensor readings since the last call.
     pub(super) fn update(
         &mut self,
         q: &[f64],
@@ -76,7 +76,7 @@ impl MomentumObserver {
         Ok(())
     }
 
-    /// The newest estimate, N m.
+    /// The latest estimate, N m.
     pub(super) const fn external(&self) -> &[f64; 7] {
         &self.external
     }

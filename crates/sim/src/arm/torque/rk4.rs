@@ -1,4 +1,4 @@
-//! Runge-Kutta steps that are cut where a joint comes to rest or meets a stop.
+//! Runge-Kutta steps, split where a joint comes to rest or reaches a stop.
 
 use super::moving_chain::MovingChain;
 use super::steps::Steps;
@@ -6,16 +6,16 @@ use crate::error::SimError;
 use hwall_kinematics::{KinematicsError, Wrench};
 use hwall_numeric::check::all_finite;
 
-/// Cuts of one step after which the rest is left to the implicit scheme, which takes all events at once.
+/// After this many splits of one step the rest is integrated by the implicit scheme, which handles all events at once.
 const MOST_CUTS: usize = 30;
-/// Trials for the instant of an event.
+/// Maximum iterations to locate an event.
 const TRIALS: usize = 30;
-/// A velocity or a distance to a stop that is zero, rad/s or rad.
+/// A velocity or a distance to a stop below this is zero, rad/s or rad.
 const SAME_VALUE: f64 = 1e-13;
 /// Weights of the four stages.
 const WEIGHTS: [f64; 4] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
 
-/// What ends a piece of a step.
+/// Event that ends a piece of a step.
 #[derive(Debug, Clone, Copy)]
 enum Event {
     Rest { joint: usize },
@@ -23,7 +23,7 @@ enum Event {
 }
 
 impl Event {
-    /// What is zero at the event.
+    /// Quantity that is zero at the event.
     fn value(self, q: &[f64], qd: &[f64]) -> f64 {
         match self {
             Self::Rest { joint } => qd[joint],
@@ -32,18 +32,18 @@ impl Event {
     }
 }
 
-/// Memory of the integrator.
+/// Scratch memory of the integrator.
 #[derive(Debug, Clone)]
 pub(super) struct Rk4 {
     /// Start of the whole step.
     before: [Vec<f64>; 2],
-    /// A stage's state, and at the end of a piece the new one.
+    /// State of a stage; at the end of a piece, the new state.
     q: Vec<f64>,
     qd: Vec<f64>,
     qdd: Vec<f64>,
     /// Weighted sums of velocities, accelerations and friction torques.
     sums: [Vec<f64>; 3],
-    /// Direction of dry friction at each joint; NaN where the joint is held.
+    /// Direction of dry friction at each joint; NaN for a held joint.
     directions: Vec<f64>,
     zeros: Vec<f64>,
 }
@@ -62,7 +62,7 @@ impl Rk4 {
         }
     }
 
-    /// One step; an error leaves the state as it was.
+    /// One step; an error leaves the state unchanged.
     pub(super) fn step(
         &mut self,
         motion: &mut MovingChain,
@@ -126,7 +126,7 @@ impl Rk4 {
         Ok(())
     }
 
-    /// Which joints are held, and against which side dry friction acts on the others.
+    /// Determines which joints are held, and the direction of dry friction on the others.
     fn choose_directions(
         &mut self,
         motion: &mut MovingChain,
@@ -175,7 +175,7 @@ impl Rk4 {
         Ok(())
     }
 
-    /// The four stages of a piece from the motion's state; the new state is in `q` and `qd`.
+    /// The four stages of a piece from the motion's state; writes the new state to `q` and `qd`.
     fn stages(
         &mut self,
         motion: &mut MovingChain,
@@ -214,7 +214,7 @@ impl Rk4 {
             let ahead_s = [0.5 * h_s, 0.5 * h_s, h_s, 0.0][stage];
             for i in 0..n {
                 if self.directions[i].is_nan() {
-                    // What a stop holds is not friction.
+                    // The torque of a stop is not friction.
                     let most = motion.friction[i].breakaway_n_m;
                     self.sums[2][i] += weight * motion.solver.lambda[i].clamp(-most, most);
                 }
@@ -233,7 +233,8 @@ impl Rk4 {
         Ok(())
     }
 
-    /// The first joint that comes to rest or meets a stop within the piece, and after which share of it.
+    /// The first joint that comes to rest or reaches a stop within the piece, and the fraction of the
+    /// piece at which it does.
     fn first_event(&self, motion: &MovingChain) -> Option<(f64, Event)> {
         let mut first: Option<(f64, Event)> = None;
         let mut note = |share: f64, event: Event| {
@@ -262,10 +263,9 @@ impl Rk4 {
         first
     }
 
-    /// How long a piece is that ends at an event; leaves its end in `q` and `qd`.
+    /// Length of a piece that ends at an event; writes its final state to `q` and `qd`.
     ///
-    /// The event lies between the start and the end of what was tried, which is beyond it: secants, and every third time a
-    /// bisection.
+    /// The event is bracketed by the start and the end of the tried piece: secant steps, every third one a bisection.
     fn locate(
         &mut self,
         motion: &mut MovingChain,
@@ -301,7 +301,7 @@ impl Rk4 {
         Ok(h_s)
     }
 
-    /// The impact of all joints that stand at a stop: takes their speed towards it, and does to the others what that does.
+    /// Impact of all joints at a stop: removes their velocity towards it, with its effect on the other joints.
     fn impact(&mut self, motion: &mut MovingChain) -> Result<(), SimError> {
         let n = motion.q.len();
         self.q.copy_from_slice(&motion.q);

@@ -9,20 +9,20 @@ use std::f64::consts::TAU;
 
 /// Errors of the torque sensors of all joints.
 ///
-/// A sensor reports the mean over a control period of what passes through it, plus
-/// `bias + ripple sin(2π ripples_per_turn q / 2π + phase) + noise`.
+/// A sensor reports the mean torque through it over a control period, plus `bias + ripple
+/// sin(ripples_per_turn q + phase) + noise`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TorqueSensor {
     /// Standard deviation of the noise of each reading, N m. Default 0.05, an assumption.
     pub noise_n_m: f64,
     /// Constant error of each joint, N m. Default 0.
     pub bias_n_m: [f64; 7],
-    /// Amplitude of an error that repeats with the joint's angle, N m. Default 0.1, an assumption: owners of iiwas report that
-    /// such a ripple limits the built-in torque loop.
+    /// Amplitude of an error periodic in the joint angle, N m. Default 0.1, an assumption: iiwa users report that such a
+    /// ripple limits the built-in torque loop.
     pub ripple_n_m: [f64; 7],
-    /// Its periods in a turn of the joint. Default 320: twice in a turn of the wave generator of a gear of 160.
+    /// Periods per turn of the joint. Default 320: two per turn of the wave generator of a 160:1 gear.
     pub ripples_per_turn: f64,
-    /// Its phase at a joint angle of 0, rad. Default 0 to 6 in steps of 1.
+    /// Phase at joint angle 0, rad. Default 0 to 6 in steps of 1.
     pub ripple_phase_rad: [f64; 7],
 }
 
@@ -39,7 +39,7 @@ impl Default for TorqueSensor {
 }
 
 impl TorqueSensor {
-    /// Without any error.
+    /// Without errors.
     #[must_use]
     pub fn perfect() -> Self {
         Self {
@@ -58,7 +58,7 @@ impl TorqueSensor {
     }
 }
 
-/// The sensors at work.
+/// The sensors with their noise generator.
 #[derive(Debug, Clone)]
 pub(super) struct Sensors {
     errors: TorqueSensor,
@@ -73,10 +73,10 @@ impl Sensors {
         }
     }
 
-    /// Readings for true torques, N m, at some joint angles, rad.
+    /// Readings for true torques, N m, at joint angles, rad.
     pub(super) fn read(&mut self, torques: &[f64; 7], q: &[f64; 7]) -> [f64; 7] {
         let errors = &self.errors;
-        // Seven numbers for any arm: a seed means the same noise on the same joint.
+        // Draw seven numbers for any arm, so that a seed gives the same noise on the same joint.
         std::array::from_fn(|i| {
             let noise = self.generator.sample::<f64, _>(StandardNormal);
             let angle = (errors.ripples_per_turn * q[i]) % TAU + errors.ripple_phase_rad[i];

@@ -1,4 +1,4 @@
-//! The arm's own servo: a reference motion, and the accelerations towards it.
+//! The joint servo: a reference motion, and the accelerations towards it.
 
 use super::config::TorqueConfig;
 use crate::arm::config::ServoConfig;
@@ -9,8 +9,7 @@ use hwall_kinematics::{ArmKinematics, JointPositions, JointVelocities};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Follows position commands with a reference motion within limits, that of a [`ServoArm`], and says which accelerations
-/// lead to it.
+/// Follows position commands with a limited reference motion, that of a [`ServoArm`], and computes the accelerations towards it.
 #[derive(Debug)]
 pub(super) struct ReferenceServo {
     reference: ServoArm,
@@ -20,7 +19,7 @@ pub(super) struct ReferenceServo {
 }
 
 impl ReferenceServo {
-    /// At rest at the start, holding.
+    /// At rest at `start`, holding.
     pub(super) fn new(
         arm: Arc<dyn ArmKinematics>,
         start: JointPositions,
@@ -48,22 +47,22 @@ impl ReferenceServo {
         })
     }
 
-    /// Where the reference is.
+    /// Position of the reference.
     pub(super) fn position(&self) -> JointPositions {
         self.reference.q()
     }
 
-    /// A position, or to brake and hold, in force after the delay.
+    /// Commands a position, or braking and holding, with the delay.
     pub(super) fn command(&mut self, command: ArmCommand) -> Result<(), SimError> {
         self.reference.command(command)
     }
 
-    /// Lets the reference be where the arm is, so that the servo takes over without a jerk.
+    /// Sets the reference to the state of the arm, so that the servo takes over smoothly.
     pub(super) fn follow(&mut self, q: &JointPositions, qd: &JointVelocities) {
         self.reference.place(q, qd);
     }
 
-    /// Moves the reference on by a control period; returns the accelerations for that period, rad/s².
+    /// Advances the reference by a control period; returns the accelerations for that period, rad/s².
     pub(super) fn accelerations(
         &mut self,
         q: &JointPositions,

@@ -1,18 +1,18 @@
-//! Equations with set-valued friction and stops: `A x = r + λ`, where each `λ` falls in steps as its `x` grows.
+//! Equations with set-valued friction and stops: `A x = r + λ`, where each `λ` is a decreasing step function of its `x`.
 //!
 //! With velocities for `x` and impulses for `λ` this is the time stepping of Moreau and of Stewart and Trinkle (1996): a
-//! joint sticks exactly where its `x` sits on a corner, and neither friction nor stop can do positive work.
+//! joint sticks exactly if its `x` is on a corner, and neither friction nor stops can do positive work.
 
-/// Changes of all joints at once before they are made one by one, which ends for certain (Murty 1974).
+/// Number of simultaneous changes before switching to single changes, which are sure to terminate (Murty 1974).
 const SWEEPS: usize = 8;
-/// Most changes; `3^n` states are possible, a few are met.
+/// Maximum number of changes; `3^n` states are possible, a few occur.
 const MOST_CHANGES: usize = 200;
 
-/// How one `λ` depends on its `x`: constant levels between corners; on a corner anything between its two levels.
+/// One `λ` as a function of its `x`: constant levels between corners; on a corner any value between the two levels.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Steps {
     corners: [f64; 3],
-    /// From left to right, falling; infinite where `x` cannot be.
+    /// From left to right, decreasing; infinite where `x` is not allowed.
     levels: [f64; 4],
     count: usize,
 }
@@ -27,8 +27,7 @@ impl Steps {
         }
     }
 
-    /// Dry friction of a size, and stops that keep `x` between two values, of which the first is at most 0 and the second
-    /// at least 0 (infinite: no stop).
+    /// Dry friction of magnitude `dry`, and stops that keep `x` between `least` (at most 0) and `most` (at least 0); infinite for no stop.
     pub(super) fn friction_between(dry: f64, least: f64, most: f64) -> Self {
         let mut steps = Self::constant(dry);
         if least > f64::NEG_INFINITY {
@@ -44,7 +43,7 @@ impl Steps {
         steps
     }
 
-    /// `x` is zero, whatever that takes.
+    /// `x` is zero, for any `λ`.
     pub(super) const fn held() -> Self {
         Self {
             corners: [0.0; 3],
@@ -53,7 +52,7 @@ impl Steps {
         }
     }
 
-    /// Adds a corner at the right end, with what comes beyond it; a corner at the place of the last one joins it.
+    /// Adds a corner at the right end and the level beyond it; a corner at the position of the last one is merged with it.
     fn corner(&mut self, at: f64, level: f64) {
         if self.count > 0 && self.corners[self.count - 1] >= at {
             self.levels[self.count] = level;
@@ -64,7 +63,7 @@ impl Steps {
         self.levels[self.count] = level;
     }
 
-    /// Where to begin for an `x` near this one.
+    /// Initial state for an `x` near this one.
     fn state_at(&self, x: f64) -> State {
         let k = self.corners[..self.count]
             .iter()
@@ -91,14 +90,14 @@ impl Steps {
     }
 }
 
-/// Between two corners, or on one.
+/// State of a component: between two corners, or on one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum State {
     Level(usize),
     Corner(usize),
 }
 
-/// Memory for the solution of such equations, and the solution.
+/// Scratch memory for such equations, and their solution.
 #[derive(Debug, Clone)]
 pub(super) struct StepSolver {
     n: usize,
@@ -106,7 +105,7 @@ pub(super) struct StepSolver {
     factor: Vec<f64>,
     /// The solution.
     pub(super) x: Vec<f64>,
-    /// What friction and stops contribute.
+    /// Contribution of friction and stops.
     pub(super) lambda: Vec<f64>,
 }
 
@@ -121,12 +120,12 @@ impl StepSolver {
         }
     }
 
-    /// Is this component on a corner, exactly?
+    /// True if this component is exactly on a corner.
     pub(super) fn is_held(&self, i: usize) -> bool {
         matches!(self.states[i], State::Corner(_))
     }
 
-    /// Solves for `x` near `near`; the row where `a` (symmetric, row-major) is not positive definite otherwise.
+    /// Solves for `x` near `near`; otherwise returns the row at which `a` (symmetric, row-major) is not positive definite.
     pub(super) fn solve(
         &mut self,
         a: &[f64],
@@ -141,7 +140,7 @@ impl StepSolver {
             self.solve_states(a, r, steps)?;
             let mut fits = true;
             for i in 0..self.n {
-                // Rounding of the sums that gave λ.
+                // Rounding of the sums in λ.
                 let row = &a[i * self.n..][..self.n];
                 let size: f64 = row.iter().zip(&self.x).map(|(a, x)| (a * x).abs()).sum();
                 let slack = 16.0 * f64::EPSILON * (size + r[i].abs());
@@ -205,7 +204,7 @@ impl StepSolver {
     }
 }
 
-/// Solves `A x = b` in place by `L Lᵀ`; the row where `A` is not positive definite otherwise.
+/// Solves `A x = b` in place by `L Lᵀ`; otherwise returns the row at which `A` is not positive definite.
 pub(super) fn solve_symmetric(a: &mut [f64], b: &mut [f64]) -> Result<(), usize> {
     let n = b.len();
     for i in 0..n {
@@ -228,7 +227,7 @@ pub(super) fn solve_symmetric(a: &mut [f64], b: &mut [f64]) -> Result<(), usize>
         if pivot <= 16.0 * f64::EPSILON * row[i] || pivot.is_nan() {
             return Err(i);
         }
-        // The diagonal holds its inverse: products are faster than quotients.
+        // Store the inverse of the diagonal: multiplication is faster than division.
         row[i] = 1.0 / pivot.sqrt();
         b[i] = value * row[i];
     }

@@ -1,4 +1,4 @@
-//! What the tests of chains in motion share.
+//! Shared code of the chain motion tests.
 
 use hwall_kinematics::glam::DVec3;
 use hwall_kinematics::{Chain, ChainDynamics, ChainJoint, Inertial, JointLimit, Pose, Wrench};

@@ -1,4 +1,4 @@
-//! What the tests of simulated people share.
+//! Shared code of the tests of simulated people.
 
 pub(crate) mod chain;
 pub(crate) mod motion;
@@ -8,7 +8,7 @@ use glam::DVec3;
 use hwall_sim::{Person, PersonConfig, ReachPlan, TouchPlan, TouchSequence, TouchTruth};
 use hwall_testkit::Sampler;
 
-/// Touches of slanted walls in a box, m; one in four of a shelf top where there are `shelves`.
+/// Touches of slanted walls in a box, m; with `shelves`, one in four on a shelf top.
 pub(crate) fn touches_in(
     [low_m, high_m]: [DVec3; 2],
     shelves: bool,
@@ -29,12 +29,12 @@ pub(crate) fn touches_in(
     (0..count).map(one).collect()
 }
 
-/// How far a point is before the surface that is touched, m.
+/// Distance of a point in front of the touched surface, m.
 pub(crate) fn height(touch: &TouchTruth, point_m: DVec3) -> f64 {
     (point_m - touch.target_m).dot(touch.normal)
 }
 
-/// Walls and slanted panels, far enough from the hand that scatters about its rest.
+/// Walls and slanted panels, far enough from the scattered rest positions of the hand.
 pub(crate) fn plan(seed: u64, count: usize) -> Vec<TouchPlan> {
     let box_m = [DVec3::new(0.4, -0.4, 0.2), DVec3::new(0.6, 0.4, 0.9)];
     touches_in(box_m, false, seed, count)
@@ -45,7 +45,7 @@ pub(crate) fn sequence(config: PersonConfig, seed: u64, count: usize) -> TouchSe
     person.plan(&plan(seed, count)).expect("within reach")
 }
 
-/// Everybody starts towards the target before.
+/// Everyone starts towards the previous target.
 pub(crate) fn changing(config: PersonConfig, seed: u64, count: usize) -> TouchSequence {
     let touches = plan(seed, count + 1);
     let pair = |two: &[TouchPlan]| ReachPlan {

@@ -1,4 +1,4 @@
-//! What the tests of the arm at torque level share.
+//! Shared code of the torque-level tests.
 
 use hwall_haptics::ArmCommand;
 use hwall_kinematics::glam::DVec3;

@@ -1,4 +1,4 @@
-//! Where the loop of the arm takes trials and gives back what became of them.
+//! The control loop's interface to the study: takes trials, returns their outcomes.
 
 use super::ending::{is_stopped_by_person, of_safe};
 use super::observed::{ArmTrialConfig, Observed, ObservedTouch, is_touched};
@@ -8,20 +8,20 @@ use hwall::texture::TextureLevels;
 use hwall::{Cycle, Event, Session};
 use std::sync::mpsc::{Receiver, SyncSender};
 
-/// So long the board was free before a trial begins, s.
+/// A trial begins after the board was free for this long, s.
 const FREE_S: f64 = 0.2;
 
 /// A trial to be presented.
 pub(super) struct Job {
     pub(super) stimulus: Stimulus,
     pub(super) levels: TextureLevels,
-    /// The same at rest: what the board presents until the next trial.
+    /// The levels at rest, presented until the next trial.
     pub(super) resting: TextureLevels,
 }
 
 enum Phase {
     Idle,
-    /// The hand has yet to let go, or a person to let the arm go.
+    /// Waiting for the hand to let go, or for a person to reset the arm.
     Clearing {
         job: Box<Job>,
         since_s: f64,
@@ -32,7 +32,7 @@ enum Phase {
     },
 }
 
-/// The loop's end. It waits for nothing; levels are changed while nobody touches.
+/// The control loop's end. Never blocks; changes levels only while nobody touches.
 pub(super) struct Desk {
     config: ArmTrialConfig,
     jobs: Receiver<Job>,
@@ -65,7 +65,7 @@ impl Desk {
         }
     }
 
-    /// At the end of a cycle, after its events.
+    /// To be called at the end of a cycle, after its events.
     pub(super) fn step<P: Predictor>(&mut self, session: &mut Session<P>, cycle: &Cycle) {
         let now_s = cycle.t_s;
         if is_touched(session) {
@@ -118,7 +118,7 @@ impl Desk {
         };
     }
 
-    /// The loop has ended: a trial under way ends with it.
+    /// The loop has ended: ends a running trial.
     pub(super) fn ended(&mut self, fault: Fault, why: &str) {
         match std::mem::replace(&mut self.phase, Phase::Idle) {
             Phase::Idle => {}
@@ -131,7 +131,7 @@ impl Desk {
     }
 
     fn tell(&self, observed: Observed) {
-        // There is room for one, and one is asked for at a time; whoever asked may be gone.
+        // The channel has room for one, and only one is requested at a time. Ignore a receiver that is gone.
         let _ = self.outcomes.try_send(observed);
     }
 }

@@ -1,9 +1,9 @@
-//! Why a touch or the whole loop ended, in words for the log.
+//! Text for the log: why a touch or the whole loop ended.
 
 use hwall::haptics::{HoldReason, SafeReason, SafeState};
 use hwall::{Control, SessionState};
 
-/// As `stopped: not_obeyed`.
+/// For instance `stopped: not_obeyed`.
 pub(super) fn of_safe(state: &SafeState) -> String {
     match state.reason() {
         Some(reason) => format!("{}: {}", state.name(), reason.name()),
@@ -11,12 +11,12 @@ pub(super) fn of_safe(state: &SafeState) -> String {
     }
 }
 
-/// As `holding: stale_state`.
+/// For instance `holding: stale_state`.
 pub(super) fn of_hold(reason: HoldReason) -> String {
     format!("holding: {}", reason.name())
 }
 
-/// What a session did at last.
+/// Final state of a session.
 pub(super) fn of_session(state: SessionState) -> String {
     match state {
         SessionState::Holding(reason) => of_hold(reason),
@@ -26,12 +26,12 @@ pub(super) fn of_session(state: SessionState) -> String {
     }
 }
 
-/// Does the supervisor do something else than the session wants?
+/// Does the supervisor override the session?
 pub(super) const fn takes_over(state: &SafeState) -> bool {
     !matches!(state, SafeState::Normal | SafeState::Slowed { .. })
 }
 
-/// Did a person stop the arm? Then a person lets it go, and the study goes on.
+/// Did a person stop the arm? Then a person can reset it, and the study goes on.
 pub(super) fn is_stopped_by_person(control: &Control) -> bool {
     control.is_latched() && control.safety().reason() == Some(SafeReason::Requested)
 }

@@ -1,4 +1,4 @@
-//! Trials on an arm that runs in its own time, with the tracked hand of whoever takes part.
+//! Trials on an arm that runs in real time, with the participant's tracked hand.
 
 mod desk;
 mod ending;

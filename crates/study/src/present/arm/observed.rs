@@ -1,4 +1,4 @@
-//! One touch as the session sees it: by the measured state of the arm, its own estimate of the force, and the tracked hand.
+//! One touch as the session measures it: arm state, estimated force and tracked hand.
 
 use super::ending::{is_stopped_by_person, of_hold, of_safe, takes_over};
 use crate::error::StudyError;
@@ -12,27 +12,27 @@ use hwall::numeric::check::{positive, that};
 use hwall::scene::{SlidingPart, SurfaceId, SurfaceKind};
 use hwall::{Cycle, Event, EventKind, Session};
 
-/// Means begin so long after the touch, s: the motion is settled. As on the simulated arm.
+/// Averages start this long after the touch, s, when the motion has settled. As on the simulated arm.
 const SETTLED_S: f64 = 0.2;
-/// A finger slower than this has no direction of scan, m/s.
+/// Below this finger speed the scan direction is undefined, m/s.
 const SCANS_M_PER_S: f64 = 0.02;
 /// Step for the velocity of the face, s.
 const STEP_S: f64 = 1e-4;
-/// A cycle counts for at most this long, s: what is between cycles further apart is not known.
+/// Upper bound of a cycle's weight, s: the motion between cycles further apart is unknown.
 const LONGEST_S: f64 = 0.05;
 
-/// How long a trial on an arm may take, on the clock of the arm.
+/// Time limits of a trial on an arm, on the clock of the arm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ArmTrialConfig {
-    /// No touch within this time after the board is asked for spoils the trial, s; default 30.
+    /// A trial without a touch within this time after the board is requested is spoilt, s; default 30.
     pub touch_within_s: f64,
-    /// The texture is presented for this long once it is settled; means are over that time, s; default 1.
+    /// Duration of the settled texture, over which means are taken, s; default 1.
     pub felt_s: f64,
-    /// A shorter touch is none, s; default 0.3.
+    /// A shorter touch does not count, s; default 0.3.
     pub least_felt_s: f64,
-    /// A hand that stays for longer than this after that time, or before a trial, spoils the trial, s; default 10.
+    /// A hand that stays on the board longer than this after `felt_s`, or before a trial, spoils the trial, s; default 10.
     pub release_within_s: f64,
-    /// A hand that was seen and then lost for this long spoils the trial, s; default 1.
+    /// A tracked hand lost for this long spoils the trial, s; default 1.
     pub hand_lost_s: f64,
 }
 
@@ -66,24 +66,24 @@ impl ArmTrialConfig {
         Ok(())
     }
 
-    /// A trial takes no longer than this, s.
+    /// Longest duration of a trial, s.
     pub(super) fn longest_s(&self) -> f64 {
         self.touch_within_s + SETTLED_S + self.felt_s + 2.0 * self.release_within_s
     }
 }
 
-/// What became of a touch.
+/// Outcome of a touch.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Observed {
     pub(super) rendered: Rendered,
-    /// More words about a fault.
+    /// Details of a fault.
     pub(super) because: Option<String>,
-    /// The session has latched a fault that no person asked for: no trial comes after this one.
+    /// The session latched a fault not requested by a person: no trial follows.
     pub(super) is_last: bool,
 }
 
 impl Observed {
-    /// A touch of which nothing was felt.
+    /// A touch without anything felt.
     pub(super) fn nothing(fault: Fault, because: Option<String>) -> Self {
         Self {
             rendered: Rendered {
@@ -96,7 +96,7 @@ impl Observed {
     }
 }
 
-/// What a surface stands for; `None` for drawers, buttons and what is not to be touched.
+/// The study's kind of a surface; `None` for drawers, buttons and untouchable surfaces.
 pub(super) const fn kind_of(kind: &SurfaceKind) -> Option<Surface> {
     match kind {
         SurfaceKind::Static => Some(Surface::Wall),
@@ -115,29 +115,29 @@ pub(super) fn is_touched<P: Predictor>(session: &Session<P>) -> bool {
     matches!(contact, ContactState::Contact { .. })
 }
 
-/// Sums over the part of a touch that is felt, weighted by time.
+/// Time-weighted sums over the felt part of a touch.
 #[derive(Debug, Clone, Copy, Default)]
 struct Felt {
     seconds: f64,
-    /// Of those in which the finger scans, s.
+    /// Part of `seconds` in which the finger scans, s.
     scanned_s: f64,
     along_m: f64,
     across_m: f64,
     board_m: f64,
     finger_m: f64,
     force_n_s: f64,
-    /// Which way the finger scanned first.
+    /// Direction of the first scan.
     first: Option<DVec3>,
 }
 
-/// A touch under way.
+/// A running touch.
 #[derive(Debug, Clone)]
 pub(super) struct ObservedTouch {
     stimulus: Stimulus,
     config: ArmTrialConfig,
     began_s: f64,
     last_s: f64,
-    /// When the hand was tracked last, s; `None`: not yet.
+    /// Time at which the hand was last tracked, s; `None`: not yet.
     seen_s: Option<f64>,
     /// The surface that the board was sent to.
     surface: Option<SurfaceId>,
@@ -145,7 +145,7 @@ pub(super) struct ObservedTouch {
     late: bool,
     started: bool,
     ended: bool,
-    /// What took the arm over during the touch.
+    /// Reason for a takeover of the arm during the touch.
     taken_over: Option<String>,
     contact_s: f64,
     moved: Option<f64>,
@@ -193,7 +193,7 @@ impl ObservedTouch {
         }
     }
 
-    /// After the events of a cycle: what became of the touch, once that is known.
+    /// To be called after the events of a cycle: the outcome of the touch, once known.
     pub(super) fn step<P: Predictor>(
         &mut self,
         session: &Session<P>,
@@ -245,10 +245,10 @@ impl ObservedTouch {
         None
     }
 
-    /// Ends it from outside.
+    /// Ends the touch from outside.
     pub(super) fn spoilt(&self, fault: Fault, why: &str) -> Observed {
         let word = fault.word().unwrap_or_default();
-        // A stop is named by its state.
+        // A stop already has its state as text.
         let because = match fault {
             Fault::Stopped => why.to_owned(),
             _ => format!("{word}: {why}"),
@@ -276,7 +276,7 @@ impl ObservedTouch {
         })
     }
 
-    /// What was touched instead of what should be.
+    /// The surface that was touched instead of the wanted one.
     fn other_surface<P: Predictor>(&self, session: &Session<P>) -> Option<&'static str> {
         let perception = session.perception();
         let surfaces = perception.scene().surfaces();
@@ -318,7 +318,7 @@ impl ObservedTouch {
             return;
         };
         let relative = finger_m_per_s - board_m_per_s;
-        // To and fro are one way.
+        // Reverse scans count in the direction of the first.
         let first = *felt.first.get_or_insert(scan);
         let way = 1.0_f64.copysign(scan.dot(first));
         felt.scanned_s += dt_s;
@@ -328,13 +328,13 @@ impl ObservedTouch {
         felt.finger_m += dt_s * relative.length();
     }
 
-    /// The touch is over.
+    /// Outcome of a finished touch.
     fn judged(&self) -> Observed {
         let (felt, wanted) = (&self.felt, &self.stimulus);
         let slow = 1e3 * felt.board_m < 0.5 * wanted.speed_mm_per_s * felt.scanned_s;
         let moved = self.started && felt.scanned_s > 0.0 && !slow;
         if felt.seconds < self.config.least_felt_s {
-            // The texture that came to its end too soon was felt, not missed.
+            // A texture that ended too soon was felt: no missing touch.
             if self.ended && self.contact_s >= self.config.least_felt_s {
                 return self.spoilt(Fault::NoTexture, "it ended too soon");
             }

@@ -1,18 +1,18 @@
-//! What surrounds the arm of a study.
+//! Surroundings of the arm in a study.
 
 use hwall::contact::Predictor;
 use hwall::haptics::Arm;
 use hwall::{Cycle, Event, Session, Surroundings};
 
-/// Time, the tracker, and whoever looks on.
+/// Clock, tracker and observers.
 pub trait StudyRoom<R: Arm>: Surroundings<R> {
-    /// Something happened.
+    /// Receives an event of the session.
     fn event(&mut self, _event: &Event) {}
 
-    /// A cycle was done: to show it, to advance a simulated arm, to [stop](Session::stop) the session or to [let it go](Session::reset).
+    /// Called after every cycle: to display it, to advance a simulated arm, to [stop](Session::stop) the session or to [reset](Session::reset) it.
     ///
     /// # Errors
-    /// Any error ends the arm's part in the study.
+    /// Any error ends the loop of the arm.
     fn after<P: Predictor>(
         &mut self,
         _session: &mut Session<P>,
@@ -22,6 +22,6 @@ pub trait StudyRoom<R: Arm>: Surroundings<R> {
         Ok(())
     }
 
-    /// The loop has ended and the arm was told to hold: to brake one that needs more than one command for that.
+    /// Called after the loop has ended and commanded a hold: for arms that need several commands to brake.
     fn ended(&mut self, _arm: &mut R) {}
 }

@@ -1,4 +1,4 @@
-//! An arm that presents trials, on a thread of its own.
+//! An arm that presents trials, on its own thread.
 
 use super::desk::{Desk, Job};
 use super::ending::{of_safe, of_session};
@@ -21,12 +21,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Roughness of the surface: any, as the session presents the condition's level whatever it is.
+/// Roughness of the surface: arbitrary, because the session presents the condition's level at any roughness.
 const ROUGHNESS: f64 = 1.0;
-/// By how much longer than on its own clock a trial may take before the loop counts as stuck.
+/// The loop counts as stuck after this multiple of a trial's longest duration.
 const PATIENCE: f64 = 3.0;
 
-/// Ends the loop of an arm from elsewhere, as from a handler of signals.
+/// Ends the loop of an arm from elsewhere, for instance from a signal handler.
 #[derive(Debug, Clone)]
 pub struct ArmStop {
     shared: Arc<Shared>,
@@ -41,18 +41,18 @@ struct Shared {
 }
 
 impl ArmStop {
-    /// The loop ends with its cycle: the arm is told to hold and brakes, and a trial under way is spoilt as `interrupted`.
+    /// Ends the loop after its cycle: the arm brakes and holds; a running trial is spoilt as `interrupted`.
     pub fn stop(&self) {
         self.shared.stops.store(true, Ordering::Relaxed);
     }
 
-    /// Does the arm no longer move by this program?
+    /// Has the loop ended, so that this program no longer moves the arm?
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.shared.has_ended.load(Ordering::Acquire)
     }
 
-    /// Stops it and waits until it has ended, for this long at most; has it?
+    /// Stops the loop and waits at most this long; returns whether it has ended.
     pub fn stop_within(&self, longest: Duration) -> bool {
         self.stop();
         let began = Instant::now();
@@ -63,17 +63,17 @@ impl ArmStop {
     }
 }
 
-/// A [`Presenter`] on any arm, in the arm's own time, for the tracked hand of whoever takes part.
+/// A [`Presenter`] on any arm, in real time, for the participant's tracked hand.
 ///
-/// A thread runs one [`Session`] with the arm from the beginning to the end of a study, also while somebody answers. For a trial the
-/// session gets the levels of its condition, the person touches, feels the texture and lets go; between trials the texture
-/// rests. What was rendered is what the session measures: the face by the joints, the force by its own estimate, the finger by the
-/// tracker. A trial always ends: with a touch, or spoilt for a reason ([`Fault`]), which [`Presenter::because`] tells in
-/// more words. A person who [stops](Session::stop) the session spoils the trial; the next one begins when the session is let go.
+/// A thread runs one [`Session`] with the arm for the whole study, also while the participant answers. For a trial the
+/// session gets the levels of its condition; the participant touches, feels the texture and lets go. Between trials the texture
+/// rests. The rendered values are the session's measurements: face from the joints, force from its estimate, finger from the
+/// tracker. A trial always ends, with a touch or spoilt for a reason ([`Fault`]); [`Presenter::because`] gives
+/// details. A person who [stops](Session::stop) the session spoils the trial; the next one begins after a reset.
 ///
-/// When the loop ends (the arm or its connection fails, or it is stopped), or the session has latched a fault, a trial under way is
-/// spoilt, the session is stopped, and every further trial is refused with [`StudyError::ArmEnded`]: a latched fault needs a
-/// person. Dropping it ends the loop.
+/// When the loop ends (failure of the arm or its connection, or a stop), or the session latches a fault, a running trial is
+/// spoilt, the session is stopped, and every further trial is refused with [`StudyError::ArmEnded`], because a latched fault
+/// needs a person. Dropping the stage ends the loop.
 #[derive(Debug)]
 pub struct ArmStage {
     kind: ArmKind,
@@ -84,12 +84,12 @@ pub struct ArmStage {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
     because: Option<String>,
-    /// What keeps it from presenting more.
+    /// Why it presents no more trials.
     over: Option<String>,
 }
 
 impl ArmStage {
-    /// Starts the loop. The arm is ready to be commanded, the session was made for it and its scene; see [`check_surfaces`].
+    /// Starts the loop. The arm must be ready for commands, the session made for it and its scene; see [`check_surfaces`].
     ///
     /// # Errors
     /// A time outside its range; a thread that cannot be started.
@@ -135,7 +135,7 @@ impl ArmStage {
         })
     }
 
-    /// To stop it from elsewhere.
+    /// A handle to stop it from elsewhere.
     #[must_use]
     pub fn stop_handle(&self) -> ArmStop {
         ArmStop {
@@ -143,7 +143,7 @@ impl ArmStage {
         }
     }
 
-    /// Why the loop has ended, with the state of the session at last; `None` while it runs.
+    /// Why the loop has ended, with the final state of the session; `None` while it runs.
     #[must_use]
     pub fn why_ended(&self) -> Option<String> {
         let why = self.shared.why.lock();
@@ -163,7 +163,7 @@ impl ArmStage {
         Ok(TextureLevels::of_level(level, &self.board)?)
     }
 
-    /// The loop is gone, or does not answer.
+    /// Outcome if the loop has ended or does not answer.
     fn gone(&mut self) -> Observed {
         self.shared.stops.store(true, Ordering::Relaxed);
         let why = self.why_ended();
@@ -173,7 +173,7 @@ impl ArmStage {
 }
 
 impl Presenter for ArmStage {
-    /// Nothing is left to chance: the seed is not used.
+    /// The seed is not used.
     fn present(&mut self, stimulus: &Stimulus, _seed: u64) -> Result<Rendered, StudyError> {
         if let Some(why) = self.over.clone().or_else(|| self.why_ended()) {
             return Err(StudyError::ArmEnded { why });
@@ -216,7 +216,7 @@ impl Drop for ArmStage {
     fn drop(&mut self) {
         self.shared.stops.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            // A thread that panicked has ended, too.
+            // Also for a thread that panicked.
             let _ = thread.join();
         }
     }
@@ -249,7 +249,7 @@ impl<R: Arm, S: StudyRoom<R>> Surroundings<R> for Stoppable<'_, S> {
     }
 }
 
-/// Tells that the loop has ended, also when it panics.
+/// Marks the loop as ended on drop, also after a panic.
 struct Ending<'a>(&'a Shared);
 
 impl Drop for Ending<'_> {
@@ -258,7 +258,7 @@ impl Drop for Ending<'_> {
     }
 }
 
-/// The loop, until it is stopped or the arm fails.
+/// The control loop; runs until it is stopped or the arm fails.
 fn run<P: Predictor, R: Arm, S: StudyRoom<R>>(
     mut session: Session<P>,
     mut arm: R,
@@ -284,7 +284,7 @@ fn run<P: Predictor, R: Arm, S: StudyRoom<R>>(
         },
     );
     room.room.ended(&mut arm);
-    // One step more names the state in which the session is left.
+    // One more step determines the session's final state.
     session.stop();
     let state = match last {
         Some(last) => {
@@ -306,10 +306,10 @@ fn run<P: Predictor, R: Arm, S: StudyRoom<R>>(
     desk.ended(fault, &why);
 }
 
-/// Checks that a scene has a rough surface of every kind that the conditions of a protocol ask for.
+/// Checks that a scene has a rough surface of every kind that the protocol's conditions need.
 ///
 /// # Errors
-/// [`StudyError::NoSurface`] for the first one that it has not; a condition that cannot be presented.
+/// [`StudyError::NoSurface`] for the first missing kind; a condition that cannot be presented.
 pub fn check_surfaces(scene: &Scene, protocol: &Protocol) -> Result<(), StudyError> {
     for condition in 0..protocol.conditions() {
         let wanted = Stimulus::of(protocol, condition)?.surface;

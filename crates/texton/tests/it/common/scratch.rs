@@ -1,8 +1,8 @@
-//! Files of a test's own.
+//! Temporary files of a test.
 
 use std::path::PathBuf;
 
-/// A folder of its own for a test, removed at its end.
+/// A temporary folder for a test, removed at its end.
 pub(crate) struct Scratch(PathBuf);
 
 impl Scratch {
