@@ -59,6 +59,23 @@ pub(super) enum Choice {
     Present(Goal),
 }
 
+impl Choice {
+    /// For an explanation.
+    fn weighed(&self, arrival_s: f64, loss: f64) -> WeighedChoice {
+        let (kind, goal) = match self {
+            Self::Wait => ("wait", None),
+            Self::Preposition(goal) => ("pre-position", Some(goal)),
+            Self::Present(goal) => ("present", Some(goal)),
+        };
+        WeighedChoice {
+            kind,
+            place: goal.map(|goal| (goal.contact.surface, goal.stand.point_m)),
+            arrival_s,
+            loss,
+        }
+    }
+}
+
 /// A place that the arm goes to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Goal {
@@ -119,9 +136,8 @@ impl<A: Presenting> Chooser<'_, A> {
 
     /// What was weighed for [`best`](Self::best).
     pub(super) fn explain(&self, last: Choice, way: &Way) -> Explanation {
-        let weighed = |(choice, way, loss): (Choice, Way, f64)| {
-            WeighedChoice::of(&choice, way.left_s(self.t_s), loss)
-        };
+        let weighed =
+            |(choice, way, loss): (Choice, Way, f64)| choice.weighed(way.left_s(self.t_s), loss);
         let others: Vec<_> = self.others(last, way).map(weighed).collect();
         let last = weighed((last, *way, self.loss(&last, way)));
         let losses = others.iter().map(|other| other.loss).enumerate();

@@ -1,6 +1,5 @@
 //! Why the policy decided as it did in a frame.
 
-use super::expected_loss::Choice;
 use glam::DVec3;
 use hwall_scene::SurfaceId;
 use std::fmt;
@@ -60,22 +59,6 @@ impl Explanation {
     pub fn choice(&self) -> &WeighedChoice {
         let taken = self.taken.and_then(|taken| self.others.get(taken));
         taken.unwrap_or(&self.last)
-    }
-}
-
-impl WeighedChoice {
-    pub(super) fn of(choice: &Choice, arrival_s: f64, loss: f64) -> Self {
-        let (kind, goal) = match choice {
-            Choice::Wait => ("wait", None),
-            Choice::Preposition(goal) => ("pre-position", Some(goal)),
-            Choice::Present(goal) => ("present", Some(goal)),
-        };
-        Self {
-            kind,
-            place: goal.map(|goal| (goal.contact.surface, goal.stand.point_m)),
-            arrival_s,
-            loss,
-        }
     }
 }
 
