@@ -63,7 +63,7 @@ pub struct JobOptions {
     /// The board presents no roughness: it may be rolled as suits the arm, and stands still while touched
     #[arg(long)]
     pub plain: bool,
-    /// Tells on standard error why the board is sent, or is not: at this time, or whenever the choice changes; of every person, so with --touches 12 of one
+    /// Prints on standard error why the board is sent or not, at this time or whenever the choice changes (for every person; --touches 12 has one)
     #[arg(long, num_args = 0..=1, value_name = "SECONDS")]
     pub explain: Option<Option<f64>>,
     /// Control period in milliseconds, 0.1 to 20

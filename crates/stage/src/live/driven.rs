@@ -69,8 +69,9 @@ impl Driven {
                     if !told && since.elapsed() >= SILENCE {
                         told = true;
                         note(format_args!(
-                            "{:9.3} s  no sound message of the controller for 0.5 s: waiting for it, {} s at most",
+                            "{:9.3} s  no sound message of the controller for {} s: waiting for it, {} s at most",
                             arm.t_s().unwrap_or(0.0),
+                            SILENCE.as_secs_f64(),
                             GONE.as_secs()
                         ));
                     }
