@@ -5,7 +5,7 @@
 //! use hwall_contact::{Hold, hwall_hand::LabelledReach};
 //!
 //! # fn judged(reaches: &[LabelledReach]) -> Result<(), hwall_contact::ContactError> {
-//! Every person is held out once; touches of earlier reaches are reported to the estimator.
+//! // Every person is held out once; touches of earlier reaches are reported to the estimator.
 //! let split = Split::of(reaches, &vec![0; reaches.len()]);
 //! let evaluation = Evaluation::run(reaches, &split, true, |train| Hold::train(train))?;
 //! let half_way = evaluation.at(Moment::Share(0.5));
