@@ -9,16 +9,20 @@ use hwall_numeric::check::{non_negative, positive};
 
 /// Limits the board's approach speed by the distance of the nearest known point of the person.
 ///
-/// Only the closing speed counts, as in speed and separation monitoring ([ISO/TS 15066]): a board that slides along behind its wall does not approach
-/// a finger in front of it; one that comes out of the wall does.
+/// The closing speed counts, as in speed and separation monitoring ([ISO/TS 15066]): a board that slides along behind its wall does not approach
+/// a finger in front of it; one that comes out of the wall does. Very close to the board the speed along the face counts as well, because the
+/// face may be touched at any moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProximityConfig {
     /// Distance that the board keeps from the person until it is touched, m; default 0.02.
     pub clearance_m: f64,
     /// Deceleration that would stop the board at the clearance from the allowed speed, m/s²; default 5.
     pub braking_m_per_s2: f64,
-    /// Speed allowed at any distance, m/s; default 0.25, reduced speed of an industrial robot ([ISO 10218-1]).
+    /// Speed allowed at any distance, m/s; default 0.1, the speed at which a face may be touched.
     pub crawl_m_per_s: f64,
+    /// Within this distance the speed in every direction counts, m; default 0.03. A larger distance makes fewer first contacts with a moving
+    /// face, and more boards late (docs/SAFETY.md has the curve).
+    pub along_m: f64,
 }
 
 impl Default for ProximityConfig {
@@ -26,7 +30,8 @@ impl Default for ProximityConfig {
         Self {
             clearance_m: 0.02,
             braking_m_per_s2: 5.0,
-            crawl_m_per_s: 0.25,
+            crawl_m_per_s: 0.1,
+            along_m: 0.03,
         }
     }
 }
@@ -45,6 +50,7 @@ impl ProximityConfig {
         non_negative("clearance_m", self.clearance_m)?;
         positive("braking_m_per_s2", self.braking_m_per_s2)?;
         positive("crawl_m_per_s", self.crawl_m_per_s)?;
+        non_negative("along_m", self.along_m)?;
         Ok(())
     }
 
@@ -92,8 +98,12 @@ impl ProximityConfig {
         let allowed = person_m
             .iter()
             .map(|point_m| {
-                let (distance_m, closing_m_per_s) =
-                    distance_and_closing(board, base_from_board, twist, *point_m);
+                let (way_m, velocity) = way_and_velocity(board, base_from_board, twist, *point_m);
+                let distance_m = way_m.length();
+                let closing_m_per_s = match distance_m < self.along_m {
+                    true => velocity.length(),
+                    false => velocity.dot(way_m.normalize_or_zero()),
+                };
                 let allowed_m_per_s =
                     self.allowed_stopping_m_per_s(distance_m, closing_m_per_s, stop_s);
                 let share = in_force * allowed_m_per_s / closing_m_per_s.max(SLOWEST_M_PER_S);
@@ -131,11 +141,21 @@ pub(crate) fn distance_and_closing(
     twist: &Twist,
     point_m: DVec3,
 ) -> (f64, f64) {
+    let (way_m, velocity) = way_and_velocity(board, base_from_board, twist, point_m);
+    (way_m.length(), velocity.dot(way_m.normalize_or_zero()))
+}
+
+/// From the nearest point of a moving face to a point (m), and the velocity of the nearest point, m/s.
+fn way_and_velocity(
+    board: &Board,
+    base_from_board: &Pose,
+    twist: &Twist,
+    point_m: DVec3,
+) -> (DVec3, DVec3) {
     let nearest_m = nearest_m(board, base_from_board, point_m);
-    let way = point_m - nearest_m;
     let lever = nearest_m - base_from_board.position_m();
     let velocity = twist.linear_m_per_s + twist.angular_rad_per_s.cross(lever);
-    (way.length(), velocity.dot(way.normalize_or_zero()))
+    (point_m - nearest_m, velocity)
 }
 
 /// The point of the board's face nearest to a given point, m.
@@ -192,6 +212,27 @@ mod tests {
         // At 0.7 of the speed, full speed would just be allowed, or allowed with a margin.
         assert_eq!(share(0.69 * allowed_m_per_s, 0.3, 0.7), 0.7);
         assert_eq!(share(0.5 * allowed_m_per_s, 0.3, 0.7), 1.0);
+    }
+
+    #[test]
+    fn close_to_the_face_its_speed_along_itself_counts() {
+        let twist = Twist {
+            linear_m_per_s: DVec3::X,
+            angular_rad_per_s: DVec3::ZERO,
+        };
+        let share = |distance_m: f64, along_m: f64| {
+            let config = ProximityConfig {
+                along_m,
+                ..ProximityConfig::default()
+            };
+            let finger_m = [DVec3::Z * distance_m];
+            let moves = (&twist, 0.0);
+            config.speed_share(&Board::default(), &Pose::IDENTITY, moves, &finger_m, 1.0)
+        };
+        assert_eq!(share(0.01, 0.0), 1.0);
+        assert_eq!(share(0.01, 0.03), SHARES[0]);
+        assert_eq!(share(0.04, 0.03), 1.0);
+        assert_eq!(share(0.0, 0.03), SHARES[0]);
     }
 
     #[test]

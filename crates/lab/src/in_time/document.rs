@@ -20,7 +20,7 @@ pub fn table(rows: &[Row]) -> MarkdownTable {
     };
     // A median of whole numbers may be a half: do not round.
     let whole = |median: Option<f64>| median.map_or("none".to_owned(), |m| m.to_string());
-    let columns: [Column<'_, &Row>; 13] = [
+    let columns: [Column<'_, &Row>; 14] = [
         ("person", &|r| r.kind.name().to_owned()),
         ("reachable", &|r| r.summary.reachable.to_string()),
         ("possible", &|r| r.summary.possible.to_string()),
@@ -40,6 +40,9 @@ pub fn table(rows: &[Row]) -> MarkdownTable {
         }),
         ("met at more than 0.1 m/s, %", &|r| {
             number(r.summary.met_fast, 1e2, 1)
+        }),
+        ("met so along the normal, %", &|r| {
+            number(r.summary.met_fast_along_normal, 1e2, 1)
         }),
         ("turned back, median", &|r| {
             whole(r.summary.reversals_median)

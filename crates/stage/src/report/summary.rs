@@ -2,6 +2,7 @@
 
 use crate::run::judged::regret::Miss;
 use crate::run::people::{JudgedTouch, PersonRun};
+use glam::DVec3;
 use hwall_testkit::quantile;
 use std::collections::BTreeMap;
 
@@ -31,6 +32,8 @@ pub struct Summary {
     pub felt_median_s: Option<f64>,
     /// Share of the touches meeting the board with a first contact faster than [`FAST_M_PER_S`].
     pub met_fast: Option<f64>,
+    /// The same for the speed along the normal of the face, which makes the impact.
+    pub met_fast_along_normal: Option<f64>,
     /// Median number of reversals of the board before a touch.
     pub reversals_median: Option<f64>,
     /// False dispatches per touch.
@@ -66,11 +69,14 @@ impl Summary {
         };
         let gaps_m = Sorted::of(reachable.iter().map(|t| t.outcome.gap_m));
         let felt_s = Sorted::of(reachable.iter().filter_map(|t| t.outcome.felt_after_s));
-        let met: Vec<f64> = touches
+        let met: Vec<DVec3> = touches
             .iter()
             .filter_map(|t| t.outcome.met_m_per_s)
             .collect();
-        let fast = met.iter().filter(|m_per_s| **m_per_s > FAST_M_PER_S);
+        let fast = |speed: fn(&DVec3) -> f64| {
+            let fast = met.iter().filter(|met| speed(met) > FAST_M_PER_S);
+            share(fast.count(), met.len())
+        };
         let reversals = Sorted::of(touches.iter().map(|t| t.regret.detours.reversals as f64));
         let in_vain: usize = touches.iter().map(|t| t.regret.detours.in_vain).sum();
         let mut stops = BTreeMap::new();
@@ -90,7 +96,8 @@ impl Summary {
             gap_median_m: gaps_m.at(0.5),
             gap_p90_m: gaps_m.at(0.9),
             felt_median_s: felt_s.at(0.5),
-            met_fast: share(fast.count(), met.len()),
+            met_fast: fast(|met| met.length()),
+            met_fast_along_normal: fast(|met| met.z.abs()),
             reversals_median: reversals.at(0.5),
             in_vain_per_touch: share(in_vain, touches.len()),
             misses: Miss::ALL.map(|miss| {

@@ -5,6 +5,7 @@ use crate::person::predictors::{PREDICTORS, PredictionRecord};
 use crate::person::touches::Touch;
 use crate::run::kept::tick::Tick;
 use anyhow::Context;
+use glam::DVec3;
 use hwall_haptics::PlaceTolerance;
 use hwall_kinematics::Unreachable;
 use hwall_scene::Scene;
@@ -26,8 +27,8 @@ pub struct Outcome {
     pub tilt_rad: f64,
     /// Time from the hand's arrival until the contact was felt, s.
     pub felt_after_s: Option<f64>,
-    /// Speed of the touched point of the face at the first contact, m/s; `None` without contact.
-    pub met_m_per_s: Option<f64>,
+    /// Velocity of the touched point of the face at the first contact, in the frame of the face (z: outward), m/s; `None` without contact.
+    pub met_m_per_s: Option<DVec3>,
 }
 
 impl Outcome {

@@ -225,7 +225,7 @@ impl Log {
             pressed_m_per_s: pressed_m.map(|point_m| {
                 let lever_m = point_m - pose.position_m();
                 let turning = twist.angular_rad_per_s.cross(lever_m);
-                (twist.linear_m_per_s + turning).length()
+                pose.rotation().transpose() * (twist.linear_m_per_s + turning)
             }),
         });
         let state = &cycle.state;

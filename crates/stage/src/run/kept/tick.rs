@@ -1,6 +1,7 @@
 //! Log entries of a control step and of a tracker frame.
 
 use crate::person::predictors::SurfacePlace;
+use glam::DVec3;
 use hwall::SessionState;
 use hwall::haptics::SafeReason;
 use hwall_geometry::Pose;
@@ -18,8 +19,8 @@ pub struct Tick {
     pub q: JointPositions,
     /// Is a touch felt?
     pub in_contact: bool,
-    /// Speed of the point of the face under the pressing fingertip, m/s; `None`: no press.
-    pub pressed_m_per_s: Option<f64>,
+    /// Velocity of the point of the face under the pressing fingertip, in the frame of the face (z: outward), m/s; `None`: no press.
+    pub pressed_m_per_s: Option<DVec3>,
     /// What stopped the arm, if anything.
     pub stop: Option<Stop>,
 }
