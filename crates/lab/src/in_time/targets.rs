@@ -47,7 +47,7 @@ const IN_VAIN: Number = (
 );
 
 /// The targets by kind of person.
-const TARGETS: [(PersonKind, Number, Bound); 10] = [
+const TARGETS: [(PersonKind, Number, Bound); 12] = [
     (PersonKind::Plain, OF_REACHABLE, Bound::Least(0.93)),
     (PersonKind::Plain, OF_POSSIBLE, Bound::Least(0.97)),
     (PersonKind::Plain, GAP, Bound::Most(1e-3)),
@@ -58,6 +58,8 @@ const TARGETS: [(PersonKind, Number, Bound); 10] = [
     (PersonKind::Varied, OF_POSSIBLE, Bound::Least(0.93)),
     (PersonKind::Glancing, OF_REACHABLE, Bound::Least(0.8)),
     (PersonKind::Glancing, IN_VAIN, Bound::Most(1.0)),
+    (PersonKind::Random, OF_POSSIBLE, Bound::Least(0.88)),
+    (PersonKind::Random, IN_VAIN, Bound::Most(0.3)),
 ];
 
 /// All targets of the simulated kinds.

@@ -1,5 +1,6 @@
 //! Settings of a simulated person.
 
+use super::draw::Draw;
 use super::gesture::Gesture;
 use super::profile::PEAKS;
 use crate::error::SimError;
@@ -94,6 +95,9 @@ pub struct PersonConfig {
     /// Shortest dropout, s. Default 0.05; below the tracker's period, single samples are missing.
     pub dropout_s: f64,
 }
+
+/// Purpose of the draws of [`PersonConfig::random`].
+const RANDOM: u64 = 0x726e_646d;
 
 impl Default for PersonConfig {
     fn default() -> Self {
@@ -199,6 +203,46 @@ impl PersonConfig {
             glances: [0, 3],
             glances_back: 0.3,
             ..Self::default()
+        }
+    }
+
+    /// A person of no known kind: every trait is drawn from a range wider than that of [`varied`](Self::varied), none of them from data. For
+    /// judging what was made for the other kinds.
+    #[must_use]
+    pub fn random(seed: u64) -> Self {
+        let mut draw = Draw::new(seed, RANDOM);
+        let away = DVec3::new(draw.within([-0.1, 0.2]), 0.0, draw.within([-0.15, 0.15]));
+        let hand = DVec3::new(0.0, draw.within([-0.2, 0.2]), draw.within([-0.1, 0.1]));
+        let reach_s = draw.within([0.45, 1.5]);
+        let spread = |mean: f64, by: f64| [mean * (1.0 - by), mean * (1.0 + by)];
+        let most_glances = draw.index(Self::MOST_PLACES + 1);
+        let usual = Self::default();
+        Self {
+            head_m: usual.head_m + away,
+            hand_rest_m: usual.hand_rest_m + away + hand,
+            rest_scatter_m: draw.within([0.0, 0.04]),
+            lean_m: [0.0, draw.within([0.0, 0.1])],
+            gesture: None,
+            posture_rad: draw.within([0.0, 0.15]),
+            mean_reach_s: spread(reach_s, 0.05),
+            distance_exponent: draw.within([0.0, 0.7]),
+            speed_peak: spread(draw.within([0.33, 0.6]), 0.05),
+            corrections: draw.within([0.0, 1.0]),
+            curvature: [0.0, draw.within([0.02, 0.12])],
+            reach_scatter: draw.within([0.0, 0.4]),
+            pause_s: spread(draw.within([0.2, 1.5]), 0.3),
+            gaze_lead_s: spread(draw.within([0.05, 0.6]), 0.2),
+            onset_dwell_s: [0.0, draw.within([0.0, 0.5])],
+            gaze_offset_rad: draw.within([0.5, 3.0]).to_radians(),
+            gaze_noise_rad: draw.within([0.2, 1.5]).to_radians(),
+            gaze_misses: draw.within([0.0, 0.3]),
+            gaze_leaves: draw.within([0.0, 1.0]),
+            glances: [0, most_glances],
+            glances_back: draw.within([0.0, 0.5]),
+            tremor_m: spread(draw.within([0.0002, 0.001]), 0.2),
+            tracker_noise_m: draw.within([0.0003, 0.003]),
+            dropout: draw.within([0.0, 0.08]),
+            ..usual
         }
     }
 

@@ -254,3 +254,15 @@ fn settings_out_of_their_range_are_named() {
         refused(name, spoil);
     }
 }
+
+#[test]
+fn random_people_are_sound_and_unlike_each_other() {
+    let people: Vec<_> = (0..1000).map(PersonConfig::random).collect();
+    for (seed, config) in people.iter().enumerate() {
+        config
+            .validate()
+            .unwrap_or_else(|error| panic!("{seed}: {error}"));
+        assert_eq!(*config, PersonConfig::random(seed as u64));
+    }
+    assert!(people.windows(2).all(|pair| pair[0] != pair[1]));
+}

@@ -17,16 +17,19 @@ pub enum PersonKind {
     Slow,
     /// Plain, looking at up to three other places before each touch
     Glancing,
+    /// Each person of a kind of their own: every trait drawn from a wide range
+    Random,
 }
 
 impl PersonKind {
     /// All kinds, in the order of tables.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Plain,
         Self::Varied,
         Self::Fast,
         Self::Slow,
         Self::Glancing,
+        Self::Random,
     ];
 
     /// For tables and files; as on the command line.
@@ -38,18 +41,20 @@ impl PersonKind {
             Self::Fast => "fast",
             Self::Slow => "slow",
             Self::Glancing => "glancing",
+            Self::Random => "random",
         }
     }
 
-    /// The settings of such a person.
+    /// The settings of such a person; only random ones depend on the seed.
     #[must_use]
-    pub fn config(self) -> PersonConfig {
+    pub fn config(self, seed: u64) -> PersonConfig {
         match self {
             Self::Plain => PersonConfig::default(),
             Self::Varied => PersonConfig::varied(),
             Self::Fast => PersonConfig::fast(),
             Self::Slow => PersonConfig::slow(),
             Self::Glancing => PersonConfig::glancing(),
+            Self::Random => PersonConfig::random(seed),
         }
     }
 }

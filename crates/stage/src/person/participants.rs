@@ -62,12 +62,13 @@ pub fn simulated_at(
     touches: usize,
     seed: u64,
 ) -> anyhow::Result<Vec<Participant>> {
-    let config = base.person_seen(kind.config());
     let people = touches.div_ceil(DOZEN);
     (0..people)
         .map(|number| {
             let count = DOZEN.min(touches - number * DOZEN);
-            participant(scene, arm, config, count, seed_of(seed, number as u64))
+            let seed = seed_of(seed, number as u64);
+            let config = base.person_seen(kind.config(seed));
+            participant(scene, arm, config, count, seed)
         })
         .collect()
 }
