@@ -92,7 +92,7 @@ impl TorqueBias {
     }
 
     /// The joint with the largest contact torque relative to its limit, and that torque beyond its bias, N m, less the expected pushes. `None`
-    /// without a bias.
+    /// without a bias: a push while the bias is measured only starts that anew.
     pub(in crate::safety) fn contact(
         &mut self,
         state: &ArmState,
@@ -100,7 +100,8 @@ impl TorqueBias {
         dt_s: f64,
         unexplained: impl FnOnce(&JointTorques, &[f64; MOST_JOINTS]) -> JointTorques,
     ) -> Option<(usize, f64)> {
-        let (bias, torque) = (self.bias?, state.external_torque?);
+        let measured = (self.samples > 0).then_some(self.mean);
+        let (bias, torque) = (self.bias.or(measured)?, state.external_torque?);
         let share = low_pass::share(dt_s, self.config.contact_filter_s);
         for joint in 0..MOST_JOINTS {
             let beyond = &mut self.beyond[joint];
@@ -116,6 +117,11 @@ impl TorqueBias {
             if of_limit > most.map_or(1.0, |(_, of_limit)| of_limit) {
                 most = Some((joint, of_limit));
             }
+        }
+        if self.bias.is_none() && most.is_some() {
+            (self.rested_s, self.samples) = (0.0, 0);
+            self.beyond = JointTorques([0.0; MOST_JOINTS]);
+            return None;
         }
         most.map(|(joint, _)| (joint, left[joint]))
     }
@@ -182,6 +188,24 @@ mod tests {
             q: JointPositions::default(),
             qd: JointVelocities::default(),
             external_torque: Some(JointTorques([torque_n_m; MOST_JOINTS])),
+        }
+    }
+
+    #[test]
+    fn a_push_while_the_bias_is_measured_is_no_bias() {
+        let limits = GuardLimits::of_arm(&hwall_kinematics::SrsArm::iiwa7());
+        for pushed in [0.30..0.42, 0.42..0.44, 0.45..0.47, 0.49..0.52] {
+            let mut bias = TorqueBias::new(BiasConfig::default());
+            for k in 0..1500 {
+                let t_s = 1e-3 * f64::from(k);
+                let torque_n_m = if pushed.contains(&t_s) { 15.0 } else { 0.1 };
+                let state = state(t_s, torque_n_m);
+                let contact = bias.contact(&state, &limits, 1e-3, |beyond, _| *beyond);
+                bias.step(&state, contact.is_none(), 1e-3);
+                let found = bias.bias().map_or(0.1, |found| found[0]);
+                assert!((found - 0.1).abs() < 0.5, "{pushed:?}, {t_s} s: {found}");
+            }
+            assert!(bias.bias().is_some(), "{pushed:?}");
         }
     }
 
