@@ -10,7 +10,9 @@ use hwall_kinematics::{JointPositions, SrsArm};
 use hwall_motion::{MotionConfig, MotionLimits};
 use hwall_reachability::{ExactConfig, ReachabilityMap, Steps, WallGrid};
 use hwall_testkit::Verdict;
-use hwall_texton::{HeightField, HeightSource, StlFormat, TriangleMesh};
+use hwall_texton::{
+    HeightField, HeightSource, MaterialPicture, PngSource, Relief, StlFormat, TriangleMesh,
+};
 use std::path::PathBuf;
 
 /// Bytes before the body of a map or an atlas, and of the checksum after it.
@@ -46,6 +48,11 @@ pub(super) fn exr() -> anyhow::Result<Reader> {
     HeightField::new(8, 0.1, heights)?.write_exr(&path)?;
     let picture = std::fs::read(&path)?;
     Reader::new(vec![picture], move |bytes| read_exr(&path, bytes))
+}
+
+pub(super) fn png() -> anyhow::Result<Reader> {
+    let path = scratch("a.png")?;
+    Reader::new(vec![PNG.to_vec()], move |bytes| read_png(&path, bytes))
 }
 
 /// A file in a folder of this process, for readers that need a path.

@@ -1,0 +1,347 @@
+//! The map of one orientation in space: its planes as a stack, where it was sampled, its projection, and one plane; as a figure and as a page.
+
+use crate::reach::figures::LineInterval;
+use crate::reach::shades::shade;
+use crate::report::figure::{Area, Axes, Draw, Mesh, Plot, figure, tenths};
+use crate::report::fill;
+use crate::spans::ends;
+use anyhow::{Context, ensure};
+use glam::{DVec3, dvec3};
+use hwall_reachability::{WallGrid, WallPlane, WallPoint};
+use hwall_stage::figures::{COLOURS, TEXT};
+use hwall_stage::numbers::count_within;
+use plotters::prelude::*;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// The view: to the left of the normal as seen from the base, and from above, degrees.
+const ASIDE_DEG: f64 = 52.0;
+const ABOVE_DEG: f64 = 24.0;
+/// Size of the figure, pixels, and of its margins.
+const SIZE: (u32, u32) = (1200, 900);
+/// Height of the shoulder of an iiwa 7, which the marked column shows, m.
+const COLUMN_M: f64 = 0.34;
+
+/// Flags of the pictures of one orientation.
+#[derive(Debug, Clone, clap::Args)]
+pub struct InSpaceArgs {
+    /// Write one orientation as a page for the browser: its planes to turn, their projection, one plane to choose
+    #[arg(long)]
+    pub html: Option<PathBuf>,
+    /// Write one orientation as a figure: sampling, the map in space, its projection, one plane
+    #[arg(long)]
+    pub svg_3d: Option<PathBuf>,
+    /// Which orientation --html, --svg-3d and the table of --compare show, from 1 [default: the middle one]
+    #[arg(long, value_name = "N", value_parser = count_within::<1, 1_000_000>, allow_negative_numbers = true)]
+    pub shown: Option<usize>,
+    /// Which plane is shown alone, from 0 [default: one with the most holes]
+    #[arg(long, value_name = "K")]
+    pub shown_plane: Option<usize>,
+}
+
+impl InSpaceArgs {
+    /// The number of the orientation shown, from 1, of `count`.
+    ///
+    /// # Errors
+    /// An orientation that does not exist.
+    pub fn orientation(&self, count: usize) -> anyhow::Result<usize> {
+        let shown = self.shown.unwrap_or(count.div_ceil(2));
+        ensure!(shown <= count, "--shown {shown}: there are {count} orientations");
+        Ok(shown)
+    }
+
+    /// Writes the page and the figure that are asked for; `along`: the intervals of each orientation.
+    ///
+    /// # Errors
+    /// An orientation or a plane that does not exist; a file that cannot be written.
+    pub fn write(&self, grids: &[WallGrid], along: &[Vec<LineInterval>]) -> anyhow::Result<()> {
+        if self.html.is_none() && self.svg_3d.is_none() {
+            return Ok(());
+        }
+        let place = self.orientation(grids.len())? - 1;
+        let map = OrientationMap::new(&grids[place], &along[place], self.shown_plane)?;
+        if let Some(path) = &self.html {
+            let page = map.page()?;
+            hwall_files::write(path, page).with_context(|| path.display().to_string())?;
+        }
+        self.svg_3d.as_deref().map_or(Ok(()), |path| map.write_svg(path))
+    }
+}
+
+/// The map of one orientation.
+#[derive(Debug, Clone, Copy)]
+pub struct OrientationMap<'a> {
+    /// Its planes and heights.
+    pub grid: &'a WallGrid,
+    /// Its reachable intervals.
+    pub intervals: &'a [LineInterval],
+    /// The plane that is shown alone, from 0.
+    pub plane: usize,
+}
+
+impl<'a> OrientationMap<'a> {
+    /// With a plane to show alone; by default the first of those with the most intervals, which has the most holes.
+    ///
+    /// # Errors
+    /// A plane that does not exist; no interval.
+    pub fn new(
+        grid: &'a WallGrid,
+        intervals: &'a [LineInterval],
+        plane: Option<usize>,
+    ) -> anyhow::Result<Self> {
+        let planes = grid.distances.count();
+        ensure!(!intervals.is_empty(), "nothing is reachable at this orientation");
+        let count = |plane: &usize| intervals.iter().filter(|i| i.plane == *plane).count();
+        let fullest = || (0..planes).rev().max_by_key(count).unwrap_or(0);
+        let plane = plane.unwrap_or_else(fullest);
+        ensure!(plane < planes, "plane {plane}: there are {planes}, from 0");
+        Ok(Self {
+            grid,
+            intervals,
+            plane,
+        })
+    }
+
+    fn title(&self) -> String {
+        let deg = self.grid.heading_rad.to_degrees() + 0.0;
+        format!("Where the flange can hold a board on walls at heading {deg:.1} degrees")
+    }
+
+    fn wall(&self, plane: usize) -> anyhow::Result<WallPlane> {
+        Ok(self.grid.plane(plane)?)
+    }
+
+    /// The largest distance of an interval's end from the middle of its wall, m.
+    fn reach_m(&self) -> f64 {
+        let places = self.intervals.iter().flat_map(|i| i.s_m.map(f64::abs));
+        places.fold(0.1, f64::max)
+    }
+
+    /// The share of a plane's place in the stack, for its shade.
+    fn share(&self, plane: usize) -> f64 {
+        plane as f64 / (self.grid.distances.count().max(2) - 1) as f64
+    }
+
+    /// Draws sampling, map, projection and plane into one figure.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write_svg(&self, path: &Path) -> anyhow::Result<()> {
+        figure(path, SIZE, |root| {
+            let root = root.below(&self.title())?;
+            let panels = root.split_evenly((2, 2));
+            let view = View::of(self)?;
+            self.sampling(&panels[0], &view)?;
+            self.stack(&panels[1], &view)?;
+            self.projection(&panels[2])?;
+            self.alone(&panels[3])
+        })
+    }
+
+    /// The lines that are searched: those of each height on each plane.
+    fn sampling(&self, area: &Area<'_>, view: &View) -> anyhow::Result<()> {
+        let reach = self.reach_m();
+        let [planes, heights] = [self.grid.distances, self.grid.heights].map(|s| s.count());
+        let title = format!("Sampling: {planes} planes, {heights} lines on each");
+        let mut chart = view.on(area, &title)?;
+        for plane in view.order(planes) {
+            let wall = self.wall(plane)?;
+            let lines = self.grid.heights.iter().map(|z| {
+                let line = [-reach, reach].map(|s| view.see(wall.point_m(WallPoint::new(s, z))));
+                PathElement::new(line.to_vec(), shade(self.share(plane)).mix(0.35))
+            });
+            chart.series(lines)?;
+        }
+        view.axes(&mut chart)
+    }
+
+    /// The reachable intervals, as strips as high as the distance of two lines.
+    fn stack(&self, area: &Area<'_>, view: &View) -> anyhow::Result<()> {
+        let mut chart = view.on(area, "The map: reachable parts of the planes")?;
+        let half = 0.5 * self.grid.heights.spacing_m();
+        for plane in view.order(self.grid.distances.count()) {
+            let wall = self.wall(plane)?;
+            let own = self.intervals.iter().filter(|i| i.plane == plane);
+            let strips = own.map(|i| {
+                let z = self.grid.heights.at(i.height);
+                let [a, b] = i.s_m;
+                let corners = [(a, z - half), (b, z - half), (b, z + half), (a, z + half)];
+                let seen = corners.map(|(s, z)| view.see(wall.point_m(WallPoint::new(s, z))));
+                Polygon::new(seen.to_vec(), shade(self.share(plane)).mix(0.5))
+            });
+            chart.series(strips)?;
+        }
+        view.axes(&mut chart)
+    }
+
+    /// All intervals from above: the darker, the more heights.
+    fn projection(&self, area: &Area<'_>) -> anyhow::Result<()> {
+        let mut lines = Vec::with_capacity(self.intervals.len());
+        for i in self.intervals {
+            let wall = self.wall(i.plane)?;
+            let from_above = |s| wall.point_m(WallPoint::new(s, 0.0)).truncate();
+            lines.push(i.s_m.map(from_above));
+        }
+        let (x, y) = (
+            ends(lines.iter().flatten().map(|p| p.x).chain([0.0])),
+            ends(lines.iter().flatten().map(|p| p.y).chain([0.0])),
+        );
+        let axes = Axes {
+            title: "Projection from above: the darker, the more heights",
+            names: ["x, m", "y, m"],
+            formats: [Some(&tenths), Some(&tenths)],
+            mesh: Mesh::Faint,
+            text: [TEXT, TEXT],
+            ..Axes::default()
+        };
+        let [across, up] = even(area, [x, y], [110, 110]);
+        let mut chart = axes.on(area, across.0..across.1, up.0..up.1)?;
+        let dark = COLOURS[0].mix(0.12).stroke_width(3);
+        chart.series(lines.iter().map(|ends| {
+            PathElement::new(ends.map(|p| (p.x, p.y)).to_vec(), dark)
+        }))?;
+        chart.series([Circle::new((0.0, 0.0), 5, BLACK.filled())])?;
+        Ok(())
+    }
+
+    /// One plane: intervals, and the holes that one interval a line would claim.
+    fn alone(&self, area: &Area<'_>) -> anyhow::Result<()> {
+        let d = self.grid.distances.at(self.plane);
+        let reach = 1.05 * self.reach_m();
+        let half = 0.5 * self.grid.heights.spacing_m();
+        let (low, high) = ends(self.grid.heights.iter());
+        let axes = Axes {
+            title: &format!("One plane, n·p = {d:.3} m; holes in orange"),
+            names: ["along the wall, m", "height, m"],
+            formats: [Some(&tenths), Some(&tenths)],
+            mesh: Mesh::Faint,
+            text: [TEXT, TEXT],
+            ..Axes::default()
+        };
+        let mut chart = axes.on(area, -reach..reach, low - half..high + half)?;
+        let own: Vec<&LineInterval> =
+            self.intervals.iter().filter(|i| i.plane == self.plane).collect();
+        let bar = |height: usize, [a, b]: [f64; 2], colour: RGBColor| {
+            let z = self.grid.heights.at(height);
+            let corners = [(a, z - 0.84 * half), (b, z + 0.84 * half)];
+            Rectangle::new(corners, colour.filled())
+        };
+        chart.series(own.iter().map(|i| bar(i.height, i.s_m, COLOURS[0])))?;
+        let pairs = own.windows(2).filter(|w| w[0].height == w[1].height);
+        chart.series(pairs.map(|w| bar(w[0].height, [w[0].s_m[1], w[1].s_m[0]], COLOURS[1])))?;
+        Ok(())
+    }
+
+    /// A page of one file, without outside resources: the stack to turn, its projection, and one plane to choose.
+    ///
+    /// # Errors
+    /// None in practice: the template is part of the program.
+    pub fn page(&self) -> anyhow::Result<String> {
+        // A tenth of a millimetre is finer than a pixel.
+        let short = |m: f64| (1e4 * m).round() / 1e4;
+        let all = |steps: &mut dyn Iterator<Item = f64>| steps.map(short).collect::<Vec<_>>();
+        let intervals = self.intervals.iter();
+        let data = json!({
+            "title": self.title(),
+            "heading": self.grid.heading_rad,
+            "distances": all(&mut self.grid.distances.iter()),
+            "heights": all(&mut self.grid.heights.iter()),
+            "step": self.grid.heights.spacing_m(),
+            "plane": self.plane,
+            "intervals": intervals.map(|i| json!([i.plane, i.height, short(i.s_m[0]), short(i.s_m[1])])).collect::<Vec<_>>(),
+        });
+        let title = self.title();
+        fill(include_str!("in_space.html"), &[("title", &title), ("data", &data)])
+    }
+}
+
+/// Parallel projection of points of the base frame.
+struct View {
+    right: DVec3,
+    up: DVec3,
+    /// Do planes with a greater distance hide the others?
+    outward: bool,
+    /// Smallest and largest coordinates of what is shown.
+    bounds: [(f64, f64); 2],
+}
+
+impl View {
+    fn of(map: &OrientationMap<'_>) -> anyhow::Result<Self> {
+        let (aside, above) = (ASIDE_DEG.to_radians(), ABOVE_DEG.to_radians());
+        let (sin, cos) = (map.grid.heading_rad + aside).sin_cos();
+        let mut view = Self {
+            right: dvec3(-sin, cos, 0.0),
+            up: dvec3(-above.sin() * cos, -above.sin() * sin, above.cos()),
+            outward: map.grid.distances.at(1) > map.grid.distances.at(0),
+            bounds: [(0.0, 0.0); 2],
+        };
+        let (reach, mut seen) = (map.reach_m(), vec![view.see(DVec3::ZERO)]);
+        let last = map.grid.distances.count() - 1;
+        let (low, high) = ends(map.grid.heights.iter());
+        for plane in [0, last] {
+            let wall = map.wall(plane)?;
+            for (s, z) in [(-reach, low), (reach, low), (-reach, high), (reach, high)] {
+                seen.push(view.see(wall.point_m(WallPoint::new(s, z))));
+            }
+        }
+        view.bounds = [ends(seen.iter().map(|p| p.0)), ends(seen.iter().map(|p| p.1))];
+        Ok(view)
+    }
+
+    fn see(&self, point_m: DVec3) -> (f64, f64) {
+        (self.right.dot(point_m), self.up.dot(point_m))
+    }
+
+    /// Planes from the farthest.
+    fn order(&self, planes: usize) -> Vec<usize> {
+        match self.outward {
+            true => (0..planes).collect(),
+            false => (0..planes).rev().collect(),
+        }
+    }
+
+    fn on<'a, 'p>(&self, area: &'a Area<'p>, title: &str) -> anyhow::Result<Chart3<'a, 'p>> {
+        let axes = Axes {
+            title,
+            labels: [0, 0],
+            mesh: Mesh::None,
+            text: [TEXT, TEXT],
+            ..Axes::default()
+        };
+        let [x, y] = even(area, self.bounds, [40, 60]);
+        axes.on(area, x.0..x.1, y.0..y.1)
+    }
+
+    /// The axes of the base frame and the column of the arm.
+    fn axes(&self, chart: &mut Chart3<'_, '_>) -> anyhow::Result<()> {
+        let column = [DVec3::ZERO, dvec3(0.0, 0.0, COLUMN_M)].map(|p| self.see(p));
+        chart.line(column, BLACK.stroke_width(6))?;
+        for (axis, name) in [(DVec3::X, "x"), (DVec3::Y, "y"), (DVec3::Z, "z")] {
+            let tip = self.see(0.5 * axis);
+            chart.line([self.see(DVec3::ZERO), tip], BLACK.stroke_width(1))?;
+            chart.series([Text::new(name, tip, TEXT)])?;
+        }
+        Ok(())
+    }
+}
+
+type Chart3<'a, 'p> = crate::report::figure::Chart<
+    'a,
+    'p,
+    plotters::coord::types::RangedCoordf64,
+    plotters::coord::types::RangedCoordf64,
+>;
+
+/// Ranges about these that show both axes at one scale on an area, of which `margins` pixels are not drawn on.
+fn even(area: &Area<'_>, ranges: [(f64, f64); 2], margins: [u32; 2]) -> [(f64, f64); 2] {
+    let (wide, high) = area.dim_in_pixel();
+    let pixels = [wide, high].map(f64::from);
+    let room = [0, 1].map(|i| (pixels[i] - f64::from(margins[i])).max(1.0));
+    let scale = [0, 1].map(|i| 1.06 * (ranges[i].1 - ranges[i].0) / room[i]);
+    let scale = scale[0].max(scale[1]);
+    [0, 1].map(|i| {
+        let middle = 0.5 * (ranges[i].0 + ranges[i].1);
+        let half = 0.5 * scale * room[i];
+        (middle - half, middle + half)
+    })
+}

@@ -1,0 +1,113 @@
+//! A published map of one orientation beside the exact one: time, errors, holes.
+
+use crate::reach::published::{Bounds, Comparison, Row, compare, grids};
+use crate::report::titled;
+use anyhow::{Context, ensure};
+use hwall_kinematics::SrsArm;
+use hwall_reachability::{ExactConfig, ReachabilityMap};
+use hwall_testkit::{MarkdownTable, quantile};
+use std::time::Instant;
+
+/// Time for a map of one orientation, as the dissertation states it, s.
+const PUBLISHED_S: f64 = 3600.0;
+/// Larger errors of a bound count, mm.
+const OFF_MM: f64 = 1.0;
+
+/// A quantity of both maps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OrientationRow {
+    /// The quantity, with its unit.
+    pub quantity: &'static str,
+    /// Of the published map; `None`: not stated.
+    pub published: Option<f64>,
+    /// Of the exact map.
+    pub ours: f64,
+}
+
+/// The rows for one of the published files (from 1) whose bounds were read.
+///
+/// Builds the map of that orientation alone and takes the time. Errors of the published bounds are against the exact map, whose own error is
+/// its accuracy, proven but for the bands.
+///
+/// # Errors
+/// A file that does not exist; errors of building the map.
+pub fn orientation_rows(published: &[Bounds], file: usize) -> anyhow::Result<Vec<OrientationRow>> {
+    let count = published.len();
+    ensure!((1..=count).contains(&file), "file {file}: they count from 1 to {count}");
+    let grid = grids()?.swap_remove(file - 1);
+    let config = ExactConfig::default();
+    let start = Instant::now();
+    let map = ReachabilityMap::build(&SrsArm::iiwa7(), &config, vec![grid])?;
+    let took_s = start.elapsed().as_secs_f64();
+    let rows = map_rows(&map)?;
+    let compared = compare(&rows, &published[file - 1..file]);
+    let one = compared.first().context("a comparison")?;
+    Ok(rows_of(one, took_s, &map, config.accuracy_m))
+}
+
+fn rows_of(
+    one: &Comparison,
+    took_s: f64,
+    map: &ReachabilityMap,
+    accuracy_m: f64,
+) -> Vec<OrientationRow> {
+    let bounds = one.off_mm.len();
+    let off = bounds - one.off_mm.partition_point(|mm| *mm <= OFF_MM);
+    let share = 100.0 * off as f64 / bounds.max(1) as f64;
+    let at = |p: f64| (bounds > 0).then(|| quantile(&one.off_mm, p));
+    let row = |quantity, published, ours| OrientationRow {
+        quantity,
+        published,
+        ours,
+    };
+    let accuracy_mm = 1e3 * accuracy_m;
+    let reachable = one.lines + one.only_ours;
+    vec![
+        row("time for the map, s", Some(PUBLISHED_S), took_s),
+        row(
+            "lines reachable",
+            Some((one.lines + one.only_published) as f64),
+            reachable as f64,
+        ),
+        row("bounds off by more than 1 mm, %", Some(share), 0.0),
+        row("median error of a bound, mm", at(0.5), accuracy_mm),
+        row("largest error of a bound, mm", at(1.0), accuracy_mm),
+        row("length without proof, mm", None, 1e3 * map.lengths().unknown_m),
+        row("lines with holes that the map shows", Some(0.0), one.with_holes as f64),
+        row("length of the holes, m", Some(0.0), one.hole_m),
+        row("reachable length, m", None, one.reachable_m),
+    ]
+}
+
+/// One row per interval of a map.
+///
+/// # Errors
+/// None in practice: the lines are those of the map.
+pub fn map_rows(map: &ReachabilityMap) -> anyhow::Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    for index in map.lines() {
+        let line = map.line(index).context("a line of the map")?;
+        let spans = map.intervals(index).iter();
+        rows.extend(spans.map(|i| Row::new(index, &line, [i.span.lo_m, i.span.hi_m])));
+    }
+    Ok(rows)
+}
+
+/// As a table; the error of ours is the accuracy that was asked for and proven outside the length without proof.
+pub fn table(rows: &[OrientationRow]) -> MarkdownTable {
+    let mut table = titled("map of one orientation | published | ours");
+    for row in rows {
+        let published = row.published.map_or_else(|| "not stated".to_owned(), number);
+        table.row([row.quantity.to_owned(), published, number(row.ours)]);
+    }
+    table
+}
+
+/// Three digits, or all of a larger number.
+fn number(value: f64) -> String {
+    let digits = 2.0 - value.abs().max(1e-6).log10().floor();
+    match value {
+        0.0 => "0".to_owned(),
+        _ => format!("{value:.*}", digits.max(0.0) as usize),
+    }
+}
