@@ -52,7 +52,15 @@ pub(super) fn exr() -> anyhow::Result<Reader> {
 
 pub(super) fn png() -> anyhow::Result<Reader> {
     let path = scratch("a.png")?;
-    Reader::new(vec![PNG.to_vec()], move |bytes| read_png(&path, bytes))
+    let mut picture = Vec::new();
+    let mut encoder = png::Encoder::new(&mut picture, 64, 64);
+    // Flipped bits shall change pixels, not the compression alone.
+    encoder.set_compression(png::Compression::NoCompression);
+    let grey: Vec<u8> = (0..64 * 64).map(|i| (i * i % 251) as u8).collect();
+    encoder.write_header()?.write_image_data(&grey)?;
+    Reader::new(vec![picture], move |bytes| {
+        read_png(&path, &sealed_png(bytes))
+    })
 }
 
 /// A file in a folder of this process, for readers that need a path.
@@ -73,6 +81,23 @@ fn sealed(bytes: &[u8]) -> Vec<u8> {
     sealed[10..HEADER].copy_from_slice(&length.to_le_bytes());
     let sum = CRC.checksum(&sealed[..end]);
     sealed[end..].copy_from_slice(&sum.to_le_bytes());
+    sealed
+}
+
+/// Corrects the checksums of the chunks of a PNG file.
+fn sealed_png(bytes: &[u8]) -> Vec<u8> {
+    let mut sealed = bytes.to_vec();
+    let mut chunk = 8;
+    while let Some(length) = sealed.get(chunk..chunk + 4) {
+        let length = u32::from_be_bytes([length[0], length[1], length[2], length[3]]);
+        let end = chunk + 8 + length as usize;
+        if end + CHECKSUM > sealed.len() {
+            break;
+        }
+        let sum = CRC.checksum(&sealed[chunk + 4..end]);
+        sealed[end..end + CHECKSUM].copy_from_slice(&sum.to_be_bytes());
+        chunk = end + CHECKSUM;
+    }
     sealed
 }
 
@@ -175,5 +200,20 @@ fn read_exr(path: &PathBuf, bytes: &[u8]) -> Verdict {
     judged(read, |field| {
         let finite = field.heights_mm().iter().all(|z| z.is_finite());
         promise(finite, "a height that is not finite")
+    })
+}
+
+fn read_png(path: &PathBuf, bytes: &[u8]) -> Verdict {
+    if std::fs::write(path, bytes).is_err() {
+        return Verdict::Broken("no place for the file".to_owned());
+    }
+    let source = PngSource {
+        width_mm: Some(20.0),
+        relief_mm: None,
+    };
+    let read = MaterialPicture::read_png(path, &source).and_then(|picture| Relief::of(&picture));
+    judged(read, |relief| {
+        let finite = relief.height_mm.is_finite() && relief.slope > 0.0;
+        promise(finite, "a relief that is not finite")
     })
 }

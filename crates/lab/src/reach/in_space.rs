@@ -46,7 +46,10 @@ impl InSpaceArgs {
     /// An orientation that does not exist.
     pub fn orientation(&self, count: usize) -> anyhow::Result<usize> {
         let shown = self.shown.unwrap_or(count.div_ceil(2));
-        ensure!(shown <= count, "--shown {shown}: there are {count} orientations");
+        ensure!(
+            shown <= count,
+            "--shown {shown}: there are {count} orientations"
+        );
         Ok(shown)
     }
 
@@ -64,7 +67,9 @@ impl InSpaceArgs {
             let page = map.page()?;
             hwall_files::write(path, page).with_context(|| path.display().to_string())?;
         }
-        self.svg_3d.as_deref().map_or(Ok(()), |path| map.write_svg(path))
+        self.svg_3d
+            .as_deref()
+            .map_or(Ok(()), |path| map.write_svg(path))
     }
 }
 
@@ -90,7 +95,10 @@ impl<'a> OrientationMap<'a> {
         plane: Option<usize>,
     ) -> anyhow::Result<Self> {
         let planes = grid.distances.count();
-        ensure!(!intervals.is_empty(), "nothing is reachable at this orientation");
+        ensure!(
+            !intervals.is_empty(),
+            "nothing is reachable at this orientation"
+        );
         let count = |plane: &usize| intervals.iter().filter(|i| i.plane == *plane).count();
         let fullest = || (0..planes).rev().max_by_key(count).unwrap_or(0);
         let plane = plane.unwrap_or_else(fullest);
@@ -197,9 +205,11 @@ impl<'a> OrientationMap<'a> {
         let [across, up] = even(area, [x, y], [110, 110]);
         let mut chart = axes.on(area, across.0..across.1, up.0..up.1)?;
         let dark = COLOURS[0].mix(0.12).stroke_width(3);
-        chart.series(lines.iter().map(|ends| {
-            PathElement::new(ends.map(|p| (p.x, p.y)).to_vec(), dark)
-        }))?;
+        chart.series(
+            lines
+                .iter()
+                .map(|ends| PathElement::new(ends.map(|p| (p.x, p.y)).to_vec(), dark)),
+        )?;
         chart.series([Circle::new((0.0, 0.0), 5, BLACK.filled())])?;
         Ok(())
     }
@@ -219,8 +229,11 @@ impl<'a> OrientationMap<'a> {
             ..Axes::default()
         };
         let mut chart = axes.on(area, -reach..reach, low - half..high + half)?;
-        let own: Vec<&LineInterval> =
-            self.intervals.iter().filter(|i| i.plane == self.plane).collect();
+        let own: Vec<&LineInterval> = self
+            .intervals
+            .iter()
+            .filter(|i| i.plane == self.plane)
+            .collect();
         let bar = |height: usize, [a, b]: [f64; 2], colour: RGBColor| {
             let z = self.grid.heights.at(height);
             let corners = [(a, z - 0.84 * half), (b, z + 0.84 * half)];
@@ -251,7 +264,10 @@ impl<'a> OrientationMap<'a> {
             "intervals": intervals.map(|i| json!([i.plane, i.height, short(i.s_m[0]), short(i.s_m[1])])).collect::<Vec<_>>(),
         });
         let title = self.title();
-        fill(include_str!("in_space.html"), &[("title", &title), ("data", &data)])
+        fill(
+            include_str!("in_space.html"),
+            &[("title", &title), ("data", &data)],
+        )
     }
 }
 
@@ -284,7 +300,10 @@ impl View {
                 seen.push(view.see(wall.point_m(WallPoint::new(s, z))));
             }
         }
-        view.bounds = [ends(seen.iter().map(|p| p.0)), ends(seen.iter().map(|p| p.1))];
+        view.bounds = [
+            ends(seen.iter().map(|p| p.0)),
+            ends(seen.iter().map(|p| p.1)),
+        ];
         Ok(view)
     }
 

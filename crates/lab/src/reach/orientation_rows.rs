@@ -33,7 +33,10 @@ pub struct OrientationRow {
 /// A file that does not exist; errors of building the map.
 pub fn orientation_rows(published: &[Bounds], file: usize) -> anyhow::Result<Vec<OrientationRow>> {
     let count = published.len();
-    ensure!((1..=count).contains(&file), "file {file}: they count from 1 to {count}");
+    ensure!(
+        (1..=count).contains(&file),
+        "file {file}: they count from 1 to {count}"
+    );
     let grid = grids()?.swap_remove(file - 1);
     let config = ExactConfig::default();
     let start = Instant::now();
@@ -72,8 +75,16 @@ fn rows_of(
         row("bounds off by more than 1 mm, %", Some(share), 0.0),
         row("median error of a bound, mm", at(0.5), accuracy_mm),
         row("largest error of a bound, mm", at(1.0), accuracy_mm),
-        row("length without proof, mm", None, 1e3 * map.lengths().unknown_m),
-        row("lines with holes that the map shows", Some(0.0), one.with_holes as f64),
+        row(
+            "length without proof, mm",
+            None,
+            1e3 * map.lengths().unknown_m,
+        ),
+        row(
+            "lines with holes that the map shows",
+            Some(0.0),
+            one.with_holes as f64,
+        ),
         row("length of the holes, m", Some(0.0), one.hole_m),
         row("reachable length, m", None, one.reachable_m),
     ]
@@ -97,7 +108,9 @@ pub fn map_rows(map: &ReachabilityMap) -> anyhow::Result<Vec<Row>> {
 pub fn table(rows: &[OrientationRow]) -> MarkdownTable {
     let mut table = titled("map of one orientation | published | ours");
     for row in rows {
-        let published = row.published.map_or_else(|| "not stated".to_owned(), number);
+        let published = row
+            .published
+            .map_or_else(|| "not stated".to_owned(), number);
         table.row([row.quantity.to_owned(), published, number(row.ours)]);
     }
     table

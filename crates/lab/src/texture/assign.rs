@@ -60,7 +60,11 @@ pub struct Assigned {
 /// # Errors
 /// A picture that cannot be read or carries no information; a file that cannot be written.
 pub fn run(args: &AssignArgs, out: &mut impl Write) -> anyhow::Result<()> {
-    let images: Vec<Image> = args.images.iter().map(|text| Image::parse(text, args)).collect();
+    let images: Vec<Image> = args
+        .images
+        .iter()
+        .map(|text| Image::parse(text, args))
+        .collect();
     let mut files = FilePlan::default();
     for image in &images {
         files = files.read("IMAGE", Some(&image.path));
@@ -81,7 +85,9 @@ pub fn run(args: &AssignArgs, out: &mut impl Write) -> anyhow::Result<()> {
         hwall_files::write(path, text).with_context(|| path.display().to_string())?;
     }
     if let Some(path) = &args.sidecar {
-        let entries = assigned.iter().map(|a| (a.surface.as_str(), two_digits(&a.proposal)));
+        let entries = assigned
+            .iter()
+            .map(|a| (a.surface.as_str(), two_digits(&a.proposal)));
         sidecar::write_roughness(path, entries)?;
     }
     Ok(())
@@ -106,10 +112,17 @@ impl Image {
             Some((surface, file)) => (Some(surface), file),
             None => (None, text),
         };
-        let own = file.rsplit_once('@').and_then(|(file, width)| Some((file, width.parse().ok()?)));
+        let own = file
+            .rsplit_once('@')
+            .and_then(|(file, width)| Some((file, width.parse().ok()?)));
         let (file, width_m) = own.map_or((file, args.width_m), |(file, width)| (file, Some(width)));
         let path = PathBuf::from(file);
-        let stem = || path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let stem = || {
+            path.file_stem()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned()
+        };
         let surface = surface.map_or_else(stem, str::to_owned);
         let heights = args.height_map || is_exr(&path);
         Self {
@@ -124,7 +137,13 @@ impl Image {
         let width_mm = self.width_m.map(|m| 1e3 * m);
         if !is_exr(&self.path) {
             let relief_mm = self.relief_mm;
-            return Ok(MaterialPicture::read_png(&self.path, &PngSource { width_mm, relief_mm })?);
+            return Ok(MaterialPicture::read_png(
+                &self.path,
+                &PngSource {
+                    width_mm,
+                    relief_mm,
+                },
+            )?);
         }
         let source = HeightSource {
             channel: None,
@@ -143,7 +162,8 @@ impl Image {
 }
 
 fn is_exr(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("exr"))
+    path.extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("exr"))
 }
 
 /// Proposals for pictures, smoothest first, with the levels of a session that holds these surfaces alone.
@@ -188,7 +208,9 @@ pub fn assign(images: &[Image], scale: &MaterialScale) -> anyhow::Result<Vec<Ass
 
 /// The roughness to two digits: more would pretend an accuracy that a picture does not have.
 fn two_digits(proposal: &RoughnessProposal) -> f64 {
-    format!("{:.1e}", proposal.roughness).parse().unwrap_or(proposal.roughness)
+    format!("{:.1e}", proposal.roughness)
+        .parse()
+        .unwrap_or(proposal.roughness)
 }
 
 const fn kind_name(kind: PictureKind) -> &'static str {
@@ -206,16 +228,26 @@ fn describe(assigned: &[Assigned], out: &mut impl Write) -> anyhow::Result<()> {
             let [low, high] = a.proposal.relief.band_mm;
             format!("{low:.3} to {high:.2}")
         }),
-        ("rms height, um", &|a| format!("{:.1}", 1e3 * a.proposal.relief.height_mm)),
-        ("period, mm", &|a| format!("{:.2}", a.proposal.relief.period_mm())),
-        ("roughness, P80 = 1", &|a| two_digits(&a.proposal).to_string()),
+        ("rms height, um", &|a| {
+            format!("{:.1}", 1e3 * a.proposal.relief.height_mm)
+        }),
+        ("period, mm", &|a| {
+            format!("{:.2}", a.proposal.relief.period_mm())
+        }),
+        ("roughness, P80 = 1", &|a| {
+            two_digits(&a.proposal).to_string()
+        }),
         ("90 % interval", &|a| {
             let [low, high] = a.proposal.interval();
             format!("{low:.2} to {high:.2}")
         }),
         ("level", &|a| match &a.level {
             Some(level) => {
-                format!("{:.0} deg at {} mm/s", level.scan.deg(), level.speed_mm_per_s)
+                format!(
+                    "{:.0} deg at {} mm/s",
+                    level.scan.deg(),
+                    level.speed_mm_per_s
+                )
             }
             None => "more surfaces than levels".to_owned(),
         }),
@@ -235,7 +267,11 @@ fn describe(assigned: &[Assigned], out: &mut impl Write) -> anyhow::Result<()> {
         }
     }
     for (caveat, surfaces) in told {
-        writeln!(out, "not told by the picture of {}: {caveat}", surfaces.join(", "))?;
+        writeln!(
+            out,
+            "not told by the picture of {}: {caveat}",
+            surfaces.join(", ")
+        )?;
     }
     Ok(())
 }
@@ -270,9 +306,13 @@ fn calibration(scale: &MaterialScale, out: &mut impl Write) -> anyhow::Result<()
         ("material", &|s| s.name.clone()),
         ("series", &|s| s.series.name().to_owned()),
         ("published", &|s| format!("{:.3}", s.magnitude)),
-        ("rms height, um", &|s| format!("{:.1}", 1e3 * s.relief.height_mm)),
+        ("rms height, um", &|s| {
+            format!("{:.1}", 1e3 * s.relief.height_mm)
+        }),
         ("period, mm", &|s| format!("{:.3}", s.relief.period_mm())),
-        ("from the others, heights", &|s| format!("{:.3}", s.left_out)),
+        ("from the others, heights", &|s| {
+            format!("{:.3}", s.left_out)
+        }),
         ("from the others, shaded pictures", &|s| {
             let [low, high] = s.shaded;
             format!("{low:.3} to {high:.3}")
@@ -280,7 +320,10 @@ fn calibration(scale: &MaterialScale, out: &mut impl Write) -> anyhow::Result<()
     ];
     writeln!(out, "{}", table_of(scale.samples(), &columns))?;
     let [p, q] = scale.exponents();
-    writeln!(out, "roughness rises as (rms height)^{p:.2} (rms slope)^{q:.2}; all surfaces are synthesized, none was photographed")?;
+    writeln!(
+        out,
+        "roughness rises as (rms height)^{p:.2} (rms slope)^{q:.2}; all surfaces are synthesized, none was photographed"
+    )?;
     for kind in [PictureKind::Height, PictureKind::Albedo] {
         let error = scale.error(kind);
         writeln!(

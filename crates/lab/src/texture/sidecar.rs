@@ -9,7 +9,7 @@ use toml::{Table, Value};
 ///
 /// # Errors
 /// A file that is not TOML; a surface whose entry is not a table `[surface.NAME]` of its own; a file that cannot be written.
-pub fn write_roughness<'a>(
+pub(super) fn write_roughness<'a>(
     path: &Path,
     entries: impl IntoIterator<Item = (&'a str, f64)>,
 ) -> anyhow::Result<()> {
@@ -31,7 +31,9 @@ fn with_roughness(text: &str, surface: &str, roughness: f64) -> anyhow::Result<S
     let header = format!("[surface.{}]", key(surface));
     match lines.iter().position(|l| l.trim().starts_with(&header)) {
         Some(start) => {
-            let own = lines[start + 1..].iter().take_while(|l| !l.trim().starts_with('['));
+            let own = lines[start + 1..]
+                .iter()
+                .take_while(|l| !l.trim().starts_with('['));
             let place = own.clone().position(|l| {
                 let name = l.split_once('=').map(|(name, _)| name.trim());
                 name == Some("roughness")
@@ -46,10 +48,16 @@ fn with_roughness(text: &str, surface: &str, roughness: f64) -> anyhow::Result<S
     let after = lines.join("\n") + "\n";
     // The lines were found without a parser, so the parser has the last word.
     let mut wanted = before;
-    let surfaces = wanted.entry("surface").or_insert_with(|| Value::Table(Table::new()));
+    let surfaces = wanted
+        .entry("surface")
+        .or_insert_with(|| Value::Table(Table::new()));
     let table = surfaces.as_table_mut().context("surface is no table")?;
-    let entry = table.entry(surface).or_insert_with(|| Value::Table(Table::new()));
-    let entry = entry.as_table_mut().with_context(|| format!("surface.{surface} is no table"))?;
+    let entry = table
+        .entry(surface)
+        .or_insert_with(|| Value::Table(Table::new()));
+    let entry = entry
+        .as_table_mut()
+        .with_context(|| format!("surface.{surface} is no table"))?;
     entry.insert("roughness".to_owned(), Value::Float(roughness));
     ensure!(
         after.parse::<Table>().ok() == Some(wanted),
@@ -78,11 +86,23 @@ mod tests {
         let changed = with_roughness(text, "door", 1.5).unwrap();
         assert_eq!(changed, text.replace("0.4 # by hand", "1.5"));
         let added = with_roughness(text, "floor", 2.0).unwrap();
-        assert!(added.contains("[surface.floor]\nroughness = 2.0\nkind"), "{added}");
+        assert!(
+            added.contains("[surface.floor]\nroughness = 2.0\nkind"),
+            "{added}"
+        );
         let made = with_roughness(text, "the \"wall\"", 0.021).unwrap();
-        assert!(made.starts_with(text) && made.ends_with("[surface.\"the \\\"wall\\\"\"]\nroughness = 0.021\n"));
-        assert_eq!(with_roughness("", "a", 1.0).unwrap(), "\n[surface.a]\nroughness = 1.0\n");
-        for inline in ["surface = { door = { roughness = 1 } }\n", "[surface]\ndoor.kind = \"static\"\n"] {
+        assert!(
+            made.starts_with(text)
+                && made.ends_with("[surface.\"the \\\"wall\\\"\"]\nroughness = 0.021\n")
+        );
+        assert_eq!(
+            with_roughness("", "a", 1.0).unwrap(),
+            "\n[surface.a]\nroughness = 1.0\n"
+        );
+        for inline in [
+            "surface = { door = { roughness = 1 } }\n",
+            "[surface]\ndoor.kind = \"static\"\n",
+        ] {
             let refused = with_roughness(inline, "door", 1.0).unwrap_err().to_string();
             assert!(refused.contains("by hand"), "{refused}");
         }
