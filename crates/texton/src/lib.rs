@@ -37,7 +37,7 @@ pub use roughness::{
 pub use material::PngSource;
 pub use material::{
     Caveat, MaterialPicture, MaterialScale, MaterialSeries, PictureKind, Relief, RoughnessProposal,
-    SampleError, ScaleError, order_certainty,
+    SampleError, ScaleError,
 };
 // Levels: orientation and speed that present a given roughness.
 pub use levels::{Calibration, CalibrationNode, Encoding, Level, LevelTable, discriminable};

@@ -7,7 +7,7 @@ use crate::report::fill;
 use crate::spans::ends;
 use anyhow::{Context, ensure};
 use glam::{DVec3, dvec3};
-use hwall_reachability::{WallGrid, WallPlane, WallPoint};
+use hwall_reachability::{WallGrid, WallPoint};
 use hwall_stage::figures::{COLOURS, TEXT};
 use hwall_stage::numbers::count_within;
 use plotters::prelude::*;
@@ -115,19 +115,10 @@ impl<'a> OrientationMap<'a> {
         format!("Where the flange can hold a board on walls at heading {deg:.1} degrees")
     }
 
-    fn wall(&self, plane: usize) -> anyhow::Result<WallPlane> {
-        Ok(self.grid.plane(plane)?)
-    }
-
     /// The largest distance of an interval's end from the middle of its wall, m.
     fn reach_m(&self) -> f64 {
         let places = self.intervals.iter().flat_map(|i| i.s_m.map(f64::abs));
         places.fold(0.1, f64::max)
-    }
-
-    /// The share of a plane's place in the stack, for its shade.
-    fn share(&self, plane: usize) -> f64 {
-        plane as f64 / (self.grid.distances.count().max(2) - 1) as f64
     }
 
     /// Draws sampling, map, projection and plane into one figure.
@@ -135,80 +126,91 @@ impl<'a> OrientationMap<'a> {
     /// # Errors
     /// A file that cannot be written.
     pub fn write_svg(&self, path: &Path) -> anyhow::Result<()> {
+        let reach = self.reach_m();
+        let [planes, heights] = [self.grid.distances, self.grid.heights].map(|s| s.count());
+        let lines = (0..planes).flat_map(|plane| (0..heights).map(move |height| (plane, height)));
+        let lines = lines.map(|(plane, height)| LineInterval {
+            plane,
+            height,
+            s_m: [-reach, reach],
+        });
+        let lines: Vec<LineInterval> = lines.collect();
+        let sampled = format!("Sampling: {planes} planes, {heights} lines on each");
+        let half_m = 0.5 * self.grid.heights.spacing_m();
         figure(path, SIZE, |root| {
             let root = root.below(&self.title())?;
             let panels = root.split_evenly((2, 2));
-            let view = View::of(self)?;
-            self.sampling(&panels[0], &view)?;
-            self.stack(&panels[1], &view)?;
+            self.strips(&panels[0], &sampled, &lines, 0.04 * half_m)?;
+            let title = "The map: reachable parts of the planes";
+            self.strips(&panels[1], title, self.intervals, half_m)?;
             self.projection(&panels[2])?;
             self.alone(&panels[3])
         })
     }
 
-    /// The lines that are searched: those of each height on each plane.
-    fn sampling(&self, area: &Area<'_>, view: &View) -> anyhow::Result<()> {
-        let reach = self.reach_m();
-        let [planes, heights] = [self.grid.distances, self.grid.heights].map(|s| s.count());
-        let title = format!("Sampling: {planes} planes, {heights} lines on each");
-        let mut chart = view.on(area, &title)?;
-        for plane in view.order(planes) {
-            let wall = self.wall(plane)?;
-            let lines = self.grid.heights.iter().map(|z| {
-                let line = [-reach, reach].map(|s| view.see(wall.point_m(WallPoint::new(s, z))));
-                PathElement::new(line.to_vec(), shade(self.share(plane)).mix(0.35))
-            });
-            chart.series(lines)?;
-        }
-        view.axes(&mut chart)
-    }
-
-    /// The reachable intervals, as strips as high as the distance of two lines.
-    fn stack(&self, area: &Area<'_>, view: &View) -> anyhow::Result<()> {
-        let mut chart = view.on(area, "The map: reachable parts of the planes")?;
-        let half = 0.5 * self.grid.heights.spacing_m();
-        for plane in view.order(self.grid.distances.count()) {
-            let wall = self.wall(plane)?;
-            let own = self.intervals.iter().filter(|i| i.plane == plane);
-            let strips = own.map(|i| {
-                let z = self.grid.heights.at(i.height);
-                let [a, b] = i.s_m;
-                let corners = [(a, z - half), (b, z - half), (b, z + half), (a, z + half)];
+    /// Strips of this half-height, in space.
+    fn strips(
+        &self,
+        area: &Area<'_>,
+        title: &str,
+        strips: &[LineInterval],
+        half_m: f64,
+    ) -> anyhow::Result<()> {
+        let view = View::of(self)?;
+        let axes = Axes {
+            title,
+            labels: [0, 0],
+            mesh: Mesh::None,
+            text: [TEXT, TEXT],
+            ..Axes::default()
+        };
+        let [x, y] = even(area, view.bounds, [40, 60]);
+        let mut chart = axes.on(area, x.0..x.1, y.0..y.1)?;
+        let distances = self.grid.distances;
+        let planes = distances.count();
+        let mut order: Vec<usize> = (0..planes).collect();
+        // The farthest first.
+        order.sort_by(|a, b| distances.at(*a).total_cmp(&distances.at(*b)));
+        for plane in order {
+            let wall = self.grid.plane(plane)?;
+            let colour = shade(plane as f64 / (planes.max(2) - 1) as f64).mix(0.5);
+            let own = strips.iter().filter(|i| i.plane == plane).map(|i| {
+                let ([a, b], z) = (i.s_m, self.grid.heights.at(i.height));
+                let (low, high) = (z - half_m, z + half_m);
+                let corners = [(a, low), (b, low), (b, high), (a, high)];
                 let seen = corners.map(|(s, z)| view.see(wall.point_m(WallPoint::new(s, z))));
-                Polygon::new(seen.to_vec(), shade(self.share(plane)).mix(0.5))
+                Polygon::new(seen.to_vec(), colour)
             });
-            chart.series(strips)?;
+            chart.series(own)?;
         }
-        view.axes(&mut chart)
+        let column = [DVec3::ZERO, dvec3(0.0, 0.0, COLUMN_M)].map(|p| view.see(p));
+        chart.line(column, BLACK.stroke_width(6))?;
+        for (axis, name) in [(DVec3::X, "x"), (DVec3::Y, "y"), (DVec3::Z, "z")] {
+            let ends = [DVec3::ZERO, 0.5 * axis].map(|p| view.see(p));
+            chart.line(ends, BLACK.stroke_width(1))?;
+            chart.series([Text::new(name, ends[1], TEXT)])?;
+        }
+        Ok(())
     }
 
     /// All intervals from above: the darker, the more heights.
     fn projection(&self, area: &Area<'_>) -> anyhow::Result<()> {
         let mut lines = Vec::with_capacity(self.intervals.len());
         for i in self.intervals {
-            let wall = self.wall(i.plane)?;
-            let from_above = |s| wall.point_m(WallPoint::new(s, 0.0)).truncate();
-            lines.push(i.s_m.map(from_above));
+            let wall = self.grid.plane(i.plane)?;
+            let above = |s| wall.point_m(WallPoint::new(s, 0.0));
+            lines.push(i.s_m.map(|s| (above(s).x, above(s).y)));
         }
-        let (x, y) = (
-            ends(lines.iter().flatten().map(|p| p.x).chain([0.0])),
-            ends(lines.iter().flatten().map(|p| p.y).chain([0.0])),
-        );
-        let axes = Axes {
-            title: "Projection from above: the darker, the more heights",
-            names: ["x, m", "y, m"],
-            formats: [Some(&tenths), Some(&tenths)],
-            mesh: Mesh::Faint,
-            text: [TEXT, TEXT],
-            ..Axes::default()
-        };
-        let [across, up] = even(area, [x, y], [110, 110]);
-        let mut chart = axes.on(area, across.0..across.1, up.0..up.1)?;
+        let points = || lines.iter().flatten().chain(&[(0.0, 0.0)]);
+        let ranges = [ends(points().map(|p| p.0)), ends(points().map(|p| p.1))];
+        let [x, y] = even(area, ranges, [110, 110]);
+        let title = "Projection from above: the darker, the more heights";
+        let mut chart = panel(title, ["x, m", "y, m"]).on(area, x.0..x.1, y.0..y.1)?;
         let dark = COLOURS[0].mix(0.12).stroke_width(3);
         chart.series(
             lines
                 .iter()
-                .map(|ends| PathElement::new(ends.map(|p| (p.x, p.y)).to_vec(), dark)),
+                .map(|ends| PathElement::new(ends.to_vec(), dark)),
         )?;
         chart.series([Circle::new((0.0, 0.0), 5, BLACK.filled())])?;
         Ok(())
@@ -220,20 +222,11 @@ impl<'a> OrientationMap<'a> {
         let reach = 1.05 * self.reach_m();
         let half = 0.5 * self.grid.heights.spacing_m();
         let (low, high) = ends(self.grid.heights.iter());
-        let axes = Axes {
-            title: &format!("One plane, n·p = {d:.3} m; holes in orange"),
-            names: ["along the wall, m", "height, m"],
-            formats: [Some(&tenths), Some(&tenths)],
-            mesh: Mesh::Faint,
-            text: [TEXT, TEXT],
-            ..Axes::default()
-        };
-        let mut chart = axes.on(area, -reach..reach, low - half..high + half)?;
-        let own: Vec<&LineInterval> = self
-            .intervals
-            .iter()
-            .filter(|i| i.plane == self.plane)
-            .collect();
+        let title = format!("One plane, n·p = {d:.3} m; holes in orange");
+        let names = ["along the wall, m", "height, m"];
+        let mut chart = panel(&title, names).on(area, -reach..reach, low - half..high + half)?;
+        let own = self.intervals.iter().filter(|i| i.plane == self.plane);
+        let own: Vec<&LineInterval> = own.collect();
         let bar = |height: usize, [a, b]: [f64; 2], colour: RGBColor| {
             let z = self.grid.heights.at(height);
             let corners = [(a, z - 0.84 * half), (b, z + 0.84 * half)];
@@ -241,7 +234,8 @@ impl<'a> OrientationMap<'a> {
         };
         chart.series(own.iter().map(|i| bar(i.height, i.s_m, COLOURS[0])))?;
         let pairs = own.windows(2).filter(|w| w[0].height == w[1].height);
-        chart.series(pairs.map(|w| bar(w[0].height, [w[0].s_m[1], w[1].s_m[0]], COLOURS[1])))?;
+        let hole = |w: &[&LineInterval]| [w[0].s_m[1], w[1].s_m[0]];
+        chart.series(pairs.map(|w| bar(w[0].height, hole(w), COLOURS[1])))?;
         Ok(())
     }
 
@@ -271,12 +265,22 @@ impl<'a> OrientationMap<'a> {
     }
 }
 
-/// Parallel projection of points of the base frame.
+/// Axes of a panel in metres.
+fn panel<'a>(title: &'a str, names: [&'a str; 2]) -> Axes<'a> {
+    Axes {
+        title,
+        names,
+        formats: [Some(&tenths), Some(&tenths)],
+        mesh: Mesh::Faint,
+        text: [TEXT, TEXT],
+        ..Axes::default()
+    }
+}
+
+/// Parallel projection of points of the base frame; planes farther along the normal hide the others.
 struct View {
     right: DVec3,
     up: DVec3,
-    /// Do planes with a greater distance hide the others?
-    outward: bool,
     /// Smallest and largest coordinates of what is shown.
     bounds: [(f64, f64); 2],
 }
@@ -288,68 +292,26 @@ impl View {
         let mut view = Self {
             right: dvec3(-sin, cos, 0.0),
             up: dvec3(-above.sin() * cos, -above.sin() * sin, above.cos()),
-            outward: map.grid.distances.at(1) > map.grid.distances.at(0),
             bounds: [(0.0, 0.0); 2],
         };
-        let (reach, mut seen) = (map.reach_m(), vec![view.see(DVec3::ZERO)]);
-        let last = map.grid.distances.count() - 1;
+        let mut seen = vec![view.see(DVec3::ZERO)];
         let (low, high) = ends(map.grid.heights.iter());
-        for plane in [0, last] {
-            let wall = map.wall(plane)?;
-            for (s, z) in [(-reach, low), (reach, low), (-reach, high), (reach, high)] {
-                seen.push(view.see(wall.point_m(WallPoint::new(s, z))));
+        for plane in [0, map.grid.distances.count() - 1] {
+            let wall = map.grid.plane(plane)?;
+            for s in [-map.reach_m(), map.reach_m()] {
+                let corner = |z| view.see(wall.point_m(WallPoint::new(s, z)));
+                seen.extend([low, high].map(corner));
             }
         }
-        view.bounds = [
-            ends(seen.iter().map(|p| p.0)),
-            ends(seen.iter().map(|p| p.1)),
-        ];
+        let [x, y] = [|p: &(f64, f64)| p.0, |p: &(f64, f64)| p.1];
+        view.bounds = [ends(seen.iter().map(x)), ends(seen.iter().map(y))];
         Ok(view)
     }
 
     fn see(&self, point_m: DVec3) -> (f64, f64) {
         (self.right.dot(point_m), self.up.dot(point_m))
     }
-
-    /// Planes from the farthest.
-    fn order(&self, planes: usize) -> Vec<usize> {
-        match self.outward {
-            true => (0..planes).collect(),
-            false => (0..planes).rev().collect(),
-        }
-    }
-
-    fn on<'a, 'p>(&self, area: &'a Area<'p>, title: &str) -> anyhow::Result<Chart3<'a, 'p>> {
-        let axes = Axes {
-            title,
-            labels: [0, 0],
-            mesh: Mesh::None,
-            text: [TEXT, TEXT],
-            ..Axes::default()
-        };
-        let [x, y] = even(area, self.bounds, [40, 60]);
-        axes.on(area, x.0..x.1, y.0..y.1)
-    }
-
-    /// The axes of the base frame and the column of the arm.
-    fn axes(&self, chart: &mut Chart3<'_, '_>) -> anyhow::Result<()> {
-        let column = [DVec3::ZERO, dvec3(0.0, 0.0, COLUMN_M)].map(|p| self.see(p));
-        chart.line(column, BLACK.stroke_width(6))?;
-        for (axis, name) in [(DVec3::X, "x"), (DVec3::Y, "y"), (DVec3::Z, "z")] {
-            let tip = self.see(0.5 * axis);
-            chart.line([self.see(DVec3::ZERO), tip], BLACK.stroke_width(1))?;
-            chart.series([Text::new(name, tip, TEXT)])?;
-        }
-        Ok(())
-    }
 }
-
-type Chart3<'a, 'p> = crate::report::figure::Chart<
-    'a,
-    'p,
-    plotters::coord::types::RangedCoordf64,
-    plotters::coord::types::RangedCoordf64,
->;
 
 /// Ranges about these that show both axes at one scale on an area, of which `margins` pixels are not drawn on.
 fn even(area: &Area<'_>, ranges: [(f64, f64); 2], margins: [u32; 2]) -> [(f64, f64); 2] {

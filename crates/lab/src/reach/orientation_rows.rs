@@ -1,6 +1,6 @@
 //! A published map of one orientation beside the exact one: time, errors, holes.
 
-use crate::reach::published::{Bounds, Comparison, Row, compare, grids};
+use crate::reach::published::{Bounds, Row, compare, grids};
 use crate::report::titled;
 use anyhow::{Context, ensure};
 use hwall_kinematics::SrsArm;
@@ -45,49 +45,31 @@ pub fn orientation_rows(published: &[Bounds], file: usize) -> anyhow::Result<Vec
     let rows = map_rows(&map)?;
     let compared = compare(&rows, &published[file - 1..file]);
     let one = compared.first().context("a comparison")?;
-    Ok(rows_of(one, took_s, &map, config.accuracy_m))
-}
-
-fn rows_of(
-    one: &Comparison,
-    took_s: f64,
-    map: &ReachabilityMap,
-    accuracy_m: f64,
-) -> Vec<OrientationRow> {
     let bounds = one.off_mm.len();
     let off = bounds - one.off_mm.partition_point(|mm| *mm <= OFF_MM);
     let share = 100.0 * off as f64 / bounds.max(1) as f64;
-    let at = |p: f64| (bounds > 0).then(|| quantile(&one.off_mm, p));
-    let row = |quantity, published, ours| OrientationRow {
+    let error = |p: f64| (bounds > 0).then(|| quantile(&one.off_mm, p));
+    let accuracy_mm = 1e3 * config.accuracy_m;
+    let [theirs, ours] = [one.only_published, one.only_ours].map(|own| (one.lines + own) as f64);
+    let holes = one.with_holes as f64;
+    let unproven_mm = 1e3 * map.lengths().unknown_m;
+    let rows = [
+        ("time for the map, s", Some(PUBLISHED_S), took_s),
+        ("lines reachable", Some(theirs), ours),
+        ("bounds off by more than 1 mm, %", Some(share), 0.0),
+        ("median error of a bound, mm", error(0.5), accuracy_mm),
+        ("largest error of a bound, mm", error(1.0), accuracy_mm),
+        ("length without proof, mm", None, unproven_mm),
+        ("lines with holes that the map shows", Some(0.0), holes),
+        ("length of the holes, m", Some(0.0), one.hole_m),
+        ("reachable length, m", None, one.reachable_m),
+    ];
+    let row = |(quantity, published, ours)| OrientationRow {
         quantity,
         published,
         ours,
     };
-    let accuracy_mm = 1e3 * accuracy_m;
-    let reachable = one.lines + one.only_ours;
-    vec![
-        row("time for the map, s", Some(PUBLISHED_S), took_s),
-        row(
-            "lines reachable",
-            Some((one.lines + one.only_published) as f64),
-            reachable as f64,
-        ),
-        row("bounds off by more than 1 mm, %", Some(share), 0.0),
-        row("median error of a bound, mm", at(0.5), accuracy_mm),
-        row("largest error of a bound, mm", at(1.0), accuracy_mm),
-        row(
-            "length without proof, mm",
-            None,
-            1e3 * map.lengths().unknown_m,
-        ),
-        row(
-            "lines with holes that the map shows",
-            Some(0.0),
-            one.with_holes as f64,
-        ),
-        row("length of the holes, m", Some(0.0), one.hole_m),
-        row("reachable length, m", None, one.reachable_m),
-    ]
+    Ok(rows.map(row).to_vec())
 }
 
 /// One row per interval of a map.

@@ -7,14 +7,14 @@ use hwall::texture::TextureLevels;
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_texton::{
     Encoding, HeightField, HeightSource, Level, MaterialPicture, MaterialScale, PictureKind,
-    PngSource, RoughnessProposal, order_certainty,
+    PngSource, RoughnessProposal, SampleError,
 };
 use serde_json::{Value, json};
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Flags of the proposal.
-#[derive(Debug, Clone, clap::Args)]
+#[derive(Debug, Clone, Default, clap::Args)]
 pub struct AssignArgs {
     /// Pictures of materials: FILE, SURFACE=FILE or SURFACE=FILE@WIDTH_M. PNG: colour or, with --height-map, heights; EXR: heights.
     /// Without SURFACE the name of the file without its ending names the surface
@@ -23,7 +23,7 @@ pub struct AssignArgs {
     /// Width of what each picture shows, m (of those that do not say @WIDTH_M; EXR files may state it)
     #[arg(long, allow_negative_numbers = true)]
     pub width_m: Option<f64>,
-    /// The PNG files hold heights; needs --relief-mm
+    /// The PNG files hold heights
     #[arg(long, requires = "relief_mm")]
     pub height_map: bool,
     /// Height of white above black in a PNG height map, or of one unit in an EXR file that states none, mm
@@ -49,22 +49,27 @@ pub struct Assigned {
     pub picture: PathBuf,
     /// The proposal.
     pub proposal: RoughnessProposal,
-    /// Orientation and speed of the released patch that stand for it among the surfaces given; `None` if there are more of them than levels.
+    /// Orientation and speed of the released patch in a session with these surfaces; `None` if there are more of them than levels.
     pub level: Option<Level>,
     /// Probability that it is rougher than the surface before; `None` for the smoothest.
     pub certainty: Option<f64>,
 }
 
-/// Runs the command: proposals, smoothest first, and their files.
+impl Assigned {
+    /// The roughness to two digits: more would pretend an accuracy that a picture does not have.
+    #[must_use]
+    pub fn roughness(&self) -> f64 {
+        let exact = self.proposal.roughness;
+        format!("{exact:.1e}").parse().unwrap_or(exact)
+    }
+}
+
+/// Prints proposals, smoothest first, and writes their files.
 ///
 /// # Errors
 /// A picture that cannot be read or carries no information; a file that cannot be written.
 pub fn run(args: &AssignArgs, out: &mut impl Write) -> anyhow::Result<()> {
-    let images: Vec<Image> = args
-        .images
-        .iter()
-        .map(|text| Image::parse(text, args))
-        .collect();
+    let images: Vec<Image> = args.images.iter().map(|text| Image::of(text)).collect();
     let mut files = FilePlan::default();
     for image in &images {
         files = files.read("IMAGE", Some(&image.path));
@@ -78,78 +83,64 @@ pub fn run(args: &AssignArgs, out: &mut impl Write) -> anyhow::Result<()> {
     if images.is_empty() {
         return Ok(());
     }
-    let assigned = assign(&images, &scale)?;
+    let mut proposals = Vec::with_capacity(images.len());
+    for image in images {
+        let name = || image.path.display().to_string();
+        let picture = image.read(args).with_context(name)?;
+        let proposal = scale.propose(&picture).with_context(name)?;
+        proposals.push((image.surface, image.path, proposal));
+    }
+    let assigned = assigned(proposals)?;
     describe(&assigned, out)?;
     if let Some(path) = &args.json {
         let text = serde_json::to_string_pretty(&to_json(&assigned))? + "\n";
         hwall_files::write(path, text).with_context(|| path.display().to_string())?;
     }
-    if let Some(path) = &args.sidecar {
-        let entries = assigned
-            .iter()
-            .map(|a| (a.surface.as_str(), two_digits(&a.proposal)));
-        sidecar::write_roughness(path, entries)?;
+    let entries = assigned.iter().map(|a| (a.surface.as_str(), a.roughness()));
+    match &args.sidecar {
+        Some(path) => sidecar::write_roughness(path, entries),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 /// A picture as named on the command line.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Image {
-    /// Name of the surface.
-    pub surface: String,
-    /// The file.
-    pub path: PathBuf,
-    /// Width of what it shows, m.
-    pub width_m: Option<f64>,
-    /// Height of white or of one unit, mm; `None` for the colours of a PNG.
-    pub relief_mm: Option<f64>,
+struct Image {
+    surface: String,
+    path: PathBuf,
+    width_m: Option<f64>,
 }
 
 impl Image {
-    fn parse(text: &str, args: &AssignArgs) -> Self {
-        let (surface, file) = match text.split_once('=') {
-            Some((surface, file)) => (Some(surface), file),
-            None => (None, text),
-        };
-        let own = file
-            .rsplit_once('@')
-            .and_then(|(file, width)| Some((file, width.parse().ok()?)));
-        let (file, width_m) = own.map_or((file, args.width_m), |(file, width)| (file, Some(width)));
+    fn of(text: &str) -> Self {
+        let (surface, file) = text.split_once('=').unwrap_or(("", text));
+        let own = file.rsplit_once('@');
+        let own = own.and_then(|(file, width)| Some((file, Some(width.parse().ok()?))));
+        let (file, width_m) = own.unwrap_or((file, None));
         let path = PathBuf::from(file);
-        let stem = || {
-            path.file_stem()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .into_owned()
-        };
-        let surface = surface.map_or_else(stem, str::to_owned);
-        let heights = args.height_map || is_exr(&path);
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         Self {
-            surface,
+            surface: if surface.is_empty() { &stem } else { surface }.to_owned(),
             width_m,
-            relief_mm: args.relief_mm.filter(|_| heights),
             path,
         }
     }
 
-    fn read(&self) -> anyhow::Result<MaterialPicture> {
-        let width_mm = self.width_m.map(|m| 1e3 * m);
-        if !is_exr(&self.path) {
-            let relief_mm = self.relief_mm;
-            return Ok(MaterialPicture::read_png(
-                &self.path,
-                &PngSource {
-                    width_mm,
-                    relief_mm,
-                },
-            )?);
+    fn read(&self, args: &AssignArgs) -> anyhow::Result<MaterialPicture> {
+        let width_mm = self.width_m.or(args.width_m).map(|m| 1e3 * m);
+        let ending = self.path.extension().unwrap_or_default();
+        if !ending.eq_ignore_ascii_case("exr") {
+            let relief_mm = args.relief_mm.filter(|_| args.height_map);
+            let source = PngSource {
+                width_mm,
+                relief_mm,
+            };
+            return Ok(MaterialPicture::read_png(&self.path, &source)?);
         }
         let source = HeightSource {
             channel: None,
             // Replaced below, once the number of columns is known.
             pitch_mm: width_mm.map(|_| 1.0),
-            unit_mm: self.relief_mm,
+            unit_mm: args.relief_mm,
         };
         let mut field = HeightField::read_exr(&self.path, &source)?;
         if let Some(width_mm) = width_mm {
@@ -161,128 +152,97 @@ impl Image {
     }
 }
 
-fn is_exr(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|ending| ending.eq_ignore_ascii_case("exr"))
-}
-
-/// Proposals for pictures, smoothest first, with the levels of a session that holds these surfaces alone.
+/// Surfaces with their pictures and proposals, smoothest first, with the levels of a session that holds these surfaces alone.
 ///
 /// # Errors
-/// A picture that cannot be read or carries no information; two pictures for one surface.
-pub fn assign(images: &[Image], scale: &MaterialScale) -> anyhow::Result<Vec<Assigned>> {
-    let mut assigned: Vec<Assigned> = Vec::with_capacity(images.len());
-    for image in images {
-        let name = || image.path.display().to_string();
-        ensure!(
-            assigned.iter().all(|other| other.surface != image.surface),
-            "{}: {} has a picture already",
-            name(),
-            image.surface
-        );
-        let picture = image.read().with_context(name)?;
-        assigned.push(Assigned {
-            surface: image.surface.clone(),
-            picture: image.path.clone(),
-            proposal: scale.propose(&picture).with_context(name)?,
+/// Two pictures for one surface.
+pub fn assigned(
+    proposals: impl IntoIterator<Item = (String, PathBuf, RoughnessProposal)>,
+) -> anyhow::Result<Vec<Assigned>> {
+    let mut all: Vec<Assigned> = Vec::new();
+    for (surface, picture, proposal) in proposals {
+        let known = all.iter().any(|one| one.surface == surface);
+        ensure!(!known, "two pictures for the surface {surface}");
+        all.push(Assigned {
+            surface,
+            picture,
+            proposal,
             level: None,
             certainty: None,
         });
     }
-    assigned.sort_by(|a, b| a.proposal.roughness.total_cmp(&b.proposal.roughness));
-    let mut roughness: Vec<f64> = assigned.iter().map(|a| two_digits(&a.proposal)).collect();
+    all.sort_by(|a, b| a.proposal.roughness.total_cmp(&b.proposal.roughness));
+    let mut roughness: Vec<f64> = all.iter().map(Assigned::roughness).collect();
     roughness.dedup();
-    let levels = TextureLevels::available()?;
-    if roughness.len() <= levels.len() {
-        let encoding = Encoding::new(&roughness, &levels)?;
-        for one in &mut assigned {
-            one.level = encoding.level_for(two_digits(&one.proposal)).copied();
+    // More surfaces than levels is no error here: the proposals stand.
+    if let Ok(encoding) = Encoding::new(&roughness, &TextureLevels::available()?) {
+        for one in &mut all {
+            one.level = encoding.level_for(one.roughness()).copied();
         }
     }
-    for i in 1..assigned.len() {
-        let [one, other] = [i - 1, i].map(|i| &assigned[i].proposal);
-        assigned[i].certainty = Some(order_certainty(one, other));
+    for i in 1..all.len() {
+        let certainty = all[i].proposal.order_certainty(&all[i - 1].proposal);
+        all[i].certainty = Some(certainty);
     }
-    Ok(assigned)
+    Ok(all)
 }
 
-/// The roughness to two digits: more would pretend an accuracy that a picture does not have.
-fn two_digits(proposal: &RoughnessProposal) -> f64 {
-    format!("{:.1e}", proposal.roughness)
-        .parse()
-        .unwrap_or(proposal.roughness)
-}
-
-const fn kind_name(kind: PictureKind) -> &'static str {
+const fn name(kind: PictureKind) -> &'static str {
     match kind {
         PictureKind::Height => "heights",
         PictureKind::Albedo => "colour",
     }
 }
 
+fn range([low, high]: [f64; 2]) -> String {
+    format!("{low:.3} to {high:.3}")
+}
+
 fn describe(assigned: &[Assigned], out: &mut impl Write) -> anyhow::Result<()> {
     let columns: [Column<'_, &Assigned>; 9] = [
         ("surface", &|a| a.surface.clone()),
-        ("picture", &|a| kind_name(a.proposal.kind).to_owned()),
+        ("picture", &|a| name(a.proposal.kind).to_owned()),
         ("periods resolved, mm", &|a| {
-            let [low, high] = a.proposal.relief.band_mm;
-            format!("{low:.3} to {high:.2}")
+            range(a.proposal.relief.band_mm)
         }),
-        ("rms height, um", &|a| {
-            format!("{:.1}", 1e3 * a.proposal.relief.height_mm)
+        ("rms height, mm", &|a| {
+            format!("{:.4}", a.proposal.relief.height_mm)
         }),
-        ("period, mm", &|a| {
-            format!("{:.2}", a.proposal.relief.period_mm())
+        ("rms slope", &|a| format!("{:.3}", a.proposal.relief.slope)),
+        ("roughness, P80 = 1", &|a| a.roughness().to_string()),
+        ("90 % interval", &|a| range(a.proposal.interval())),
+        ("level: angle, speed", &|a| {
+            let text = |l: &Level| format!("{:.0} deg, {} mm/s", l.scan.deg(), l.speed_mm_per_s);
+            a.level
+                .as_ref()
+                .map_or("too many surfaces".to_owned(), text)
         }),
-        ("roughness, P80 = 1", &|a| {
-            two_digits(&a.proposal).to_string()
-        }),
-        ("90 % interval", &|a| {
-            let [low, high] = a.proposal.interval();
-            format!("{low:.2} to {high:.2}")
-        }),
-        ("level", &|a| match &a.level {
-            Some(level) => {
-                format!(
-                    "{:.0} deg at {} mm/s",
-                    level.scan.deg(),
-                    level.speed_mm_per_s
-                )
-            }
-            None => "more surfaces than levels".to_owned(),
-        }),
-        ("rougher than the one before", &|a| match a.certainty {
-            Some(share) => format!("with probability {share:.2}"),
-            None => String::new(),
+        ("rougher than the one before", &|a| {
+            a.certainty
+                .map(|p| format!("probability {p:.2}"))
+                .unwrap_or_default()
         }),
     ];
     writeln!(out, "{}", table_of(assigned, &columns))?;
-    let mut told: Vec<(String, Vec<&str>)> = Vec::new();
     for one in assigned {
-        for caveat in one.proposal.caveats.iter().map(ToString::to_string) {
-            match told.iter_mut().find(|(text, _)| *text == caveat) {
-                Some((_, surfaces)) => surfaces.push(&one.surface),
-                None => told.push((caveat, vec![&one.surface])),
-            }
-        }
-    }
-    for (caveat, surfaces) in told {
-        writeln!(
-            out,
-            "not told by the picture of {}: {caveat}",
-            surfaces.join(", ")
-        )?;
+        let caveats: Vec<String> = one
+            .proposal
+            .caveats
+            .iter()
+            .map(ToString::to_string)
+            .collect();
+        writeln!(out, "{}: {}", one.surface, caveats.join("; "))?;
     }
     Ok(())
 }
 
 fn to_json(assigned: &[Assigned]) -> Value {
     let one = |a: &Assigned| {
-        let relief = &a.proposal.relief;
+        let (relief, level) = (&a.proposal.relief, a.level.as_ref());
         json!({
             "surface": a.surface,
             "picture": a.picture.display().to_string(),
-            "kind": kind_name(a.proposal.kind),
+            "kind": name(a.proposal.kind),
             "band_mm": relief.band_mm,
             "rms_height_mm": relief.height_mm,
             "rms_slope": relief.slope,
@@ -290,10 +250,7 @@ fn to_json(assigned: &[Assigned]) -> Value {
             "roughness": a.proposal.roughness,
             "interval_90": a.proposal.interval(),
             "ln_sd": a.proposal.ln_sd,
-            "level": a.level.map(|level| json!({
-                "angle_deg": level.scan.deg(),
-                "speed_mm_per_s": level.speed_mm_per_s,
-            })),
+            "level": level.map(|l| json!({ "angle_deg": l.scan.deg(), "speed_mm_per_s": l.speed_mm_per_s })),
             "rougher_than_before": a.certainty,
             "caveats": a.proposal.caveats.iter().map(ToString::to_string).collect::<Vec<_>>(),
         })
@@ -302,36 +259,35 @@ fn to_json(assigned: &[Assigned]) -> Value {
 }
 
 fn calibration(scale: &MaterialScale, out: &mut impl Write) -> anyhow::Result<()> {
-    let columns: [Column<'_, &hwall_texton::SampleError>; 7] = [
+    let predicted = |kind: PictureKind| {
+        move |s: &&SampleError| {
+            let (low, high) = crate::spans::ends(s.left_out[kind as usize].iter().copied());
+            range([low, high])
+        }
+    };
+    let [heights, shaded] = PictureKind::ALL.map(predicted);
+    let columns: [Column<'_, &SampleError>; 7] = [
         ("material", &|s| s.name.clone()),
         ("series", &|s| s.series.name().to_owned()),
+        ("rms height, mm", &|s| format!("{:.4}", s.relief.height_mm)),
+        ("rms slope", &|s| format!("{:.3}", s.relief.slope)),
         ("published", &|s| format!("{:.3}", s.magnitude)),
-        ("rms height, um", &|s| {
-            format!("{:.1}", 1e3 * s.relief.height_mm)
-        }),
-        ("period, mm", &|s| format!("{:.3}", s.relief.period_mm())),
-        ("from the others, heights", &|s| {
-            format!("{:.3}", s.left_out)
-        }),
-        ("from the others, shaded pictures", &|s| {
-            let [low, high] = s.shaded;
-            format!("{low:.3} to {high:.3}")
-        }),
+        ("from the others, heights", &heights),
+        ("from the others, shaded", &shaded),
     ];
-    writeln!(out, "{}", table_of(scale.samples(), &columns))?;
     let [p, q] = scale.exponents();
+    let table = table_of(scale.samples(), &columns);
     writeln!(
         out,
-        "roughness rises as (rms height)^{p:.2} (rms slope)^{q:.2}; all surfaces are synthesized, none was photographed"
+        "{table}\nroughness rises as (rms height)^{p:.2} (rms slope)^{q:.2}; all surfaces are synthesized, none was photographed"
     )?;
-    for kind in [PictureKind::Height, PictureKind::Albedo] {
+    for kind in PictureKind::ALL {
         let error = scale.error(kind);
+        let [material, study] = [error.material_ln, error.study_ln].map(f64::exp);
         writeln!(
             out,
-            "{}: a material left out is off by a factor of {:.2} (rms), the sandpapers from the gratings alone by {:.2}",
-            kind_name(kind),
-            error.material_ln.exp(),
-            error.study_ln.exp()
+            "{}: a material left out is off by a factor of {material:.2} (rms), the sandpapers from the gratings alone by {study:.2}",
+            name(kind)
         )?;
     }
     Ok(writeln!(out)?)

@@ -30,12 +30,7 @@ fn exr(folder: &Path, name: &str, height_mm: f64) -> String {
 fn args(images: Vec<String>) -> AssignArgs {
     AssignArgs {
         images,
-        width_m: None,
-        height_map: false,
-        relief_mm: None,
-        json: None,
-        sidecar: None,
-        calibration: false,
+        ..AssignArgs::default()
     }
 }
 
@@ -107,7 +102,11 @@ fn what_cannot_be_told_is_refused_by_name() {
     assert!(ran(&args(vec![flat])).unwrap_err().contains("uniform"));
     let good = exr(&folder, "good.exr", 0.1);
     let twice = ran(&args(vec![format!("a={good}"), format!("a={good}")]));
-    assert!(twice.unwrap_err().contains("has a picture already"));
+    assert!(
+        twice
+            .unwrap_err()
+            .contains("two pictures for the surface a")
+    );
     let far = ran(&args(vec![format!("{good}@30")]));
     assert!(far.unwrap_err().contains("nearer"));
     let png = folder.join("a.png");

@@ -49,7 +49,7 @@ fn page_and_figure_hold_every_interval_and_the_plane_with_a_hole() {
         shown_plane,
     };
     let along = [Vec::new(), intervals.to_vec()];
-    let grids = [grid; 2];
+    let grids = [grid.clone(), grid.clone()];
     args(Some(2), None).write(&grids, &along).unwrap();
     assert_eq!(std::fs::read_to_string(&html).unwrap(), page);
     let drawn = std::fs::read_to_string(&svg).unwrap();

@@ -23,6 +23,4 @@ pub use picture::{MaterialPicture, PictureKind};
 pub use png_file::PngSource;
 pub use relief::Relief;
 pub use samples::MaterialSeries;
-pub use scale::{
-    Caveat, MaterialScale, RoughnessProposal, SampleError, ScaleError, order_certainty,
-};
+pub use scale::{Caveat, MaterialScale, RoughnessProposal, SampleError, ScaleError};

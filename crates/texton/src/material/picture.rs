@@ -18,6 +18,11 @@ pub enum PictureKind {
     Albedo,
 }
 
+impl PictureKind {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Height, Self::Albedo];
+}
+
 /// A picture of a material, to scale; square pixels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MaterialPicture {

@@ -20,11 +20,26 @@ type Features = [f64; 2];
 struct Row {
     series: MaterialSeries,
     ln_magnitude: f64,
-    height: Features,
-    shaded: Vec<Features>,
+    heights: Features,
+    /// Of all pictures of a kind: one of heights, several of shaded surfaces.
+    of_kind: [Vec<Features>; 2],
 }
 
-/// `ln R = a + p ln Sq + q ln Sdq`, with an `a` for each series.
+impl Row {
+    fn of(sample: &Sample) -> Result<Self> {
+        let heights = features(&Relief::of(&sample.heights)?);
+        let shaded = sample.shaded.iter();
+        let shaded = shaded.map(|picture| Ok(features(&Relief::of(picture)?)));
+        Ok(Self {
+            series: sample.series,
+            ln_magnitude: sample.magnitude.ln(),
+            heights,
+            of_kind: [vec![heights], shaded.collect::<Result<_>>()?],
+        })
+    }
+}
+
+/// `ln R = a + p ln Sq + q ln Sdq`, with an `a` for each series and kind of picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Law {
     p: f64,
@@ -38,17 +53,11 @@ impl Law {
         for series in MaterialSeries::ALL {
             let own = rows.clone().filter(|row| row.series == series);
             let middle = |of: &dyn Fn(&Row) -> f64| mean(own.clone().map(of));
-            let [x0, y0, z0] = [
-                middle(&|row| row.height[0]),
-                middle(&|row| row.height[1]),
-                middle(&|row| row.ln_magnitude),
-            ];
+            let [x0, y0] = [0, 1].map(|i| middle(&|row| row.heights[i]));
+            let z0 = middle(&|row| row.ln_magnitude);
             for row in own.clone() {
-                let [x, y, z] = [
-                    row.height[0] - x0,
-                    row.height[1] - y0,
-                    row.ln_magnitude - z0,
-                ];
+                let (x, y) = (row.heights[0] - x0, row.heights[1] - y0);
+                let z = row.ln_magnitude - z0;
                 (a, b, c) = (a + x * x, b + x * y, c + y * y);
                 (u, v) = (u + x * z, v + y * z);
             }
@@ -64,15 +73,21 @@ impl Law {
         self.p * height + self.q * slope
     }
 
-    /// What the law leaves to the unit of the series.
-    fn left(&self, row: &Row) -> f64 {
-        row.ln_magnitude - self.value(row.height)
+    /// What the law leaves of a row to its series, for each picture of a kind.
+    fn left(self, row: &Row, kind: PictureKind) -> impl Iterator<Item = f64> {
+        let pictures = row.of_kind[kind as usize].iter();
+        pictures.map(move |features| row.ln_magnitude - self.value(*features))
     }
 
-    fn left_shaded(&self, row: &Row) -> impl Iterator<Item = f64> {
-        row.shaded
-            .iter()
-            .map(|features| row.ln_magnitude - self.value(*features))
+    /// The `a` of a series and a kind, from these rows.
+    fn offset<'a>(
+        self,
+        rows: impl Iterator<Item = &'a Row>,
+        series: MaterialSeries,
+        kind: PictureKind,
+    ) -> f64 {
+        let own = rows.filter(|row| row.series == series);
+        mean(own.flat_map(|row| self.left(row, kind)))
     }
 }
 
@@ -94,7 +109,7 @@ impl ScaleError {
     }
 }
 
-/// A material of the calibration and its prediction from the others.
+/// A material of the calibration and its predictions from the others.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SampleError {
     /// Its name.
@@ -105,24 +120,19 @@ pub struct SampleError {
     pub magnitude: f64,
     /// Relief of its synthesized surface.
     pub relief: Relief,
-    /// Prediction from its heights, when the material is left out of the fit.
-    pub left_out: f64,
-    /// Least and greatest prediction from its shaded pictures, when it is left out.
-    pub shaded: [f64; 2],
+    /// Predictions when it is left out of the fit: from its heights, and from its surface shaded under several lights.
+    pub left_out: [Vec<f64>; 2],
 }
 
 /// From relief to roughness; 1 is sandpaper P80.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MaterialScale {
     law: Law,
-    /// Of the sandpapers.
-    offset_ln: f64,
-    /// Mean error of shaded pictures.
-    shading_ln: f64,
-    heights: ScaleError,
-    shaded: ScaleError,
-    /// Least and greatest features of the samples.
-    range: [Features; 2],
+    /// Of the sandpapers, for each kind of picture.
+    offset_ln: [f64; 2],
+    errors: [ScaleError; 2],
+    /// Least and greatest height, mm, and slope of the samples.
+    range: [[f64; 2]; 2],
     samples: Vec<SampleError>,
 }
 
@@ -134,38 +144,43 @@ impl MaterialScale {
     pub fn calibrated() -> Result<Self> {
         let samples = samples()?;
         let rows: Vec<Row> = samples.iter().map(Row::of).collect::<Result<_>>()?;
+        let errors = (0..rows.len())
+            .map(|i| left_out(&rows, i))
+            .collect::<Vec<_>>();
+        let paper = MaterialSeries::Sandpaper;
         let law = Law::fitted(rows.iter());
-        let papers = |row: &&Row| row.series == MaterialSeries::Sandpaper;
-        let offset_ln = mean(rows.iter().filter(papers).map(|row| law.left(row)));
-        let each: Vec<LeftOut> = (0..rows.len()).map(|i| LeftOut::of(&rows, i)).collect();
-        let from_gratings = Law::fitted(rows.iter().filter(|row| !papers(row)));
-        let papers = || rows.iter().filter(papers);
-        let heights = ScaleError {
-            material_ln: rms(each.iter().map(|one| one.height)),
-            study_ln: spread(papers().map(|row| from_gratings.left(row))),
+        let by_gratings = Law::fitted(rows.iter().filter(|row| row.series != paper));
+        let error = |kind: PictureKind| {
+            let papers = rows.iter().filter(|row| row.series == paper);
+            let offset = by_gratings.offset(rows.iter(), paper, kind);
+            let study = papers.flat_map(|row| by_gratings.left(row, kind));
+            ScaleError {
+                material_ln: rms(errors.iter().flat_map(|e| e[kind as usize].iter().copied())),
+                study_ln: rms(study.map(|left| left - offset)),
+            }
         };
-        let shaded = ScaleError {
-            material_ln: rms(each.iter().flat_map(|one| one.shaded.iter().copied())),
-            study_ln: spread(papers().flat_map(|row| from_gratings.left_shaded(row))),
-        };
-        let extreme = |of: fn(f64, f64) -> f64| {
-            let merge = |a: Features, b: Features| [of(a[0], b[0]), of(a[1], b[1])];
+        let extreme = |i: usize, of: fn(f64, f64) -> f64| {
             rows.iter()
-                .map(|row| row.height)
-                .reduce(merge)
-                .unwrap_or_default()
+                .map(|row| row.heights[i].exp())
+                .reduce(of)
+                .unwrap_or(0.0)
         };
-        let samples = samples.into_iter().zip(&each);
+        let told = samples.into_iter().zip(&errors).map(|(sample, errors)| {
+            let predicted = |error: &f64| sample.magnitude * (-error).exp();
+            Ok(SampleError {
+                relief: Relief::of(&sample.heights)?,
+                left_out: [0, 1].map(|kind| errors[kind].iter().map(predicted).collect()),
+                name: sample.name,
+                series: sample.series,
+                magnitude: sample.magnitude,
+            })
+        });
         Ok(Self {
             law,
-            offset_ln,
-            shading_ln: shading_ln(&law, rows.iter()),
-            heights,
-            shaded,
-            range: [extreme(f64::min), extreme(f64::max)],
-            samples: samples
-                .map(|(sample, one)| one.told(sample))
-                .collect::<Result<_>>()?,
+            offset_ln: PictureKind::ALL.map(|kind| law.offset(rows.iter(), paper, kind)),
+            errors: PictureKind::ALL.map(error),
+            range: [0, 1].map(|i| [extreme(i, f64::min), extreme(i, f64::max)]),
+            samples: told.collect::<Result<_>>()?,
         })
     }
 
@@ -178,10 +193,7 @@ impl MaterialScale {
     /// Cross-validated error for a kind of picture.
     #[must_use]
     pub const fn error(&self, kind: PictureKind) -> ScaleError {
-        match kind {
-            PictureKind::Height => self.heights,
-            PictureKind::Albedo => self.shaded,
-        }
+        self.errors[kind as usize]
     }
 
     /// The materials of the calibration, each predicted from the others.
@@ -197,25 +209,10 @@ impl MaterialScale {
     pub fn propose(&self, picture: &MaterialPicture) -> Result<RoughnessProposal> {
         let relief = Relief::of(picture)?;
         let kind = picture.kind();
-        let features = features(&relief);
-        let shading_ln = match kind {
-            PictureKind::Height => 0.0,
-            PictureKind::Albedo => self.shading_ln,
-        };
-        Ok(RoughnessProposal {
-            kind,
-            relief,
-            roughness: (self.offset_ln + shading_ln + self.law.value(features)).exp(),
-            ln_sd: self.error(kind).ln_sd(),
-            caveats: self.caveats(kind, &relief),
-        })
-    }
-
-    fn caveats(&self, kind: PictureKind, relief: &Relief) -> Vec<Caveat> {
         let [finest_mm, coarsest_mm] = relief.band_mm;
-        let [least, most] = self.range;
-        let outside = |i: usize, value: f64| !(least[i]..=most[i]).contains(&value.ln());
-        let all = [
+        let [height_mm, slope] = self.range;
+        let outside = |[low, high]: [f64; 2], value: f64| !(low..=high).contains(&value);
+        let caveats = [
             (true, Caveat::NotGeometry),
             (kind == PictureKind::Albedo, Caveat::Print),
             (finest_mm > FINE_MM, Caveat::FineUnseen { finest_mm }),
@@ -224,18 +221,32 @@ impl MaterialScale {
                 Caveat::CoarseUnseen { coarsest_mm },
             ),
             (
-                outside(0, relief.height_mm) || outside(1, relief.slope),
-                Caveat::BeyondCalibration {
-                    height_mm: [least[0].exp(), most[0].exp()],
-                    slope: [least[1].exp(), most[1].exp()],
-                },
+                outside(height_mm, relief.height_mm) || outside(slope, relief.slope),
+                Caveat::BeyondCalibration { height_mm, slope },
             ),
         ];
-        all.into_iter()
-            .filter(|(holds, _)| *holds)
-            .map(|(_, caveat)| caveat)
-            .collect()
+        let holding = caveats.into_iter().filter(|(holds, _)| *holds);
+        let ln_roughness = self.offset_ln[kind as usize] + self.law.value(features(&relief));
+        Ok(RoughnessProposal {
+            kind,
+            relief,
+            roughness: ln_roughness.exp(),
+            ln_sd: self.error(kind).ln_sd(),
+            caveats: holding.map(|(_, caveat)| caveat).collect(),
+        })
     }
+}
+
+/// Errors of a material that is left out of the fit, ln of published over predicted, for each picture of each kind.
+fn left_out(rows: &[Row], index: usize) -> [Vec<f64>; 2] {
+    let row = &rows[index];
+    let all = rows.iter().enumerate();
+    let others = all.filter(|(i, _)| *i != index).map(|(_, row)| row);
+    let law = Law::fitted(others.clone());
+    PictureKind::ALL.map(|kind| {
+        let offset = law.offset(others.clone(), row.series, kind);
+        law.left(row, kind).map(|left| left - offset).collect()
+    })
 }
 
 /// A proposed roughness.
@@ -259,38 +270,31 @@ impl RoughnessProposal {
     pub fn interval(&self) -> [f64; 2] {
         [-NINETY, NINETY].map(|z| self.roughness * (z * self.ln_sd).exp())
     }
-}
 
-/// Probability, 0.5 to 1, that two materials are in the order of their proposals, if their errors are independent.
-#[must_use]
-pub fn order_certainty(one: &RoughnessProposal, other: &RoughnessProposal) -> f64 {
-    let apart = (one.roughness / other.roughness).ln().abs();
-    0.5 * libm::erfc(-apart / (std::f64::consts::SQRT_2 * one.ln_sd.hypot(other.ln_sd)))
+    /// Probability, 0.5 to 1, that two materials are in the order of their proposals, if their errors are independent.
+    #[must_use]
+    pub fn order_certainty(&self, other: &Self) -> f64 {
+        let apart = (self.roughness / other.roughness).ln().abs();
+        0.5 * libm::erfc(-apart / (std::f64::consts::SQRT_2 * self.ln_sd.hypot(other.ln_sd)))
+    }
 }
 
 /// What a picture does not tell about roughness.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the variants say what the fields hold")]
 pub enum Caveat {
     /// Softness, friction and sharpness of edges are in no picture.
     NotGeometry,
     /// A colour picture may show a print or stain without relief.
     Print,
-    /// Fine relief is not resolved: the proposal is that of the coarser relief alone.
-    FineUnseen {
-        /// Shortest period resolved, mm.
-        finest_mm: f64,
-    },
-    /// The picture is too small for its coarsest relief.
-    CoarseUnseen {
-        /// Longest period resolved, mm.
-        coarsest_mm: f64,
-    },
-    /// Relief outside that of the calibration: the law is extrapolated.
+    /// Relief finer than the shortest period resolved, mm: the proposal is that of the coarser relief alone.
+    FineUnseen { finest_mm: f64 },
+    /// The picture is too small for its coarsest relief; longest period resolved, mm.
+    CoarseUnseen { coarsest_mm: f64 },
+    /// Relief outside that of the calibration, whose least and greatest height and slope these are: the law is extrapolated.
     BeyondCalibration {
-        /// Least and greatest height, mm.
         height_mm: [f64; 2],
-        /// Least and greatest slope.
         slope: [f64; 2],
     },
 }
@@ -320,75 +324,8 @@ impl fmt::Display for Caveat {
     }
 }
 
-/// Errors of a material that is left out of the fit, ln of published over predicted.
-struct LeftOut {
-    height: f64,
-    shaded: Vec<f64>,
-}
-
-impl LeftOut {
-    fn of(rows: &[Row], index: usize) -> Self {
-        let row = &rows[index];
-        let others = rows
-            .iter()
-            .enumerate()
-            .filter(|(i, _)| *i != index)
-            .map(|(_, row)| row);
-        let law = Law::fitted(others.clone());
-        let alike = others.clone().filter(|other| other.series == row.series);
-        let offset_ln = mean(alike.map(|other| law.left(other)));
-        let shading_ln = shading_ln(&law, others);
-        Self {
-            height: law.left(row) - offset_ln,
-            shaded: law
-                .left_shaded(row)
-                .map(|left| left - offset_ln - shading_ln)
-                .collect(),
-        }
-    }
-
-    fn told(&self, sample: Sample) -> Result<SampleError> {
-        let predicted = |error: f64| sample.magnitude * (-error).exp();
-        let shaded = || self.shaded.iter().copied().map(predicted);
-        Ok(SampleError {
-            relief: Relief::of(&sample.heights)?,
-            left_out: predicted(self.height),
-            shaded: [
-                shaded().fold(f64::INFINITY, f64::min),
-                shaded().fold(0.0, f64::max),
-            ],
-            name: sample.name,
-            series: sample.series,
-            magnitude: sample.magnitude,
-        })
-    }
-}
-
-impl Row {
-    fn of(sample: &Sample) -> Result<Self> {
-        let shaded = sample.shaded.iter();
-        let shaded = shaded.map(|picture| Ok(features(&Relief::of(picture)?)));
-        Ok(Self {
-            series: sample.series,
-            ln_magnitude: sample.magnitude.ln(),
-            height: features(&Relief::of(&sample.heights)?),
-            shaded: shaded.collect::<Result<_>>()?,
-        })
-    }
-}
-
 fn features(relief: &Relief) -> Features {
     [relief.height_mm.ln(), relief.slope.ln()]
-}
-
-/// By how much the logarithm of the roughness is larger than a shaded picture suggests, on average.
-fn shading_ln<'a>(law: &Law, rows: impl Iterator<Item = &'a Row>) -> f64 {
-    mean(rows.flat_map(|row| {
-        let height = law.value(row.height);
-        row.shaded
-            .iter()
-            .map(move |features| height - law.value(*features))
-    }))
 }
 
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
@@ -398,11 +335,4 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
 
 fn rms(values: impl Iterator<Item = f64>) -> f64 {
     mean(values.map(|value| value * value)).sqrt()
-}
-
-/// Standard deviation about the mean.
-fn spread(values: impl Iterator<Item = f64>) -> f64 {
-    let values: Vec<f64> = values.collect();
-    let middle = mean(values.iter().copied());
-    rms(values.iter().map(|value| value - middle))
 }
