@@ -36,8 +36,8 @@ pub use roughness::{
 #[cfg(feature = "png")]
 pub use material::PngSource;
 pub use material::{
-    Caveat, MaterialPicture, MaterialScale, MaterialSeries, PictureKind, Relief, RoughnessProposal,
-    SampleError, ScaleError,
+    Caveat, MaterialPicture, MaterialSample, MaterialScale, MaterialSeries, PictureKind, Relief,
+    RoughnessProposal, ScaleError,
 };
 // Levels: orientation and speed that present a given roughness.
 pub use levels::{Calibration, CalibrationNode, Encoding, Level, LevelTable, discriminable};

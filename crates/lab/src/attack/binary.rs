@@ -88,14 +88,16 @@ fn sealed(bytes: &[u8]) -> Vec<u8> {
 fn sealed_png(bytes: &[u8]) -> Vec<u8> {
     let mut sealed = bytes.to_vec();
     let mut chunk = 8;
-    while let Some(length) = sealed.get(chunk..chunk + 4) {
-        let length = u32::from_be_bytes([length[0], length[1], length[2], length[3]]);
-        let end = chunk + 8 + length as usize;
-        if end + CHECKSUM > sealed.len() {
+    while let Some(&[a, b, c, d]) = sealed.get(chunk..chunk + 4) {
+        let end = chunk + 8 + u32::from_be_bytes([a, b, c, d]) as usize;
+        let Some(body) = sealed.get(chunk + 4..end) else {
             break;
-        }
-        let sum = CRC.checksum(&sealed[chunk + 4..end]);
-        sealed[end..end + CHECKSUM].copy_from_slice(&sum.to_be_bytes());
+        };
+        let sum = CRC.checksum(body).to_be_bytes();
+        let Some(place) = sealed.get_mut(end..end + CHECKSUM) else {
+            break;
+        };
+        place.copy_from_slice(&sum);
         chunk = end + CHECKSUM;
     }
     sealed

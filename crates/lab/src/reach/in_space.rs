@@ -12,6 +12,7 @@ use hwall_stage::figures::{COLOURS, TEXT};
 use hwall_stage::numbers::count_within;
 use plotters::prelude::*;
 use serde_json::json;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// The view: to the left of the normal as seen from the base, and from above, degrees.
@@ -67,9 +68,10 @@ impl InSpaceArgs {
             let page = map.page()?;
             hwall_files::write(path, page).with_context(|| path.display().to_string())?;
         }
-        self.svg_3d
-            .as_deref()
-            .map_or(Ok(()), |path| map.write_svg(path))
+        match &self.svg_3d {
+            Some(path) => map.write_svg(path),
+            None => Ok(()),
+        }
     }
 }
 
@@ -156,37 +158,41 @@ impl<'a> OrientationMap<'a> {
         strips: &[LineInterval],
         half_m: f64,
     ) -> anyhow::Result<()> {
-        let view = View::of(self)?;
+        let (aside, above) = (ASIDE_DEG.to_radians(), ABOVE_DEG.to_radians());
+        let (sin, cos) = (self.grid.heading_rad + aside).sin_cos();
+        let right = dvec3(-sin, cos, 0.0);
+        let up = dvec3(-above.sin() * cos, -above.sin() * sin, above.cos());
+        let see = |point_m: DVec3| (right.dot(point_m), up.dot(point_m));
+        let planes = self.grid.distances.count();
+        let mut seen = Vec::with_capacity(strips.len());
+        for i in strips {
+            let (wall, z) = (self.grid.plane(i.plane)?, self.grid.heights.at(i.height));
+            let ([a, b], low, high) = (i.s_m, z - half_m, z + half_m);
+            let corners = [(a, low), (b, low), (b, high), (a, high)];
+            let corners = corners.map(|(s, z)| see(wall.point_m(WallPoint::new(s, z))));
+            seen.push((i.plane, corners));
+        }
+        // The view is from the person's side: planes with a smaller distance are farther.
+        seen.sort_by(|a, b| {
+            let [a, b] = [a.0, b.0].map(|plane| self.grid.distances.at(plane));
+            a.total_cmp(&b)
+        });
         let axes = Axes {
-            title,
             labels: [0, 0],
             mesh: Mesh::None,
-            text: [TEXT, TEXT],
-            ..Axes::default()
+            ..panel(title, [""; 2])
         };
-        let [x, y] = even(area, view.bounds, [40, 60]);
-        let mut chart = axes.on(area, x.0..x.1, y.0..y.1)?;
-        let distances = self.grid.distances;
-        let planes = distances.count();
-        let mut order: Vec<usize> = (0..planes).collect();
-        // The farthest first.
-        order.sort_by(|a, b| distances.at(*a).total_cmp(&distances.at(*b)));
-        for plane in order {
-            let wall = self.grid.plane(plane)?;
-            let colour = shade(plane as f64 / (planes.max(2) - 1) as f64).mix(0.5);
-            let own = strips.iter().filter(|i| i.plane == plane).map(|i| {
-                let ([a, b], z) = (i.s_m, self.grid.heights.at(i.height));
-                let (low, high) = (z - half_m, z + half_m);
-                let corners = [(a, low), (b, low), (b, high), (a, high)];
-                let seen = corners.map(|(s, z)| view.see(wall.point_m(WallPoint::new(s, z))));
-                Polygon::new(seen.to_vec(), colour)
-            });
-            chart.series(own)?;
-        }
-        let column = [DVec3::ZERO, dvec3(0.0, 0.0, COLUMN_M)].map(|p| view.see(p));
+        let points = seen.iter().flat_map(|(_, corners)| corners);
+        let [x, y] = even(area, points, [40, 60]);
+        let mut chart = axes.on(area, x, y)?;
+        chart.series(seen.iter().map(|(plane, corners)| {
+            let share = *plane as f64 / (planes.max(2) - 1) as f64;
+            Polygon::new(corners.to_vec(), shade(share).mix(0.5))
+        }))?;
+        let column = [DVec3::ZERO, dvec3(0.0, 0.0, COLUMN_M)].map(see);
         chart.line(column, BLACK.stroke_width(6))?;
         for (axis, name) in [(DVec3::X, "x"), (DVec3::Y, "y"), (DVec3::Z, "z")] {
-            let ends = [DVec3::ZERO, 0.5 * axis].map(|p| view.see(p));
+            let ends = [DVec3::ZERO, 0.5 * axis].map(see);
             chart.line(ends, BLACK.stroke_width(1))?;
             chart.series([Text::new(name, ends[1], TEXT)])?;
         }
@@ -201,17 +207,12 @@ impl<'a> OrientationMap<'a> {
             let above = |s| wall.point_m(WallPoint::new(s, 0.0));
             lines.push(i.s_m.map(|s| (above(s).x, above(s).y)));
         }
-        let points = || lines.iter().flatten().chain(&[(0.0, 0.0)]);
-        let ranges = [ends(points().map(|p| p.0)), ends(points().map(|p| p.1))];
-        let [x, y] = even(area, ranges, [110, 110]);
+        let [x, y] = even(area, lines.iter().flatten(), [110, 110]);
         let title = "Projection from above: the darker, the more heights";
-        let mut chart = panel(title, ["x, m", "y, m"]).on(area, x.0..x.1, y.0..y.1)?;
+        let mut chart = panel(title, ["x, m", "y, m"]).on(area, x, y)?;
         let dark = COLOURS[0].mix(0.12).stroke_width(3);
-        chart.series(
-            lines
-                .iter()
-                .map(|ends| PathElement::new(ends.to_vec(), dark)),
-        )?;
+        let lines = lines.iter().map(|ends| ends.to_vec());
+        chart.series(lines.map(|line| PathElement::new(line, dark)))?;
         chart.series([Circle::new((0.0, 0.0), 5, BLACK.filled())])?;
         Ok(())
     }
@@ -277,52 +278,22 @@ fn panel<'a>(title: &'a str, names: [&'a str; 2]) -> Axes<'a> {
     }
 }
 
-/// Parallel projection of points of the base frame; planes farther along the normal hide the others.
-struct View {
-    right: DVec3,
-    up: DVec3,
-    /// Smallest and largest coordinates of what is shown.
-    bounds: [(f64, f64); 2],
-}
-
-impl View {
-    fn of(map: &OrientationMap<'_>) -> anyhow::Result<Self> {
-        let (aside, above) = (ASIDE_DEG.to_radians(), ABOVE_DEG.to_radians());
-        let (sin, cos) = (map.grid.heading_rad + aside).sin_cos();
-        let mut view = Self {
-            right: dvec3(-sin, cos, 0.0),
-            up: dvec3(-above.sin() * cos, -above.sin() * sin, above.cos()),
-            bounds: [(0.0, 0.0); 2],
-        };
-        let mut seen = vec![view.see(DVec3::ZERO)];
-        let (low, high) = ends(map.grid.heights.iter());
-        for plane in [0, map.grid.distances.count() - 1] {
-            let wall = map.grid.plane(plane)?;
-            for s in [-map.reach_m(), map.reach_m()] {
-                let corner = |z| view.see(wall.point_m(WallPoint::new(s, z)));
-                seen.extend([low, high].map(corner));
-            }
-        }
-        let [x, y] = [|p: &(f64, f64)| p.0, |p: &(f64, f64)| p.1];
-        view.bounds = [ends(seen.iter().map(x)), ends(seen.iter().map(y))];
-        Ok(view)
-    }
-
-    fn see(&self, point_m: DVec3) -> (f64, f64) {
-        (self.right.dot(point_m), self.up.dot(point_m))
-    }
-}
-
-/// Ranges about these that show both axes at one scale on an area, of which `margins` pixels are not drawn on.
-fn even(area: &Area<'_>, ranges: [(f64, f64); 2], margins: [u32; 2]) -> [(f64, f64); 2] {
+/// Ranges that show these points and the origin at one scale on an area, of which `margins` pixels are not drawn on.
+fn even<'a>(
+    area: &Area<'_>,
+    points: impl Iterator<Item = &'a (f64, f64)> + Clone,
+    margins: [u32; 2],
+) -> [Range<f64>; 2] {
+    let (x, y) = (points.clone().map(|p| p.0), points.map(|p| p.1));
+    let ranges = [ends(x.chain([0.0])), ends(y.chain([0.0]))];
     let (wide, high) = area.dim_in_pixel();
-    let pixels = [wide, high].map(f64::from);
-    let room = [0, 1].map(|i| (pixels[i] - f64::from(margins[i])).max(1.0));
+    let room = [wide, high].map(f64::from);
+    let room = [0, 1].map(|i| (room[i] - f64::from(margins[i])).max(1.0));
     let scale = [0, 1].map(|i| 1.06 * (ranges[i].1 - ranges[i].0) / room[i]);
-    let scale = scale[0].max(scale[1]);
+    let scale = scale[0].max(scale[1]).max(1e-6);
     [0, 1].map(|i| {
         let middle = 0.5 * (ranges[i].0 + ranges[i].1);
         let half = 0.5 * scale * room[i];
-        (middle - half, middle + half)
+        middle - half..middle + half
     })
 }

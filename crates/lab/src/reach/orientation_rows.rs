@@ -98,11 +98,7 @@ pub fn table(rows: &[OrientationRow]) -> MarkdownTable {
     table
 }
 
-/// Three digits, or all of a larger number.
+/// To four decimals: a tenth of a millisecond or of a micrometre.
 fn number(value: f64) -> String {
-    let digits = 2.0 - value.abs().max(1e-6).log10().floor();
-    match value {
-        0.0 => "0".to_owned(),
-        _ => format!("{value:.*}", digits.max(0.0) as usize),
-    }
+    ((1e4 * value).round() / 1e4).to_string()
 }

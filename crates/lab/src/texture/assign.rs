@@ -1,13 +1,14 @@
 //! A roughness for each surface of a scene, proposed from pictures of its materials.
 
 use crate::report::{Column, table_of};
+use crate::spans::ends;
 use crate::texture::sidecar;
 use anyhow::{Context, ensure};
 use hwall::texture::TextureLevels;
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_texton::{
-    Encoding, HeightField, HeightSource, Level, MaterialPicture, MaterialScale, PictureKind,
-    PngSource, RoughnessProposal, SampleError,
+    Encoding, HeightField, HeightSource, Level, MaterialPicture, MaterialSample, MaterialScale,
+    PictureKind, PngSource, RoughnessProposal,
 };
 use serde_json::{Value, json};
 use std::io::Write;
@@ -113,8 +114,8 @@ struct Image {
 impl Image {
     fn of(text: &str) -> Self {
         let (surface, file) = text.split_once('=').unwrap_or(("", text));
-        let own = file.rsplit_once('@');
-        let own = own.and_then(|(file, width)| Some((file, Some(width.parse().ok()?))));
+        let own = |(file, width): (_, &str)| Some((file, Some(width.parse().ok()?)));
+        let own = file.rsplit_once('@').and_then(own);
         let (file, width_m) = own.unwrap_or((file, None));
         let path = PathBuf::from(file);
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
@@ -198,40 +199,28 @@ fn range([low, high]: [f64; 2]) -> String {
     format!("{low:.3} to {high:.3}")
 }
 
+fn caveats(assigned: &Assigned) -> Vec<String> {
+    let caveats = assigned.proposal.caveats.iter();
+    caveats.map(ToString::to_string).collect()
+}
+
 fn describe(assigned: &[Assigned], out: &mut impl Write) -> anyhow::Result<()> {
-    let columns: [Column<'_, &Assigned>; 9] = [
+    let level = |l: &Level| format!("{:.0} deg, {} mm/s", l.scan.deg(), l.speed_mm_per_s);
+    let certainty = |p: f64| format!("probability {p:.2}");
+    let columns: [Column<'_, &Assigned>; 7] = [
         ("surface", &|a| a.surface.clone()),
         ("picture", &|a| name(a.proposal.kind).to_owned()),
-        ("periods resolved, mm", &|a| {
-            range(a.proposal.relief.band_mm)
-        }),
-        ("rms height, mm", &|a| {
-            format!("{:.4}", a.proposal.relief.height_mm)
-        }),
-        ("rms slope", &|a| format!("{:.3}", a.proposal.relief.slope)),
+        ("band, mm", &|a| range(a.proposal.relief.band_mm)),
         ("roughness, P80 = 1", &|a| a.roughness().to_string()),
         ("90 % interval", &|a| range(a.proposal.interval())),
-        ("level: angle, speed", &|a| {
-            let text = |l: &Level| format!("{:.0} deg, {} mm/s", l.scan.deg(), l.speed_mm_per_s);
-            a.level
-                .as_ref()
-                .map_or("too many surfaces".to_owned(), text)
-        }),
-        ("rougher than the one before", &|a| {
-            a.certainty
-                .map(|p| format!("probability {p:.2}"))
-                .unwrap_or_default()
+        ("level", &|a| a.level.as_ref().map_or("none".into(), level)),
+        ("rougher than before", &|a| {
+            a.certainty.map_or(String::new(), certainty)
         }),
     ];
     writeln!(out, "{}", table_of(assigned, &columns))?;
     for one in assigned {
-        let caveats: Vec<String> = one
-            .proposal
-            .caveats
-            .iter()
-            .map(ToString::to_string)
-            .collect();
-        writeln!(out, "{}: {}", one.surface, caveats.join("; "))?;
+        writeln!(out, "{}: {}", one.surface, caveats(one).join("; "))?;
     }
     Ok(())
 }
@@ -252,7 +241,7 @@ fn to_json(assigned: &[Assigned]) -> Value {
             "ln_sd": a.proposal.ln_sd,
             "level": level.map(|l| json!({ "angle_deg": l.scan.deg(), "speed_mm_per_s": l.speed_mm_per_s })),
             "rougher_than_before": a.certainty,
-            "caveats": a.proposal.caveats.iter().map(ToString::to_string).collect::<Vec<_>>(),
+            "caveats": caveats(a),
         })
     };
     json!({ "unit": "sandpaper P80 = 1", "surfaces": assigned.iter().map(one).collect::<Vec<_>>() })
@@ -260,17 +249,15 @@ fn to_json(assigned: &[Assigned]) -> Value {
 
 fn calibration(scale: &MaterialScale, out: &mut impl Write) -> anyhow::Result<()> {
     let predicted = |kind: PictureKind| {
-        move |s: &&SampleError| {
-            let (low, high) = crate::spans::ends(s.left_out[kind as usize].iter().copied());
+        move |s: &&MaterialSample| {
+            let (low, high) = ends(s.left_out[kind as usize].iter().copied());
             range([low, high])
         }
     };
     let [heights, shaded] = PictureKind::ALL.map(predicted);
-    let columns: [Column<'_, &SampleError>; 7] = [
+    let columns: [Column<'_, &MaterialSample>; 5] = [
         ("material", &|s| s.name.clone()),
         ("series", &|s| s.series.name().to_owned()),
-        ("rms height, mm", &|s| format!("{:.4}", s.relief.height_mm)),
-        ("rms slope", &|s| format!("{:.3}", s.relief.slope)),
         ("published", &|s| format!("{:.3}", s.magnitude)),
         ("from the others, heights", &heights),
         ("from the others, shaded", &shaded),

@@ -55,7 +55,7 @@ fn rougher_pictures_get_rougher_levels_and_the_sidecar_reads_them() {
     };
     let text = ran(&all).unwrap();
     assert!(
-        text.contains("deg at") && text.contains("friction"),
+        text.contains("0 deg, 20 mm/s") && text.contains("friction"),
         "{text}"
     );
     let told: serde_json::Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();

@@ -22,5 +22,5 @@ pub use picture::{MaterialPicture, PictureKind};
 #[cfg(feature = "png")]
 pub use png_file::PngSource;
 pub use relief::Relief;
-pub use samples::MaterialSeries;
-pub use scale::{Caveat, MaterialScale, RoughnessProposal, SampleError, ScaleError};
+pub use samples::{MaterialSample, MaterialSeries};
+pub use scale::{Caveat, MaterialScale, RoughnessProposal, ScaleError};

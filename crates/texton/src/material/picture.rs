@@ -111,11 +111,4 @@ impl MaterialPicture {
     pub const fn kind(&self) -> PictureKind {
         self.kind
     }
-
-    /// Width and height, mm.
-    #[must_use]
-    pub fn size_mm(&self) -> [f64; 2] {
-        let rows = self.values.len() / self.columns;
-        [self.columns, rows].map(|n| n as f64 * self.pitch_mm)
-    }
 }

@@ -44,29 +44,23 @@ impl Relief {
         };
         // Sums over octaves of the square of their gain D(x) = exp(-x²/2) - exp(-2x²), times x^-2, 1 and x^2: integrals over
         // ln x, divided by ln 2.
-        let [rougher, plain, smoother] = [
-            (4.0 * 4_f64.ln() - 5.0 * 2.5_f64.ln()),
-            (25.0 / 16_f64).ln(),
-            0.45,
-        ]
-        .map(|twice| 0.5 * twice / LN_2);
-        let sum = |weight: &dyn Fn(f64) -> f64| -> f64 {
-            octaves
-                .iter()
-                .map(|(blur_mm, power)| weight(*blur_mm) * power)
-                .sum()
+        let rougher = 0.5 * (4.0 * 4_f64.ln() - 5.0 * 2.5_f64.ln()) / LN_2;
+        let (plain, smoother) = (0.5 * (25.0 / 16_f64).ln() / LN_2, 0.5 * 0.45 / LN_2);
+        let sum = |weight: fn(f64) -> f64| {
+            let terms = octaves.iter().map(|(s, power)| weight(*s) * power);
+            terms.sum::<f64>()
         };
-        let rms = (sum(&|_| 1.0) / plain).sqrt();
+        let rms = (sum(|_| 1.0) / plain).sqrt();
         // The noise of steps is evenly distributed within one.
         let least = LEAST_STEPS * picture.step / 12_f64.sqrt();
         if !(rms > least) {
             return Err(TextonError::Uniform { rms, least });
         }
         let [height, slope] = match picture.kind {
-            PictureKind::Height => [rms, (sum(&|s| s.powi(-2)) / rougher).sqrt()],
+            PictureKind::Height => [rms, (sum(|s| s.powi(-2)) / rougher).sqrt()],
             PictureKind::Albedo => {
                 let shading = 2_f64.sqrt() / mean(&picture.values);
-                [(sum(&|s| s * s) / smoother).sqrt(), rms].map(|x| x * shading)
+                [(sum(|s| s * s) / smoother).sqrt(), rms].map(|x| x * shading)
             }
         };
         Ok(Self {
@@ -95,66 +89,41 @@ fn mean(values: &[f32]) -> f64 {
 /// Blur, mm, and mean square of each octave below 10 mm, from the finest.
 fn octaves(picture: &MaterialPicture) -> Vec<(f64, f64)> {
     let mut octaves = Vec::new();
-    let mut blur_mm = picture.pitch_mm;
+    let (mut columns, mut blur_mm) = (picture.columns, picture.pitch_mm);
     // Without the mean, single precision serves the relief alone.
     let mean = mean(&picture.values);
     let about_mean = picture.values.iter().map(|v| (f64::from(*v) - mean) as f32);
-    let mut image = Image {
-        columns: picture.columns,
-        values: about_mean.collect(),
-    }
-    .blurred(1.0);
-    while image.columns.min(image.rows()) >= LEAST_ACROSS && period_mm(blur_mm) <= MOST_MM {
+    let about_mean: Vec<f32> = about_mean.collect();
+    let mut values = blurred(&about_mean, columns, 1.0);
+    while columns.min(values.len() / columns) >= LEAST_ACROSS && period_mm(blur_mm) <= MOST_MM {
         // Deviations add as squares: 1 and 3 make 2².
-        let next = image.blurred(3_f64.sqrt());
-        let pairs = image.values.iter().zip(&next.values);
+        let next = blurred(&values, columns, 3_f64.sqrt());
+        let pairs = values.iter().zip(&next);
         let power: f64 = pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum();
-        octaves.push((blur_mm, power / image.values.len() as f64));
-        image = next.halved();
+        octaves.push((blur_mm, power / values.len() as f64));
+        let rows = next.chunks_exact(columns).step_by(2);
+        values = rows
+            .flat_map(|row| row.iter().step_by(2))
+            .copied()
+            .collect();
+        columns = columns.div_ceil(2);
         blur_mm *= 2.0;
     }
     octaves
 }
 
-struct Image {
-    columns: usize,
-    values: Vec<f32>,
-}
-
-impl Image {
-    fn rows(&self) -> usize {
-        self.values.len() / self.columns
-    }
-
-    /// Blurred by a Gaussian, pixels; mirrored at the borders.
-    fn blurred(&self, deviation: f64) -> Self {
-        let reach = (3.5 * deviation).ceil() as usize;
-        let bell: Vec<f64> = (0..=reach)
-            .map(|i| (-0.5 * (i as f64 / deviation).powi(2)).exp())
-            .collect();
-        let all = 2.0 * bell.iter().sum::<f64>() - bell[0];
-        let kernel: Vec<f32> = bell.iter().map(|b| (b / all) as f32).collect();
-        let across = blurred_columns(&self.values, self.columns, &kernel);
-        let along = blurred_columns(&across, self.rows(), &kernel);
-        Self {
-            columns: self.columns,
-            values: along,
-        }
-    }
-
-    /// Every second pixel of every second row.
-    fn halved(&self) -> Self {
-        let [columns, rows] = [self.columns, self.rows()].map(|n| n / 2);
-        let at = |k: usize| self.values[2 * (k / columns) * self.columns + 2 * (k % columns)];
-        Self {
-            columns,
-            values: (0..columns * rows).map(at).collect(),
-        }
-    }
+/// Blurred by a Gaussian, pixels; mirrored at the borders.
+fn blurred(values: &[f32], columns: usize, deviation: f64) -> Vec<f32> {
+    let reach = (3.5 * deviation).ceil() as usize;
+    let bell = |i: usize| (-0.5 * (i as f64 / deviation).powi(2)).exp();
+    let all = bell(0) + 2.0 * (1..=reach).map(bell).sum::<f64>();
+    let kernel: Vec<f32> = (0..=reach).map(|i| (bell(i) / all) as f32).collect();
+    let across = along_rows(values, columns, &kernel);
+    along_rows(&across, values.len() / columns, &kernel)
 }
 
 /// Blurs along rows of this length, and transposes.
-fn blurred_columns(values: &[f32], length: usize, kernel: &[f32]) -> Vec<f32> {
+fn along_rows(values: &[f32], length: usize, kernel: &[f32]) -> Vec<f32> {
     let rows = values.len() / length;
     let reach = kernel.len() - 1;
     let mut out = vec![0.0; values.len()];

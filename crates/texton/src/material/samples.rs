@@ -1,30 +1,22 @@
 //! Synthesized surfaces of named materials whose roughness was published.
 
 use super::picture::{MaterialPicture, PictureKind};
+use super::relief::Relief;
 use crate::error::Result;
+use MaterialSeries::{Grating, Sandpaper};
 use std::f64::consts::TAU;
 
 /// Pixels of a synthesized surface each way.
 const SIDE: usize = 256;
 /// Pixels across a grain or a period, so that both lie in the middle of the band.
 const ACROSS: f64 = 16.3;
-/// Sandpaper grades of FEPA 43-1 and 43-2 (ISO 6344) and the mean size of their grains, um.
-const GRADES_UM: [(&str, f64); 15] = [
-    ("P24", 764.0),
-    ("P30", 642.0),
-    ("P36", 538.0),
-    ("P40", 425.0),
-    ("P50", 336.0),
-    ("P60", 269.0),
-    ("P80", 201.0),
-    ("P100", 162.0),
-    ("P120", 125.0),
-    ("P150", 97.0),
-    ("P180", 82.0),
-    ("P220", 68.0),
-    ("P240", 58.5),
-    ("P280", 52.2),
-    ("P320", 46.2),
+/// Sandpaper grades of FEPA 43-1 and 43-2 (ISO 6344), and the mean size of their grains, um.
+const GRADES: [u32; 15] = [
+    24, 30, 36, 40, 50, 60, 80, 100, 120, 150, 180, 220, 240, 280, 320,
+];
+const GRAINS_UM: [f64; 15] = [
+    764.0, 642.0, 538.0, 425.0, 336.0, 269.0, 201.0, 162.0, 125.0, 97.0, 82.0, 68.0, 58.5, 52.2,
+    46.2,
 ];
 /// Size of the grains of P80, um: the unit of roughness.
 const UNIT_UM: f64 = 201.0;
@@ -61,79 +53,68 @@ impl MaterialSeries {
     }
 }
 
-/// A synthesized surface, its pictures under different lights, and its published roughness.
-pub(super) struct Sample {
-    pub(super) name: String,
-    pub(super) series: MaterialSeries,
-    pub(super) magnitude: f64,
-    pub(super) heights: MaterialPicture,
-    pub(super) shaded: Vec<MaterialPicture>,
+/// A material of the calibration: a synthesized surface, its pictures, and its published roughness.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MaterialSample {
+    /// Its name.
+    pub name: String,
+    /// Where it was published.
+    pub series: MaterialSeries,
+    /// Published roughness, in the unit of its series.
+    pub magnitude: f64,
+    /// Relief in its pictures of each kind: one of its heights, and several of the surface under different lights.
+    pub reliefs: [Vec<Relief>; 2],
+    /// Predictions from these pictures when it is left out of the fit.
+    pub left_out: [Vec<f64>; 2],
 }
 
-/// All samples.
-pub(super) fn samples() -> Result<Vec<Sample>> {
-    let papers = GRADES_UM.iter().enumerate().map(|(i, (name, grain_um))| {
+/// All samples, without predictions.
+pub(super) fn samples() -> Result<Vec<MaterialSample>> {
+    let mut samples = Vec::new();
+    for (i, (grade, grain_um)) in GRADES.iter().zip(GRAINS_UM).enumerate() {
+        let (name, pitch_mm) = (format!("P{grade}"), 1e-3 * grain_um / ACROSS);
         let magnitude = (grain_um / UNIT_UM).powf(STEVENS);
-        let pitch_mm = 1e-3 * grain_um / ACROSS;
         let heights = grains(pitch_mm, 100 * i);
-        Sample::new(
-            (*name).to_owned(),
-            MaterialSeries::Sandpaper,
-            magnitude,
-            pitch_mm,
-            heights,
-        )
-    });
-    let pairs = GROOVES_MM
-        .iter()
-        .flat_map(|g| RIDGES_MM.iter().map(move |r| (*g, *r)));
-    let gratings = pairs.filter_map(|(groove, ridge)| {
+        samples.push(sample(name, Sandpaper, magnitude, pitch_mm, &heights)?);
+    }
+    for (groove, ridge) in GROOVES_MM.iter().flat_map(|g| RIDGES_MM.map(|r| (*g, r))) {
         let magnitude = 1.6 * groove - 0.5 * ridge - 0.25 * groove * groove;
-        let known = groove + ridge <= 2.0 && magnitude > LEAST_MAGNITUDE;
-        let name = format!("grooves {groove}, ridges {ridge} mm");
-        let pitch_mm = (groove + ridge) / ACROSS;
-        let heights = || grooves(groove, ridge, pitch_mm);
-        known.then(|| {
-            Sample::new(
-                name,
-                MaterialSeries::Grating,
-                magnitude,
-                pitch_mm,
-                heights(),
-            )
-        })
-    });
-    papers.chain(gratings).collect()
+        if groove + ridge <= 2.0 && magnitude > LEAST_MAGNITUDE {
+            let name = format!("grooves {groove}, ridges {ridge} mm");
+            let pitch_mm = (groove + ridge) / ACROSS;
+            let heights = grooves(groove, ridge, pitch_mm);
+            samples.push(sample(name, Grating, magnitude, pitch_mm, &heights)?);
+        }
+    }
+    Ok(samples)
 }
 
-impl Sample {
-    fn new(
-        name: String,
-        series: MaterialSeries,
-        magnitude: f64,
-        pitch_mm: f64,
-        heights: Vec<f64>,
-    ) -> Result<Self> {
-        // Lights differ from sample to sample: 20 to 70 degrees high, from any side.
-        let seed = name
-            .bytes()
-            .fold(1, |sum, byte| (7 * sum + usize::from(byte)) % 10_000);
-        let shaded = (0..LIGHTS).map(|i| {
-            let light = seed + i;
-            let high = (20.0 + 50.0 * spread(light, 2)).to_radians();
-            let values = shade(&heights, pitch_mm, high, TAU * spread(light, 3));
-            MaterialPicture::new(PictureKind::Albedo, SIDE, pitch_mm, values, 1.0 / 255.0)
-        });
-        let shaded = shaded.collect::<Result<_>>()?;
-        let values = heights.iter().map(|h| *h as f32).collect();
-        Ok(Self {
-            heights: MaterialPicture::new(PictureKind::Height, SIDE, pitch_mm, values, 0.0)?,
-            name,
-            series,
-            magnitude,
-            shaded,
-        })
-    }
+fn sample(
+    name: String,
+    series: MaterialSeries,
+    magnitude: f64,
+    pitch_mm: f64,
+    heights: &[f64],
+) -> Result<MaterialSample> {
+    let relief =
+        |kind, values| Relief::of(&MaterialPicture::new(kind, SIDE, pitch_mm, values, 0.0)?);
+    // Lights differ from sample to sample: 20 to 70 degrees high, from any side.
+    let letters = name.bytes();
+    let seed = letters.fold(1, |sum, byte| (7 * sum + usize::from(byte)) % 10_000);
+    let shaded = (seed..seed + LIGHTS).map(|light| {
+        let high_rad = (20.0 + 50.0 * spread(light, 2)).to_radians();
+        let values = shade(heights, pitch_mm, high_rad, TAU * spread(light, 3));
+        relief(PictureKind::Albedo, values)
+    });
+    let shaded = shaded.collect::<Result<_>>()?;
+    let values = heights.iter().map(|h| *h as f32).collect();
+    Ok(MaterialSample {
+        name,
+        series,
+        magnitude,
+        reliefs: [vec![relief(PictureKind::Height, values)?], shaded],
+        left_out: [Vec::new(), Vec::new()],
+    })
 }
 
 /// Member `i` of the van der Corput sequence of a base: evenly spread over 0 to 1.

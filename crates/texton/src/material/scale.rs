@@ -2,87 +2,46 @@
 
 use super::picture::{MaterialPicture, PictureKind};
 use super::relief::Relief;
-use super::samples::{MaterialSeries, Sample, samples};
+use super::samples::{MaterialSample, MaterialSeries, samples};
 use crate::error::Result;
+use glam::{DMat2, DVec2, dvec2};
 use std::fmt;
 
 /// Half-width of a 90 % interval in standard deviations.
 const NINETY: f64 = 1.644_854;
 /// Relief of shorter periods is felt by vibration [Hollins 2000]: a picture that does not resolve it misses what makes fine textures rough, mm.
 const FINE_MM: f64 = 0.2;
-/// The band should hold this many rms wavelengths.
-const LEAST_PERIODS: f64 = 2.0;
-
-/// Logarithms of a relief's height and slope.
-type Features = [f64; 2];
-
-/// A sample as the fit sees it.
-struct Row {
-    series: MaterialSeries,
-    ln_magnitude: f64,
-    heights: Features,
-    /// Of all pictures of a kind: one of heights, several of shaded surfaces.
-    of_kind: [Vec<Features>; 2],
-}
-
-impl Row {
-    fn of(sample: &Sample) -> Result<Self> {
-        let heights = features(&Relief::of(&sample.heights)?);
-        let shaded = sample.shaded.iter();
-        let shaded = shaded.map(|picture| Ok(features(&Relief::of(picture)?)));
-        Ok(Self {
-            series: sample.series,
-            ln_magnitude: sample.magnitude.ln(),
-            heights,
-            of_kind: [vec![heights], shaded.collect::<Result<_>>()?],
-        })
-    }
-}
-
-/// `ln R = a + p ln Sq + q ln Sdq`, with an `a` for each series and kind of picture.
+/// `ln R = a + p ln Sq + q ln Sdq`, with an `a` for each series and kind of picture; holds p and q.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Law {
-    p: f64,
-    q: f64,
-}
+struct Law(DVec2);
 
 impl Law {
     /// By least squares within the series: their units of magnitude are not known to agree.
-    fn fitted<'a>(rows: impl Iterator<Item = &'a Row> + Clone) -> Self {
-        let (mut a, mut b, mut c, mut u, mut v) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    fn fitted<'a>(rows: impl Iterator<Item = &'a MaterialSample> + Clone) -> Self {
+        let (mut squares, mut products) = (DMat2::ZERO, DVec2::ZERO);
         for series in MaterialSeries::ALL {
             let own = rows.clone().filter(|row| row.series == series);
-            let middle = |of: &dyn Fn(&Row) -> f64| mean(own.clone().map(of));
-            let [x0, y0] = [0, 1].map(|i| middle(&|row| row.heights[i]));
-            let z0 = middle(&|row| row.ln_magnitude);
-            for row in own.clone() {
-                let (x, y) = (row.heights[0] - x0, row.heights[1] - y0);
-                let z = row.ln_magnitude - z0;
-                (a, b, c) = (a + x * x, b + x * y, c + y * y);
-                (u, v) = (u + x * z, v + y * z);
+            let count = own.clone().count().max(1) as f64;
+            let middle = own.clone().map(heights).sum::<DVec2>() / count;
+            for row in own {
+                let x = heights(row) - middle;
+                squares += DMat2::from_cols(x * x.x, x * x.y);
+                products += x * row.magnitude.ln();
             }
         }
-        let determinant = a * c - b * b;
-        Self {
-            p: (c * u - b * v) / determinant,
-            q: (a * v - b * u) / determinant,
-        }
-    }
-
-    fn value(&self, [height, slope]: Features) -> f64 {
-        self.p * height + self.q * slope
+        Self(squares.inverse() * products)
     }
 
     /// What the law leaves of a row to its series, for each picture of a kind.
-    fn left(self, row: &Row, kind: PictureKind) -> impl Iterator<Item = f64> {
-        let pictures = row.of_kind[kind as usize].iter();
-        pictures.map(move |features| row.ln_magnitude - self.value(*features))
+    fn left(self, row: &MaterialSample, kind: PictureKind) -> impl Iterator<Item = f64> {
+        let reliefs = row.reliefs[kind as usize].iter();
+        reliefs.map(move |relief| row.magnitude.ln() - self.0.dot(features(relief)))
     }
 
     /// The `a` of a series and a kind, from these rows.
     fn offset<'a>(
         self,
-        rows: impl Iterator<Item = &'a Row>,
+        rows: impl Iterator<Item = &'a MaterialSample>,
         series: MaterialSeries,
         kind: PictureKind,
     ) -> f64 {
@@ -109,21 +68,6 @@ impl ScaleError {
     }
 }
 
-/// A material of the calibration and its predictions from the others.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SampleError {
-    /// Its name.
-    pub name: String,
-    /// Where it was published.
-    pub series: MaterialSeries,
-    /// Published roughness, in the unit of its series.
-    pub magnitude: f64,
-    /// Relief of its synthesized surface.
-    pub relief: Relief,
-    /// Predictions when it is left out of the fit: from its heights, and from its surface shaded under several lights.
-    pub left_out: [Vec<f64>; 2],
-}
-
 /// From relief to roughness; 1 is sandpaper P80.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MaterialScale {
@@ -133,7 +77,7 @@ pub struct MaterialScale {
     errors: [ScaleError; 2],
     /// Least and greatest height, mm, and slope of the samples.
     range: [[f64; 2]; 2],
-    samples: Vec<SampleError>,
+    samples: Vec<MaterialSample>,
 }
 
 impl MaterialScale {
@@ -142,52 +86,46 @@ impl MaterialScale {
     /// # Errors
     /// None in practice: the surfaces are those of this crate.
     pub fn calibrated() -> Result<Self> {
-        let samples = samples()?;
-        let rows: Vec<Row> = samples.iter().map(Row::of).collect::<Result<_>>()?;
-        let errors = (0..rows.len())
-            .map(|i| left_out(&rows, i))
-            .collect::<Vec<_>>();
+        let mut samples = samples()?;
+        let left: Vec<_> = (0..samples.len()).map(|i| left_out(&samples, i)).collect();
         let paper = MaterialSeries::Sandpaper;
-        let law = Law::fitted(rows.iter());
-        let by_gratings = Law::fitted(rows.iter().filter(|row| row.series != paper));
-        let error = |kind: PictureKind| {
-            let papers = rows.iter().filter(|row| row.series == paper);
-            let offset = by_gratings.offset(rows.iter(), paper, kind);
-            let study = papers.flat_map(|row| by_gratings.left(row, kind));
+        let law = Law::fitted(samples.iter());
+        let gratings = Law::fitted(samples.iter().filter(|row| row.series != paper));
+        let errors = PictureKind::ALL.map(|kind| {
+            let papers = samples.iter().filter(|row| row.series == paper);
+            let offset = gratings.offset(papers.clone(), paper, kind);
+            let study = papers.flat_map(|row| gratings.left(row, kind));
             ScaleError {
-                material_ln: rms(errors.iter().flat_map(|e| e[kind as usize].iter().copied())),
+                material_ln: rms(left
+                    .iter()
+                    .flat_map(|one| one[kind as usize].iter().copied())),
                 study_ln: rms(study.map(|left| left - offset)),
             }
-        };
-        let extreme = |i: usize, of: fn(f64, f64) -> f64| {
-            rows.iter()
-                .map(|row| row.heights[i].exp())
-                .reduce(of)
-                .unwrap_or(0.0)
-        };
-        let told = samples.into_iter().zip(&errors).map(|(sample, errors)| {
-            let predicted = |error: &f64| sample.magnitude * (-error).exp();
-            Ok(SampleError {
-                relief: Relief::of(&sample.heights)?,
-                left_out: [0, 1].map(|kind| errors[kind].iter().map(predicted).collect()),
-                name: sample.name,
-                series: sample.series,
-                magnitude: sample.magnitude,
-            })
         });
+        let extreme = |i: usize, of: fn(f64, f64) -> f64| {
+            let values = samples.iter().map(|row| heights(row)[i].exp());
+            values.reduce(of).unwrap_or(0.0)
+        };
+        let range = [0, 1].map(|i| [f64::min, f64::max].map(|of| extreme(i, of)));
+        let offset_ln = PictureKind::ALL.map(|kind| law.offset(samples.iter(), paper, kind));
+        for (sample, errors) in samples.iter_mut().zip(left) {
+            let magnitude = sample.magnitude;
+            let predicted = |error: f64| magnitude * (-error).exp();
+            sample.left_out = errors.map(|of| of.into_iter().map(predicted).collect());
+        }
         Ok(Self {
             law,
-            offset_ln: PictureKind::ALL.map(|kind| law.offset(rows.iter(), paper, kind)),
-            errors: PictureKind::ALL.map(error),
-            range: [0, 1].map(|i| [extreme(i, f64::min), extreme(i, f64::max)]),
-            samples: told.collect::<Result<_>>()?,
+            offset_ln,
+            errors,
+            range,
+            samples,
         })
     }
 
     /// Exponents of height and slope.
     #[must_use]
     pub const fn exponents(&self) -> [f64; 2] {
-        [self.law.p, self.law.q]
+        self.law.0.to_array()
     }
 
     /// Cross-validated error for a kind of picture.
@@ -198,7 +136,7 @@ impl MaterialScale {
 
     /// The materials of the calibration, each predicted from the others.
     #[must_use]
-    pub fn samples(&self) -> &[SampleError] {
+    pub fn samples(&self) -> &[MaterialSample] {
         &self.samples
     }
 
@@ -209,7 +147,7 @@ impl MaterialScale {
     pub fn propose(&self, picture: &MaterialPicture) -> Result<RoughnessProposal> {
         let relief = Relief::of(picture)?;
         let kind = picture.kind();
-        let [finest_mm, coarsest_mm] = relief.band_mm;
+        let [finest_mm, _] = relief.band_mm;
         let [height_mm, slope] = self.range;
         let outside = |[low, high]: [f64; 2], value: f64| !(low..=high).contains(&value);
         let caveats = [
@@ -217,16 +155,12 @@ impl MaterialScale {
             (kind == PictureKind::Albedo, Caveat::Print),
             (finest_mm > FINE_MM, Caveat::FineUnseen { finest_mm }),
             (
-                coarsest_mm < LEAST_PERIODS * relief.period_mm(),
-                Caveat::CoarseUnseen { coarsest_mm },
-            ),
-            (
                 outside(height_mm, relief.height_mm) || outside(slope, relief.slope),
                 Caveat::BeyondCalibration { height_mm, slope },
             ),
         ];
         let holding = caveats.into_iter().filter(|(holds, _)| *holds);
-        let ln_roughness = self.offset_ln[kind as usize] + self.law.value(features(&relief));
+        let ln_roughness = self.offset_ln[kind as usize] + self.law.0.dot(features(&relief));
         Ok(RoughnessProposal {
             kind,
             relief,
@@ -238,7 +172,7 @@ impl MaterialScale {
 }
 
 /// Errors of a material that is left out of the fit, ln of published over predicted, for each picture of each kind.
-fn left_out(rows: &[Row], index: usize) -> [Vec<f64>; 2] {
+fn left_out(rows: &[MaterialSample], index: usize) -> [Vec<f64>; 2] {
     let row = &rows[index];
     let all = rows.iter().enumerate();
     let others = all.filter(|(i, _)| *i != index).map(|(_, row)| row);
@@ -290,8 +224,6 @@ pub enum Caveat {
     Print,
     /// Relief finer than the shortest period resolved, mm: the proposal is that of the coarser relief alone.
     FineUnseen { finest_mm: f64 },
-    /// The picture is too small for its coarsest relief; longest period resolved, mm.
-    CoarseUnseen { coarsest_mm: f64 },
     /// Relief outside that of the calibration, whose least and greatest height and slope these are: the law is extrapolated.
     BeyondCalibration {
         height_mm: [f64; 2],
@@ -307,12 +239,6 @@ impl fmt::Display for Caveat {
             Self::FineUnseen { finest_mm } => {
                 write!(f, "relief finer than {finest_mm:.2} mm is not resolved")
             }
-            Self::CoarseUnseen { coarsest_mm } => {
-                write!(
-                    f,
-                    "relief coarser than {coarsest_mm:.2} mm does not fit in the picture"
-                )
-            }
             Self::BeyondCalibration {
                 height_mm: [low, high],
                 slope: [flat, steep],
@@ -324,8 +250,12 @@ impl fmt::Display for Caveat {
     }
 }
 
-fn features(relief: &Relief) -> Features {
-    [relief.height_mm.ln(), relief.slope.ln()]
+fn heights(sample: &MaterialSample) -> DVec2 {
+    features(&sample.reliefs[PictureKind::Height as usize][0])
+}
+
+fn features(relief: &Relief) -> DVec2 {
+    dvec2(relief.height_mm.ln(), relief.slope.ln())
 }
 
 fn mean(values: impl Iterator<Item = f64>) -> f64 {

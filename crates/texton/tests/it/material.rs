@@ -93,7 +93,7 @@ fn the_calibration_keeps_the_order_of_each_series_and_states_its_error() {
     let papers: Vec<_> = papers.collect();
     assert_eq!(papers.len(), 15);
     for pair in papers.windows(2) {
-        assert!(pair[0].left_out[0] > pair[1].left_out[0], "{pair:?}");
+        assert!(pair[0].left_out[0][0] > pair[1].left_out[0][0], "{pair:?}");
     }
     let heights = scale.error(PictureKind::Height);
     let colours = scale.error(PictureKind::Albedo);
