@@ -99,15 +99,6 @@ pub enum TextonError {
         row: usize,
         value: f64,
     },
-    /// A picture with too few pixels for a texture.
-    #[error(
-        "{columns} x {rows} pixels are too few for a texture, at least {least} each way are needed"
-    )]
-    TooFewPixels {
-        columns: usize,
-        rows: usize,
-        least: usize,
-    },
     /// A picture without relief or contrast; `least`: what its steps could hide.
     #[error(
         "the picture is uniform: its values vary by {rms:.1e}, and its steps could hide {least:.1e}"

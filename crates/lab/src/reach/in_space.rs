@@ -47,10 +47,7 @@ impl InSpaceArgs {
     /// An orientation that does not exist.
     pub fn orientation(&self, count: usize) -> anyhow::Result<usize> {
         let shown = self.shown.unwrap_or(count.div_ceil(2));
-        ensure!(
-            shown <= count,
-            "--shown {shown}: there are {count} orientations"
-        );
+        ensure!(shown <= count, "--shown {shown}: there are {count}");
         Ok(shown)
     }
 
@@ -97,10 +94,7 @@ impl<'a> OrientationMap<'a> {
         plane: Option<usize>,
     ) -> anyhow::Result<Self> {
         let planes = grid.distances.count();
-        ensure!(
-            !intervals.is_empty(),
-            "nothing is reachable at this orientation"
-        );
+        ensure!(!intervals.is_empty(), "nothing is reachable here");
         let count = |plane: &usize| intervals.iter().filter(|i| i.plane == *plane).count();
         let fullest = || (0..planes).rev().max_by_key(count).unwrap_or(0);
         let plane = plane.unwrap_or_else(fullest);

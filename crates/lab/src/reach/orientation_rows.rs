@@ -89,6 +89,8 @@ pub fn map_rows(map: &ReachabilityMap) -> anyhow::Result<Vec<Row>> {
 /// As a table; the error of ours is the accuracy that was asked for and proven outside the length without proof.
 pub fn table(rows: &[OrientationRow]) -> MarkdownTable {
     let mut table = titled("map of one orientation | published | ours");
+    // A tenth of a millisecond or of a micrometre.
+    let number = |value: f64| ((1e4 * value).round() / 1e4).to_string();
     for row in rows {
         let published = row
             .published
@@ -96,9 +98,4 @@ pub fn table(rows: &[OrientationRow]) -> MarkdownTable {
         table.row([row.quantity.to_owned(), published, number(row.ours)]);
     }
     table
-}
-
-/// To four decimals: a tenth of a millisecond or of a micrometre.
-fn number(value: f64) -> String {
-    ((1e4 * value).round() / 1e4).to_string()
 }

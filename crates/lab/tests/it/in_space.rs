@@ -56,7 +56,7 @@ fn page_and_figure_hold_every_interval_and_the_plane_with_a_hole() {
     assert!(drawn.ends_with("</svg>\n") && drawn.contains("Projection"));
     assert!(!drawn.contains("NaN"));
     for (shown, plane, because) in [
-        (3, None, "2 orientations"),
+        (3, None, "there are 2"),
         (2, Some(3), "plane 3"),
         (1, None, "nothing"),
     ] {

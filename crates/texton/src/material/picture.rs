@@ -4,8 +4,6 @@ use crate::error::{Result, TextonError};
 use crate::height::HeightField;
 use hwall_numeric::check::{non_negative, positive, that};
 
-/// Least pixels each way: two octaves of periods.
-const LEAST_PIXELS: usize = 64;
 /// Most pixels: larger pictures hold no more about their texture, and the analysis keeps three copies.
 const MOST_PIXELS: usize = 1 << 26;
 
@@ -57,13 +55,9 @@ impl MaterialPicture {
                 values: values.len(),
             });
         }
-        if columns.min(rows) < LEAST_PIXELS {
-            return Err(TextonError::TooFewPixels {
-                columns,
-                rows,
-                least: LEAST_PIXELS,
-            });
-        }
+        let side = columns.min(rows);
+        let wanted = "at least 64: two octaves of periods";
+        that(side >= 64, "pixels along a side", side as f64, wanted)?;
         let pixels = values.len() as f64;
         that(
             values.len() <= MOST_PIXELS,

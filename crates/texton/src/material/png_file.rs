@@ -30,11 +30,8 @@ impl MaterialPicture {
         let name = "width of what the picture shows";
         let width_mm = source.width_mm.ok_or(TextonError::Attribute { name })?;
         positive("width of the picture, mm", width_mm)?;
-        let Pixels {
-            columns,
-            colours,
-            steps,
-        } = Pixels::read(path.as_ref())?;
+        let pixels = Pixels::read(path.as_ref())?;
+        let (columns, colours, steps) = (pixels.columns, pixels.colours, pixels.steps);
         let (kind, values, step) = match source.relief_mm {
             Some(relief_mm) => {
                 positive("relief from black to white, mm", relief_mm)?;

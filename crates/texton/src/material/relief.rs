@@ -53,7 +53,7 @@ impl Relief {
         let rms = (sum(|_| 1.0) / plain).sqrt();
         // The noise of steps is evenly distributed within one.
         let least = LEAST_STEPS * picture.step / 12_f64.sqrt();
-        if !(rms > least) {
+        if rms <= least || !rms.is_finite() {
             return Err(TextonError::Uniform { rms, least });
         }
         let [height, slope] = match picture.kind {
