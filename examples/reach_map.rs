@@ -4,8 +4,9 @@
 
 use anyhow::Context;
 use clap::Parser;
+use hwall_lab::reach::in_space::InSpaceArgs;
 use hwall_lab::reach::maps::{self, Grid, Request, Solver};
-use hwall_lab::reach::published;
+use hwall_lab::reach::{orientation_rows, published};
 use hwall_stage::arms::NamedArm;
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::{exit, numbers};
@@ -64,6 +65,8 @@ struct Args {
     /// Save the map as a multi-layer EXR picture, a layer a plane (exact solver)
     #[arg(long)]
     exr: Option<PathBuf>,
+    #[command(flatten)]
+    in_space: InSpaceArgs,
 }
 
 fn main() -> ExitCode {
@@ -77,6 +80,8 @@ fn run(args: &Args) -> anyhow::Result<()> {
         ("--map-csv", &args.map_csv),
         ("--save", &args.save),
         ("--exr", &args.exr),
+        ("--html", &args.in_space.html),
+        ("--svg-3d", &args.in_space.svg_3d),
     ] {
         files = files.write(flag, path.as_deref());
     }
@@ -114,6 +119,12 @@ fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(folder) = &args.figures {
         maps::draw(folder, &grid, &solved, comparisons.as_deref())?;
     }
+    args.in_space.write(&grid, &solved.along)?;
     eprint!("{}", maps::summary(&solved, comparisons.as_deref()));
+    if let Some(published) = &published {
+        let shown = args.in_space.orientation(published.len())?;
+        let rows = orientation_rows::orientation_rows(published, shown)?;
+        eprint!("\nori_{shown}:\n{}", orientation_rows::table(&rows));
+    }
     Ok(())
 }

@@ -54,14 +54,20 @@ impl TextureLevels {
         if roughness.is_empty() {
             return Ok(None);
         }
-        let (texture, model) = (Texture::released(), Vibration::default());
-        let encoding = Encoding::new(&roughness, &levels(&texture, &model)?)?;
         Ok(Some(Self {
-            texture,
-            model,
-            encoding,
+            texture: Texture::released(),
+            model: Vibration::default(),
+            encoding: Encoding::new(&roughness, &Self::available()?)?,
             motion: motion(board)?,
         }))
+    }
+
+    /// All levels that the released patch can present, with the roughness that the model predicts for them.
+    ///
+    /// # Errors
+    /// None in practice: angles and speeds are those of the published study.
+    pub fn available() -> Result<Vec<Level>, SessionError> {
+        levels(&Texture::released(), &Vibration::default())
     }
 
     /// One level for all surfaces that have a roughness, whatever its value: a study's condition.

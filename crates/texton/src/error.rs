@@ -99,6 +99,16 @@ pub enum TextonError {
         row: usize,
         value: f64,
     },
+    /// A picture without relief or contrast; `least`: what its steps could hide.
+    #[error(
+        "the picture is uniform: its values vary by {rms:.1e}, and its steps could hide {least:.1e}"
+    )]
+    Uniform { rms: f64, least: f64 },
+    /// A picture too coarse for what a finger feels as texture.
+    #[error(
+        "the finest period that the picture resolves is {finest_mm:.2} mm, and a finger feels relief below {most_mm} mm as texture: take it from nearer"
+    )]
+    NotTactile { finest_mm: f64, most_mm: f64 },
     /// No texture within the limits presents the wanted ratios of roughness.
     #[error(
         "a ratio of {wanted:.4} between roughest and smoothest is out of reach, the nearest that is possible is {nearest:.4}"

@@ -6,6 +6,7 @@ mod error;
 pub mod geometry;
 pub mod height;
 pub mod levels;
+pub mod material;
 pub mod mesh;
 pub mod motion;
 #[cfg(feature = "exr")]
@@ -30,6 +31,13 @@ pub use roughness::{
     AfferentPairs, GrooveRidge, InvertedU, ModelInfo, MonotoneSpacing, OrderScore, Prediction,
     Quantity, RoughnessMap, RoughnessModel, SpatialVariation, StudyOrder, SurfaceRoughness, Tally,
     TemporalFrequency, Vibration, roughness_models, score_order,
+};
+// Roughness of a material from its picture.
+#[cfg(feature = "png")]
+pub use material::PngSource;
+pub use material::{
+    Caveat, MaterialPicture, MaterialSample, MaterialScale, MaterialSeries, PictureKind, Relief,
+    RoughnessProposal, ScaleError,
 };
 // Levels: orientation and speed that present a given roughness.
 pub use levels::{Calibration, CalibrationNode, Encoding, Level, LevelTable, discriminable};

@@ -10,7 +10,9 @@ use hwall_kinematics::{JointPositions, SrsArm};
 use hwall_motion::{MotionConfig, MotionLimits};
 use hwall_reachability::{ExactConfig, ReachabilityMap, Steps, WallGrid};
 use hwall_testkit::Verdict;
-use hwall_texton::{HeightField, HeightSource, StlFormat, TriangleMesh};
+use hwall_texton::{
+    HeightField, HeightSource, MaterialPicture, PngSource, Relief, StlFormat, TriangleMesh,
+};
 use std::path::PathBuf;
 
 /// Bytes before the body of a map or an atlas, and of the checksum after it.
@@ -48,6 +50,19 @@ pub(super) fn exr() -> anyhow::Result<Reader> {
     Reader::new(vec![picture], move |bytes| read_exr(&path, bytes))
 }
 
+pub(super) fn png() -> anyhow::Result<Reader> {
+    let path = scratch("a.png")?;
+    let mut picture = Vec::new();
+    let mut encoder = png::Encoder::new(&mut picture, 64, 64);
+    // Flipped bits shall change pixels, not the compression alone.
+    encoder.set_compression(png::Compression::NoCompression);
+    let grey: Vec<u8> = (0..64 * 64).map(|i| (i * i % 251) as u8).collect();
+    encoder.write_header()?.write_image_data(&grey)?;
+    Reader::new(vec![picture], move |bytes| {
+        read_png(&path, &sealed_png(bytes))
+    })
+}
+
 /// A file in a folder of this process, for readers that need a path.
 pub(super) fn scratch(name: &str) -> anyhow::Result<PathBuf> {
     let folder = std::env::temp_dir().join(format!("hwall_attack_{}", std::process::id()));
@@ -66,6 +81,25 @@ fn sealed(bytes: &[u8]) -> Vec<u8> {
     sealed[10..HEADER].copy_from_slice(&length.to_le_bytes());
     let sum = CRC.checksum(&sealed[..end]);
     sealed[end..].copy_from_slice(&sum.to_le_bytes());
+    sealed
+}
+
+/// Corrects the checksums of the chunks of a PNG file.
+fn sealed_png(bytes: &[u8]) -> Vec<u8> {
+    let mut sealed = bytes.to_vec();
+    let mut chunk = 8;
+    while let Some(&[a, b, c, d]) = sealed.get(chunk..chunk + 4) {
+        let end = chunk + 8 + u32::from_be_bytes([a, b, c, d]) as usize;
+        let Some(body) = sealed.get(chunk + 4..end) else {
+            break;
+        };
+        let sum = CRC.checksum(body).to_be_bytes();
+        let Some(place) = sealed.get_mut(end..end + CHECKSUM) else {
+            break;
+        };
+        place.copy_from_slice(&sum);
+        chunk = end + CHECKSUM;
+    }
     sealed
 }
 
@@ -168,5 +202,20 @@ fn read_exr(path: &PathBuf, bytes: &[u8]) -> Verdict {
     judged(read, |field| {
         let finite = field.heights_mm().iter().all(|z| z.is_finite());
         promise(finite, "a height that is not finite")
+    })
+}
+
+fn read_png(path: &PathBuf, bytes: &[u8]) -> Verdict {
+    if std::fs::write(path, bytes).is_err() {
+        return Verdict::Broken("no place for the file".to_owned());
+    }
+    let source = PngSource {
+        width_mm: Some(20.0),
+        relief_mm: None,
+    };
+    let read = MaterialPicture::read_png(path, &source).and_then(|picture| Relief::of(&picture));
+    judged(read, |relief| {
+        let finite = relief.height_mm.is_finite() && relief.slope > 0.0;
+        promise(finite, "a relief that is not finite")
     })
 }

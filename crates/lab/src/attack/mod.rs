@@ -58,7 +58,7 @@ impl Target {
 /// Creates a reader; some of its good inputs take time to create.
 type Prepare = fn() -> anyhow::Result<Reader>;
 
-const READERS: [(&str, Prepare); 13] = [
+const READERS: [(&str, Prepare); 14] = [
     ("scene", text::scene),
     ("hand", text::hand),
     ("urdf", text::urdf),
@@ -71,6 +71,7 @@ const READERS: [(&str, Prepare); 13] = [
     ("atlas", binary::atlas),
     ("stl", binary::stl),
     ("exr", binary::exr),
+    ("png", binary::png),
     ("session", session::session),
 ];
 

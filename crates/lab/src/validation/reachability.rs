@@ -1,9 +1,9 @@
 //! Reachability against the verdict of single poses and against the published maps.
 
 use crate::reach::disagreement::{Disagreement, disagreement};
+use crate::reach::orientation_rows::map_rows;
 use crate::reach::published::{self, Bounds, Comparison};
 use crate::report::{Gap, fill};
-use anyhow::Context;
 use hwall_kinematics::SrsArm;
 use hwall_reachability::{ExactConfig, ReachabilityMap};
 use hwall_testkit::quantile;
@@ -26,7 +26,7 @@ pub fn reachability(published: &[Bounds], seed: u64, poses: usize) -> anyhow::Re
         &ExactConfig::default(),
         published::grids()?,
     )?;
-    let rows = rows(&map)?;
+    let rows = map_rows(&map)?;
     let comparisons = published::compare(&rows, published);
     let lengths = map.lengths();
     let (reachable_m, unknown_m) = (lengths.reachable_m, lengths.unknown_m);
@@ -68,15 +68,4 @@ pub fn reachability(published: &[Bounds], seed: u64, poses: usize) -> anyhow::Re
         text: fill(include_str!("reachability.md"), &gaps)?,
         comparisons,
     })
-}
-
-/// One row per interval.
-fn rows(map: &ReachabilityMap) -> anyhow::Result<Vec<published::Row>> {
-    let mut rows = Vec::new();
-    for index in map.lines() {
-        let line = map.line(index).context("a line of the map")?;
-        let spans = map.intervals(index).iter();
-        rows.extend(spans.map(|i| published::Row::new(index, &line, [i.span.lo_m, i.span.hi_m])));
-    }
-    Ok(rows)
 }

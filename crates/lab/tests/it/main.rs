@@ -1,5 +1,7 @@
 //! Integration tests of the crate, one program.
 
+mod assign;
 mod hands_on_objects;
+mod in_space;
 mod panels;
 mod published_filter;

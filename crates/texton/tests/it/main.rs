@@ -8,6 +8,9 @@ mod geometry;
 #[cfg(feature = "exr")]
 mod height_field;
 mod invariances;
+mod material;
+#[cfg(feature = "png")]
+mod material_png;
 mod mesh;
 mod motion;
 mod print_check;

@@ -1,0 +1,101 @@
+//! A published map of one orientation beside the exact one: time, errors, holes.
+
+use crate::reach::published::{Bounds, Row, compare, grids};
+use crate::report::titled;
+use anyhow::{Context, ensure};
+use hwall_kinematics::SrsArm;
+use hwall_reachability::{ExactConfig, ReachabilityMap};
+use hwall_testkit::{MarkdownTable, quantile};
+use std::time::Instant;
+
+/// Time for a map of one orientation, as the dissertation states it, s.
+const PUBLISHED_S: f64 = 3600.0;
+/// Larger errors of a bound count, mm.
+const OFF_MM: f64 = 1.0;
+
+/// A quantity of both maps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OrientationRow {
+    /// The quantity, with its unit.
+    pub quantity: &'static str,
+    /// Of the published map; `None`: not stated.
+    pub published: Option<f64>,
+    /// Of the exact map.
+    pub ours: f64,
+}
+
+/// The rows for one of the published files (from 1) whose bounds were read.
+///
+/// Builds the map of that orientation alone and takes the time. Errors of the published bounds are against the exact map, whose own error is
+/// its accuracy, proven but for the bands.
+///
+/// # Errors
+/// A file that does not exist; errors of building the map.
+pub fn orientation_rows(published: &[Bounds], file: usize) -> anyhow::Result<Vec<OrientationRow>> {
+    let count = published.len();
+    ensure!(
+        (1..=count).contains(&file),
+        "file {file}: they count from 1 to {count}"
+    );
+    let grid = grids()?.swap_remove(file - 1);
+    let config = ExactConfig::default();
+    let start = Instant::now();
+    let map = ReachabilityMap::build(&SrsArm::iiwa7(), &config, vec![grid])?;
+    let took_s = start.elapsed().as_secs_f64();
+    let rows = map_rows(&map)?;
+    let compared = compare(&rows, &published[file - 1..file]);
+    let one = compared.first().context("a comparison")?;
+    let bounds = one.off_mm.len();
+    let off = bounds - one.off_mm.partition_point(|mm| *mm <= OFF_MM);
+    let share = 100.0 * off as f64 / bounds.max(1) as f64;
+    let error = |p: f64| (bounds > 0).then(|| quantile(&one.off_mm, p));
+    let accuracy_mm = 1e3 * config.accuracy_m;
+    let [theirs, ours] = [one.only_published, one.only_ours].map(|own| (one.lines + own) as f64);
+    let holes = one.with_holes as f64;
+    let unproven_mm = 1e3 * map.lengths().unknown_m;
+    let rows = [
+        ("time for the map, s", Some(PUBLISHED_S), took_s),
+        ("lines reachable", Some(theirs), ours),
+        ("bounds off by more than 1 mm, %", Some(share), 0.0),
+        ("median error of a bound, mm", error(0.5), accuracy_mm),
+        ("largest error of a bound, mm", error(1.0), accuracy_mm),
+        ("length without proof, mm", None, unproven_mm),
+        ("lines with holes that the map shows", Some(0.0), holes),
+        ("length of the holes, m", Some(0.0), one.hole_m),
+        ("reachable length, m", None, one.reachable_m),
+    ];
+    let row = |(quantity, published, ours)| OrientationRow {
+        quantity,
+        published,
+        ours,
+    };
+    Ok(rows.map(row).to_vec())
+}
+
+/// One row per interval of a map.
+///
+/// # Errors
+/// None in practice: the lines are those of the map.
+pub fn map_rows(map: &ReachabilityMap) -> anyhow::Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    for index in map.lines() {
+        let line = map.line(index).context("a line of the map")?;
+        let spans = map.intervals(index).iter();
+        rows.extend(spans.map(|i| Row::new(index, &line, [i.span.lo_m, i.span.hi_m])));
+    }
+    Ok(rows)
+}
+
+/// As a table; the error of ours is the accuracy that was asked for and proven outside the length without proof.
+pub fn table(rows: &[OrientationRow]) -> MarkdownTable {
+    let mut table = titled("map of one orientation | published | ours");
+    // A tenth of a millisecond or of a micrometre.
+    let number = |value: f64| ((1e4 * value).round() / 1e4).to_string();
+    for row in rows {
+        let published = row
+            .published
+            .map_or_else(|| "not stated".to_owned(), number);
+        table.row([row.quantity.to_owned(), published, number(row.ours)]);
+    }
+    table
+}

@@ -1,0 +1,141 @@
+//! Roughness for surfaces from pictures: order, levels, files.
+
+use hwall_lab::texture::assign::{AssignArgs, run};
+use hwall_texton::HeightField;
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
+
+fn scratch(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("hwall_assign_{}_{name}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// Waves of 0.4 mm, of this height, in an EXR file that states its units.
+fn exr(folder: &Path, name: &str, height_mm: f64) -> String {
+    let side = 128;
+    let wave = |k: usize| {
+        let [x, y] = [k % side, k / side].map(|i| (TAU * i as f64 / 16.0).sin());
+        (height_mm * (x + y)) as f32
+    };
+    let heights = (0..side * side).map(wave).collect();
+    let path = folder.join(name);
+    HeightField::new(side, 0.025, heights)
+        .unwrap()
+        .write_exr(&path)
+        .unwrap();
+    path.display().to_string()
+}
+
+fn args(images: Vec<String>) -> AssignArgs {
+    AssignArgs {
+        images,
+        ..AssignArgs::default()
+    }
+}
+
+fn ran(args: &AssignArgs) -> Result<String, String> {
+    let mut out = Vec::new();
+    run(args, &mut out).map_err(|error| format!("{error:#}"))?;
+    Ok(String::from_utf8(out).unwrap())
+}
+
+#[test]
+fn rougher_pictures_get_rougher_levels_and_the_sidecar_reads_them() {
+    let folder = scratch("order");
+    let [json, sidecar] = ["a.json", "room.toml"].map(|name| folder.join(name));
+    std::fs::write(&sidecar, "# A room.\n[surface.door]\nroughness = 0.4\n").unwrap();
+    let images = [("door", 0.05), ("shelf front", 0.2), ("wall", 0.005)];
+    let images =
+        images.map(|(name, mm)| format!("{name}={}", exr(&folder, &format!("{name}.exr"), mm)));
+    let all = AssignArgs {
+        json: Some(json.clone()),
+        sidecar: Some(sidecar.clone()),
+        ..args(images.to_vec())
+    };
+    let text = ran(&all).unwrap();
+    assert!(
+        text.contains("0 deg, 20 mm/s") && text.contains("friction"),
+        "{text}"
+    );
+    let told: serde_json::Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    let told = told["surfaces"].as_array().unwrap();
+    let names: Vec<_> = told
+        .iter()
+        .map(|one| one["surface"].as_str().unwrap())
+        .collect();
+    assert_eq!(names, ["wall", "door", "shelf front"]);
+    let rough = |i: usize| told[i]["roughness"].as_f64().unwrap();
+    assert!(rough(0) < rough(1) && rough(1) < rough(2));
+    assert!(told[0]["rougher_than_before"].is_null());
+    assert!(told[1]["rougher_than_before"].as_f64().unwrap() > 0.9);
+    let written = std::fs::read_to_string(&sidecar).unwrap();
+    assert!(
+        written.starts_with("# A room.\n[surface.door]\nroughness = "),
+        "{written}"
+    );
+    // The scene reads what was written.
+    let quad = |name: &str, at: usize| {
+        format!(
+            "o {name}\nv 1 0 0\nv 1 1 0\nv 1 1 1\nf {} {} {}\n",
+            at,
+            at + 1,
+            at + 2
+        )
+    };
+    let obj = quad("door", 1) + &quad("shelf front", 4) + &quad("wall", 7);
+    let (scene, _) = hwall_scene::Scene::from_obj_str(&obj, Some(&written)).unwrap();
+    for surface in scene.surfaces() {
+        let place = names.iter().position(|name| *name == surface.name).unwrap();
+        let share = surface.roughness.unwrap() / rough(place);
+        assert!((0.95..1.06).contains(&share), "{} {share}", surface.name);
+    }
+    // The same again changes nothing.
+    ran(&all).unwrap();
+    assert_eq!(std::fs::read_to_string(&sidecar).unwrap(), written);
+}
+
+#[test]
+fn what_cannot_be_told_is_refused_by_name() {
+    let folder = scratch("refused");
+    let flat = exr(&folder, "flat.exr", 0.0);
+    assert!(ran(&args(vec![flat])).unwrap_err().contains("uniform"));
+    let good = exr(&folder, "good.exr", 0.1);
+    let twice = ran(&args(vec![format!("a={good}"), format!("a={good}")]));
+    assert!(
+        twice
+            .unwrap_err()
+            .contains("two pictures for the surface a")
+    );
+    let far = ran(&args(vec![format!("{good}@30")]));
+    assert!(far.unwrap_err().contains("nearer"));
+    let png = folder.join("a.png");
+    std::fs::write(&png, "no picture").unwrap();
+    let error = ran(&args(vec![png.display().to_string()])).unwrap_err();
+    assert!(
+        error.contains("a.png") && error.contains("width"),
+        "{error}"
+    );
+    let error = ran(&args(vec![format!("{}@0.1", png.display())])).unwrap_err();
+    assert!(error.contains("a.png"), "{error}");
+    let missing = ran(&args(vec!["missing.png@0.1".to_owned()])).unwrap_err();
+    assert!(missing.contains("missing.png"), "{missing}");
+    let onto = AssignArgs {
+        json: Some(PathBuf::from(&good)),
+        ..args(vec![good])
+    };
+    assert!(ran(&onto).unwrap_err().contains("IMAGE"));
+}
+
+#[test]
+fn the_calibration_is_printed_with_its_error() {
+    let text = ran(&AssignArgs {
+        calibration: true,
+        ..args(Vec::new())
+    });
+    let text = text.unwrap();
+    assert!(
+        text.contains("P80") && text.contains("left out is off by a factor of"),
+        "{text}"
+    );
+}
