@@ -5,7 +5,7 @@ use super::settings::{ProtocolArgs, resumed};
 use anyhow::ensure;
 use hwall_stage::numbers::counted;
 use hwall_study::{
-    Durability, NextStep, ParticipantConfig, Participants, SimulatedStage, Simulation, Study,
+    Durability, NextStep, Participants, Procedure, SimulatedStage, Simulation, Study, planted_for,
     promised_power, simulate_and_tell,
 };
 use std::io::Write;
@@ -77,12 +77,12 @@ fn run_in(folder: &Path, request: &Request<'_>, out: &mut impl Write) -> anyhow:
         writeln!(out, "nothing was recorded there; the study begins anew")?;
     }
     let create = || -> anyhow::Result<Study> {
-        let protocol = request.protocol.protocol(subjects)?;
+        let protocol = request.protocol.protocol(Some(subjects))?;
         Ok(Study::create(folder, protocol, participants, system)?)
     };
     let mut study = there.map_or_else(create, Ok)?;
     let simulation = Simulation {
-        participants: ParticipantConfig::default(),
+        participants: planted_for(study.protocol()),
         once_per_condition: request.once,
         kill_after: request.kill_after,
     };
@@ -107,7 +107,12 @@ fn run_in(folder: &Path, request: &Request<'_>, out: &mut impl Write) -> anyhow:
         false => "Each trial was presented by the session on the simulated arm.",
     };
     let mut remarks = format!("\n## Simulated participants\n\nNobody was asked. {how}");
-    if !study.protocol().procedure.is_two_intervals() {
+    let planted = &simulation.participants;
+    if !planted.ratings.is_empty() {
+        remarks += " The published means were planted as the means of ratings before they are rounded to a point of the scale.";
+    } else if let Procedure::MoreReal { .. } = study.protocol().procedure {
+        remarks += " Planted: no wall feels more real than the other.";
+    } else if !study.protocol().procedure.is_two_intervals() {
         remarks += &format!(
             " Power of this protocol for what was planted ({STUDIES} studies, by the logarithms of the answers):\n"
         );
