@@ -165,31 +165,6 @@ impl ProtocolArgs {
             };
             names.iter().zip(&self.levels).map(factor).collect()
         };
-        let procedure = match self.procedure {
-            None => base.procedure,
-            Some(ProcedureKind::Magnitude) => Procedure::Magnitude,
-            Some(ProcedureKind::Likert) => match base.procedure {
-                Procedure::Likert { .. } => base.procedure,
-                _ => Procedure::Likert { points: 7 },
-            },
-            Some(ProcedureKind::Real) => match base.procedure {
-                Procedure::MoreReal { .. } => base.procedure,
-                _ => Procedure::MoreReal { points: 5 },
-            },
-            Some(ProcedureKind::Intervals) => Procedure::TwoIntervals,
-            Some(ProcedureKind::Staircase) => Procedure::Staircase,
-            Some(ProcedureKind::Quest) => Procedure::Quest,
-        };
-        let procedure = match (procedure, self.points) {
-            (Procedure::Likert { .. }, Some(points)) => Procedure::Likert {
-                points: points.try_into().context("--points")?,
-            },
-            (Procedure::MoreReal { .. }, Some(points)) => Procedure::MoreReal {
-                points: points.try_into().context("--points")?,
-            },
-            (_, Some(_)) => bail!("--points is for --procedure likert and real"),
-            (_, None) => procedure,
-        };
         Ok(Protocol {
             title: match ReadyProtocol::of(base) {
                 Some(_) if self.factors.is_empty() => base.title.clone(),
@@ -203,7 +178,7 @@ impl ProtocolArgs {
                 Some(OrderKind::Random) => TrialOrder::Random,
                 Some(OrderKind::Latin) => TrialOrder::Latin,
             },
-            procedure,
+            procedure: self.procedure_from(base.procedure)?,
             questions: match self.questions.is_empty() {
                 true => base.questions.clone(),
                 false => self.questions.clone(),
@@ -213,6 +188,35 @@ impl ProtocolArgs {
             break_after: self.break_after.unwrap_or(base.break_after),
             seed: self.seed.unwrap_or(base.seed),
             ..base.clone()
+        })
+    }
+
+    /// What is asked, and on which scale, with the given flags applied.
+    fn procedure_from(&self, base: Procedure) -> anyhow::Result<Procedure> {
+        let procedure = match self.procedure {
+            None => base,
+            Some(ProcedureKind::Magnitude) => Procedure::Magnitude,
+            Some(ProcedureKind::Likert) => match base {
+                Procedure::Likert { .. } => base,
+                _ => Procedure::Likert { points: 7 },
+            },
+            Some(ProcedureKind::Real) => match base {
+                Procedure::MoreReal { .. } => base,
+                _ => Procedure::MoreReal { points: 5 },
+            },
+            Some(ProcedureKind::Intervals) => Procedure::TwoIntervals,
+            Some(ProcedureKind::Staircase) => Procedure::Staircase,
+            Some(ProcedureKind::Quest) => Procedure::Quest,
+        };
+        Ok(match (procedure, self.points) {
+            (Procedure::Likert { .. }, Some(points)) => Procedure::Likert {
+                points: points.try_into().context("--points")?,
+            },
+            (Procedure::MoreReal { .. }, Some(points)) => Procedure::MoreReal {
+                points: points.try_into().context("--points")?,
+            },
+            (_, Some(_)) => bail!("--points is for --procedure likert and real"),
+            (_, None) => procedure,
         })
     }
 }

@@ -4,19 +4,21 @@
 //! record of such a study, also one with people, [`rows`] makes the rows of published numbers and its own,
 //! [`figures`](super::outputs::figures) the figures.
 
-use crate::report::{or_none, titled};
-use anyhow::{Context, bail};
+use crate::report::{cells, or_none, titled};
+use crate::spans::ends;
+use anyhow::{Context, bail, ensure};
 use hwall_psychophysics::{
-    Analysis, CellMean, ErrorModel, for_each_outcome, median, sign_test, wilcoxon_signed_rank_exact,
+    Analysis, CellMean, Effect, ErrorModel, for_each_outcome, median, sign_test,
+    wilcoxon_signed_rank_exact,
 };
 use hwall_study::{
-    Durability, EXPERIMENT_2_MEANS, LevelGroups, Participants, RatingPower, Ratings, ReadyProtocol,
-    SimulatedStage, Simulation, Study, StudyRecord, StudyReport, mean_power, planted_for, ratings,
-    sign_power, simulate,
+    Durability, EXPERIMENT_2_MEANS, LevelGroups, Participants, Procedure, RatingPower, Ratings,
+    ReadyProtocol, SimulatedStage, Simulation, Study, StudyRecord, StudyReport, mean_power,
+    planted_for, ratings, sign_power, simulate,
 };
 use hwall_testkit::MarkdownTable;
 
-/// Subjects and points of the scales of the dissertation's two experiments.
+/// Subjects, and points of the scale, of the dissertation's two experiments.
 const SUBJECTS: usize = 8;
 const POINTS: usize = 5;
 /// Shares of people who prefer one wall, for which the power is given.
@@ -33,13 +35,11 @@ pub struct Row {
     pub ours: String,
 }
 
-impl Row {
-    fn new(what: impl Into<String>, published: impl Into<String>, ours: impl Into<String>) -> Self {
-        Self {
-            what: what.into(),
-            published: published.into(),
-            ours: ours.into(),
-        }
+fn row(what: impl Into<String>, published: impl Into<String>, ours: impl Into<String>) -> Row {
+    Row {
+        what: what.into(),
+        published: published.into(),
+        ours: ours.into(),
     }
 }
 
@@ -106,46 +106,41 @@ impl Experiment1 {
         })
     }
 
-    /// Its rows.
-    #[must_use]
-    pub fn rows(&self) -> Vec<Row> {
+    fn rows(&self) -> Vec<Row> {
         let a = &self.answers;
         let share = a.above.map_or("nobody decided".to_owned(), |s| {
-            format!(
-                "{} of {} ({:.3} to {:.3})",
-                s.successes, s.trials, s.ci[0], s.ci[1]
-            )
+            let [low, high] = s.ci;
+            format!("{} of {} ({low:.3} to {high:.3})", s.successes, s.trials)
         });
         let mut rows = vec![
-            Row::new("subjects", SUBJECTS.to_string(), a.subjects.to_string()),
-            Row::new(
-                "possible answers",
-                POINTS.to_string(),
-                a.counts.len().to_string(),
-            ),
-            Row::new("H-Wall more real, of the decided", NOT_HERE, share),
-            Row::new("sign test, p", NOT_HERE, format!("{:.4}", a.signs.p)),
+            row("subjects", SUBJECTS.to_string(), a.subjects.to_string()),
+            row("H-Wall more real, of the decided", NOT_HERE, share),
+            row("sign test, p", NOT_HERE, format!("{:.4}", a.signs.p)),
         ];
-        for decided in [SUBJECTS, SUBJECTS - 1] {
-            let mut signs = vec![1.0; decided];
-            signs.resize(SUBJECTS, -1.0);
-            let p = sign_test(&signs).map(|test| test.p);
-            let what = format!("sign test, p if {decided} of {SUBJECTS} agree");
-            rows.push(Row::new(what, "not given", or_none(p, 4)));
+        for agree in [SUBJECTS, SUBJECTS - 1] {
+            let signs: Vec<f64> = (0..SUBJECTS)
+                .map(|i| if i < agree { 1.0 } else { -1.0 })
+                .collect();
+            let what = format!("sign test, p if {agree} of {SUBJECTS} agree");
+            let p = sign_test(&signs).map(|test| test.p).ok();
+            rows.push(row(what, "not given", or_none(p, 4)));
         }
-        for power in &self.power {
-            let what = format!(
-                "people for a power of 0.8 if {} prefer one wall",
-                power.population
-            );
-            let needed = power
-                .subjects
-                .map_or("above 200".to_owned(), |n| n.to_string());
-            let ours = format!("{needed} (power of {SUBJECTS}: {:.3})", power.power);
-            rows.push(Row::new(what, "not given", ours));
-        }
+        let of = |p: &RatingPower| power_row(p, &format!("if {} prefer one wall", p.population));
+        rows.extend(self.power.iter().map(of));
         rows
     }
+}
+
+fn power_row(power: &RatingPower, population: &str) -> Row {
+    let needed = power
+        .subjects
+        .map_or("too many".to_owned(), |n| n.to_string());
+    let ours = format!("{needed} (power of {SUBJECTS}: {:.3})", power.power);
+    row(
+        format!("people for a power of 0.8 {population}"),
+        "not given",
+        ours,
+    )
 }
 
 /// What every possible set of answers with a published mean would have shown.
@@ -164,40 +159,29 @@ pub struct Possible {
 /// # Errors
 /// A mean that no such set has.
 pub fn possible(mean: f64) -> anyhow::Result<Possible> {
-    let mut found: Option<Possible> = None;
-    let mut failed = Ok(());
+    let (mut p, mut medians) = (Vec::new(), Vec::new());
     for_each_outcome(POINTS, SUBJECTS, |counts| {
         let points = (1..).zip(counts);
         let points = points.flat_map(|(point, n)| std::iter::repeat_n(f64::from(point), *n));
         let answers: Vec<f64> = points.collect();
-        // Sums of small whole numbers are exact.
         let off_by = answers.iter().sum::<f64>() - mean * SUBJECTS as f64;
-        let fits = off_by.abs() <= 1e-9;
-        if !fits {
-            return;
-        }
-        let off: Vec<f64> = answers
-            .iter()
-            .map(|a| a - 0.5 * (POINTS as f64 + 1.0))
-            .collect();
-        let p = wilcoxon_signed_rank_exact(&off).map_or(1.0, |test| test.p);
-        match median(&answers, 0.95) {
-            Ok(middle) => {
-                let one = found.get_or_insert(Possible {
-                    sets: 0,
-                    p: [p; 2],
-                    median: [middle.value; 2],
-                });
-                one.sets += 1;
-                one.p = [one.p[0].min(p), one.p[1].max(p)];
-                let m = middle.value;
-                one.median = [one.median[0].min(m), one.median[1].max(m)];
-            }
-            Err(error) => failed = Err(error),
+        if off_by.abs() <= 1e-9 {
+            let middle = 0.5 * (POINTS as f64 + 1.0);
+            let off: Vec<f64> = answers.iter().map(|a| a - middle).collect();
+            p.push(wilcoxon_signed_rank_exact(&off).map_or(1.0, |test| test.p));
+            medians.extend(median(&answers, 0.95).map(|m| m.value));
         }
     })?;
-    failed?;
-    found.with_context(|| format!("eight answers from 1 to 5 never have the mean {mean}"))
+    ensure!(
+        !p.is_empty(),
+        "eight answers from 1 to 5 never have the mean {mean}"
+    );
+    let range = |values: &[f64]| <[f64; 2]>::from(ends(values.iter().copied()));
+    Ok(Possible {
+        sets: p.len(),
+        p: range(&p),
+        median: range(&medians),
+    })
 }
 
 /// A question of experiment 2.
@@ -227,13 +211,11 @@ pub fn experiment_2(subjects: usize, seed: u64) -> anyhow::Result<Vec<Question>>
 /// A record that lacks answers to one of the questions.
 pub fn questions_of(study: &StudyRecord) -> anyhow::Result<Vec<Question>> {
     let answers = ratings(study)?;
-    if answers.len() != EXPERIMENT_2_MEANS.len() {
-        bail!(
-            "{} of {} questions have an answer",
-            answers.len(),
-            EXPERIMENT_2_MEANS.len()
-        );
-    }
+    let (asked, answered) = (EXPERIMENT_2_MEANS.len(), answers.len());
+    ensure!(
+        answered == asked,
+        "{answered} of {asked} questions have an answer"
+    );
     let power = mean_power(POINTS as u8, &EXPERIMENT_2_MEANS, SUBJECTS)?;
     let of = |(power, answers): (RatingPower, Ratings)| {
         Ok(Question {
@@ -247,40 +229,33 @@ pub fn questions_of(study: &StudyRecord) -> anyhow::Result<Vec<Question>> {
 }
 
 fn question_rows(questions: &[Question]) -> Vec<Row> {
-    let mut rows = Vec::new();
-    for (number, q) in (1..).zip(questions) {
-        let [low, high] = q.possible.median;
-        let [least, most] = q.possible.p;
+    let of = |(number, q): (usize, &Question)| {
+        let ([low, high], [least, most]) = (q.possible.median, q.possible.p);
         let ci = q.answers.median.ci.map(|[a, b]| format!(" ({a} to {b})"));
-        rows.push(Row::new(
-            format!("question {number}, mean"),
-            format!("{}", q.published_mean),
-            format!("{:.3}", q.answers.mean),
-        ));
-        rows.push(Row::new(
-            format!("question {number}, median"),
-            format!("{low} to {high}, by its mean"),
-            format!("{}{}", q.answers.median.value, ci.unwrap_or_default()),
-        ));
-        rows.push(Row::new(
-            format!("question {number}, signed ranks against 3, p"),
-            format!(
-                "{least:.4} to {most:.4}, by its mean ({} sets)",
-                q.possible.sets
+        let (mean, a) = (q.published_mean, &q.answers);
+        [
+            row(
+                format!("question {number}, mean"),
+                mean.to_string(),
+                format!("{:.3}", a.mean),
             ),
-            or_none(q.answers.wilcoxon.map(|w| w.p), 4),
-        ));
-        let needed = q
-            .power
-            .subjects
-            .map_or("above 40".to_owned(), |n| n.to_string());
-        rows.push(Row::new(
-            format!("people for a power of 0.8 at the mean {}", q.published_mean),
-            "not given",
-            format!("{needed} (power of {SUBJECTS}: {:.3})", q.power.power),
-        ));
-    }
-    rows
+            row(
+                format!("question {number}, median"),
+                format!("{low} to {high}, by its mean"),
+                format!("{}{}", a.median.value, ci.unwrap_or_default()),
+            ),
+            row(
+                format!("question {number}, signed ranks against 3, p"),
+                format!(
+                    "{least:.4} to {most:.4}, by its mean ({} sets)",
+                    q.possible.sets
+                ),
+                or_none(a.wilcoxon.map(|w| w.p), 4),
+            ),
+            power_row(&q.power, &format!("at the mean {mean}")),
+        ]
+    };
+    (1..).zip(questions).flat_map(of).collect()
 }
 
 /// Result of a study of magnitudes.
@@ -345,128 +320,83 @@ impl Magnitudes {
         &self.analysis.cells
     }
 
+    /// The effects against one residual, as in table V.
+    fn pooled(&self) -> Vec<&Effect> {
+        let effects = self.analysis.effects.iter();
+        effects.filter(|e| e.errors == ErrorModel::Pooled).collect()
+    }
+
     /// The analysis of variance in the form of table V: one residual for all effects.
     #[must_use]
     pub fn table_v(&self) -> MarkdownTable {
-        let effects = &self.analysis.effects;
-        let pooled = effects.iter().filter(|e| e.errors == ErrorModel::Pooled);
         let mut table = titled(
             "source | sum of squares | degrees of freedom | mean square | F | p | partial eta squared",
         );
-        for e in pooled.clone() {
-            let p = e.p.map_or("none".to_owned(), probability);
-            table.row([
-                e.name.clone(),
-                format!("{:.3}", e.ss),
-                e.df1.to_string(),
-                format!("{:.3}", e.ss / e.df1 as f64),
-                or_none(e.f.finite(), 3),
-                p,
-                or_none(e.partial_eta2, 4),
-            ]);
+        let squares = |name: &str, ss: f64, df: usize| {
+            let mean = ss / df as f64;
+            cells(
+                [name],
+                [format!("{ss:.3}"), df.to_string(), format!("{mean:.3}")],
+            )
+        };
+        let pooled = self.pooled();
+        for e in &pooled {
+            let f = or_none(e.f.finite(), 3);
+            let tested = [f, probability(e.p), or_none(e.partial_eta2, 4)];
+            table.row(squares(&e.name, e.ss, e.df1).into_iter().chain(tested));
         }
         if let Some(e) = pooled.last() {
-            let mean = e.ss_error / e.df2 as f64;
-            let [ss, df, mean] = [
-                format!("{:.3}", e.ss_error),
-                e.df2.to_string(),
-                format!("{mean:.3}"),
-            ];
-            table.row([
-                "error".to_owned(),
-                ss,
-                df,
-                mean,
-                String::new(),
-                String::new(),
-                String::new(),
-            ]);
+            let empty = ["", "", ""].map(str::to_owned);
+            table.row(squares("error", e.ss_error, e.df2).into_iter().chain(empty));
         }
         table
     }
 
+    /// One row for each effect, with what was published about it, and one for the order of each factor's levels.
+    fn rows(&self, effects: [&str; 3], orders: [&str; 2]) -> Vec<Row> {
+        let of = |(e, published): (&Effect, &str)| {
+            let f = or_none(e.f.finite(), 3);
+            let eta2 = or_none(e.partial_eta2, 4);
+            let ours = format!("{f}, p = {}, partial eta squared {eta2}", probability(e.p));
+            row(
+                format!("{}, F({}, {})", e.name, e.df1, e.df2),
+                published,
+                ours,
+            )
+        };
+        let mut rows: Vec<Row> = self.pooled().into_iter().zip(effects).map(of).collect();
+        let of = |(g, published): (&LevelGroups, &str)| {
+            row(format!("order by {}", g.factor), published, g.to_text())
+        };
+        rows.extend(self.groups.iter().zip(orders).map(of));
+        rows
+    }
+
     /// Rows of the study of roughness: table V.
     fn table_v_rows(&self) -> Vec<Row> {
-        /// Effect of table V, F, what else was published, degrees of freedom.
-        const PUBLISHED: [(&str, f64, &str); 3] = [
-            ("orientation", 71.667, "partial eta squared .3323"),
-            ("velocity", 15.873, "partial eta squared .0993"),
-            ("orientation:velocity", 0.437, "p = .9726"),
+        let effects = [
+            "71.667, partial eta squared .3323 (table V)",
+            "15.873, partial eta squared .0993 (table V)",
+            "0.437, p = .9726 (table V)",
         ];
-        let effects = self.analysis.effects.iter();
-        let pooled = effects.filter(|e| e.errors == ErrorModel::Pooled);
-        let mut rows: Vec<Row> = PUBLISHED
-            .iter()
-            .zip(pooled)
-            .map(|((name, f, more), e)| {
-                let ours = match e
-                    .p
-                    .filter(|_| more.starts_with('p') && !more.contains("eta"))
-                {
-                    Some(p) => format!("p = {p:.4}"),
-                    None => format!("partial eta squared {}", or_none(e.partial_eta2, 4)),
-                };
-                Row::new(
-                    format!("{name}, F({}, {})", e.df1, e.df2),
-                    format!("{f:.3}, {more} (table V)"),
-                    format!("{}, {ours}", or_none(e.f.finite(), 3)),
-                )
-            })
-            .collect();
-        rows.push(Row::new(
-            "order of orientations",
+        let orders = [
             "0 < 45 < 63.43 ~ 71.57 ~ 90 (V-10)",
-            self.order("angle"),
-        ));
-        rows.push(Row::new(
-            "order of velocities",
             "rises, 0 to 80 mm/s (V-11)",
-            self.order("speed"),
-        ));
-        rows.push(Row::new(
+        ];
+        let mut rows = self.rows(effects, orders);
+        rows.push(row(
             "levels told apart",
             "at least 9",
             self.distinct().to_string(),
         ));
         rows
     }
-
-    /// Rows of the studies of patches, of which no number is among this project's sources.
-    fn patch_rows(&self, figure: &str) -> Vec<Row> {
-        let effects = self.analysis.effects.iter();
-        let pooled = effects.filter(|e| e.errors == ErrorModel::Pooled);
-        let mut rows: Vec<Row> = pooled
-            .map(|e| {
-                let p = e.p.map_or("none".to_owned(), probability);
-                let ours = format!("{}, p = {p}", or_none(e.f.finite(), 2));
-                Row::new(
-                    format!("{}, F({}, {})", e.name, e.df1, e.df2),
-                    NOT_HERE,
-                    ours,
-                )
-            })
-            .collect();
-        let drawn = format!("drawn ({figure})");
-        rows.push(Row::new(
-            "order of angles",
-            drawn.clone(),
-            self.order("angle"),
-        ));
-        rows.push(Row::new("order of patches", drawn, self.order("patch")));
-        rows
-    }
-
-    fn order(&self, factor: &str) -> String {
-        let own = self.groups.iter().find(|g| g.factor == factor);
-        own.map_or("none".to_owned(), LevelGroups::to_text)
-    }
 }
 
-fn probability(p: f64) -> String {
-    if p >= 1e-4 {
-        format!("{p:.4}")
-    } else {
-        format!("{p:.1e}")
+fn probability(p: Option<f64>) -> String {
+    match p {
+        Some(p) if p < 1e-4 => format!("{p:.1e}"),
+        other => or_none(other, 4),
     }
 }
 
@@ -490,34 +420,30 @@ pub fn rows(study: &StudyRecord) -> anyhow::Result<Vec<Row>> {
         None => Vec::new(),
         Some(ReadyProtocol::Experiment1) => Experiment1::of(study)?.rows(),
         Some(ReadyProtocol::Experiment2) => question_rows(&questions_of(study)?),
-        Some(ReadyProtocol::Preliminary) => Magnitudes::of(study)?.patch_rows("V-8"),
-        Some(ReadyProtocol::Cones) => Magnitudes::of(study)?.patch_rows("V-13"),
+        Some(ReadyProtocol::Preliminary) => {
+            Magnitudes::of(study)?.rows([NOT_HERE; 3], ["drawn (V-8)"; 2])
+        }
+        Some(ReadyProtocol::Cones) => {
+            Magnitudes::of(study)?.rows([NOT_HERE; 3], ["drawn (V-13)"; 2])
+        }
         Some(ReadyProtocol::Roughness) => Magnitudes::of(study)?.table_v_rows(),
     })
 }
 
 /// The section of a study's report beside the dissertation; empty for another study, and for one without enough answers.
 pub(super) fn section(study: &StudyRecord) -> String {
-    let Some(ready) = ReadyProtocol::of(&study.protocol) else {
+    let rows = rows(study).unwrap_or_default();
+    if rows.is_empty() {
         return String::new();
-    };
-    let Ok(rows) = rows(study) else {
-        return String::new();
-    };
+    }
     let mut table = titled("number | the dissertation | this study");
     for row in rows {
         table.row([row.what, row.published, row.ours]);
     }
     let mut text = format!("\n## Beside the dissertation\n\n{table}");
-    let magnitudes = match ready {
-        ReadyProtocol::Experiment1 | ReadyProtocol::Experiment2 => None,
-        _ => Magnitudes::of(study).ok(),
-    };
-    if let Some(magnitudes) = magnitudes {
-        text += &format!(
-            "\nIn the form of table V, with one residual for all effects:\n\n{}",
-            magnitudes.table_v()
-        );
+    if let (Procedure::Magnitude, Ok(found)) = (study.protocol.procedure, Magnitudes::of(study)) {
+        text += "\nIn the form of table V, with one residual for all effects:\n\n";
+        text += &found.table_v().to_string();
     }
     text
 }
@@ -561,8 +487,8 @@ mod tests {
         let record = redone(ReadyProtocol::Roughness, 25, 3).unwrap();
         let rows = rows(&record).unwrap();
         let named = |what: &str| rows.iter().find(|row| row.what.starts_with(what)).unwrap();
-        assert_eq!(named("orientation, ").what, "orientation, F(4, 576)");
-        assert!(named("orientation, ").published.starts_with("71.667"));
+        assert_eq!(named("angle, ").what, "angle, F(4, 576)");
+        assert!(named("angle, ").published.starts_with("71.667"));
         assert_eq!(
             named("orientation:velocity").what,
             "orientation:velocity, F(16, 576)"

@@ -3,7 +3,7 @@
 use crate::error::{PsychophysicsError, Result, inner_probability};
 use crate::samples::signings;
 use crate::tails::ln_choose;
-use hwall_numeric::check::that;
+use hwall_numeric::check::{non_negative, that};
 use std::collections::HashMap;
 
 /// Largest number of outcomes of one study: about a second.
@@ -69,13 +69,9 @@ impl RatingTest {
                 wanted: self.points,
             });
         }
-        let negative = shares.iter().find(|s| !(**s >= 0.0));
-        that(
-            negative.is_none(),
-            "share",
-            *negative.unwrap_or(&0.0),
-            "zero or above",
-        )?;
+        for share in shares {
+            non_negative("share", *share)?;
+        }
         let sum: f64 = shares.iter().sum();
         that((sum - 1.0).abs() <= 1e-9, "sum of shares", sum, "1")?;
         let possible: Vec<usize> = (0..self.points).filter(|p| shares[*p] > 0.0).collect();

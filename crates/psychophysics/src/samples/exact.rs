@@ -103,23 +103,22 @@ pub struct SignTest {
     pub p: f64,
 }
 
-/// Tests whether positive and negative differences are equally likely; `None` for NaN or more than 1e5 differences.
-#[must_use]
-pub fn sign_test(differences: &[f64]) -> Option<SignTest> {
-    if differences.iter().any(|d| d.is_nan()) {
-        return None;
-    }
+/// Tests whether positive and negative differences are equally likely.
+///
+/// # Errors
+/// A difference that is not finite; more than 1e5 differences.
+pub fn sign_test(differences: &[f64]) -> Result<SignTest> {
+    all_finite("difference", differences)?;
     let count = |of: fn(&f64) -> bool| differences.iter().filter(|d| of(d)).count() as u64;
     let (positive, negative) = (count(|d| *d > 0.0), count(|d| *d < 0.0));
-    let p = match positive + negative {
-        0 => 1.0,
-        decided => binomial_test(positive, decided, 0.5).ok()?,
-    };
-    Some(SignTest {
+    Ok(SignTest {
         positive,
         negative,
         zero: differences.len() as u64 - positive - negative,
-        p,
+        p: match positive + negative {
+            0 => 1.0,
+            decided => binomial_test(positive, decided, 0.5)?,
+        },
     })
 }
 

@@ -138,20 +138,21 @@ impl SimulatedParticipant {
         let mut normal = || -> f64 { StandardNormal.sample(&mut numbers) };
         if let Some(rating) = self.planted_rating(procedure, trial) {
             shown.rendered.force_n?;
-            let last = f64::from(procedure.points()?);
+            let points = procedure.points()?;
+            let last = f64::from(points) - 1.0;
             let off = self.config.rating_sd * (self.rates_off + normal() * tired);
             let rating = if lapse {
-                1.0 + luck * (last - 1.0)
+                1.0 + luck * last
             } else {
                 rating + off
             };
+            let rating = rating.round().clamp(1.0, last + 1.0);
             let slow = (0.3 * normal()).clamp(-2.0, 2.0);
-            let toward_second = matches!(procedure, Procedure::Likert { .. }) || trial.second;
-            let rating = rating.round().clamp(1.0, last);
-            let answer = if toward_second {
-                rating
-            } else {
-                last + 1.0 - rating
+            let compares = procedure.is_two_intervals();
+            // High ratings speak for the condition, high answers for the second touch.
+            let answer = match compares && !trial.second {
+                true => last + 2.0 - rating,
+                false => rating,
             };
             return Some((answer, round(1.8 * slow.exp())));
         }

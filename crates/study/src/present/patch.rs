@@ -33,6 +33,12 @@ impl Patch {
         Self::Cones3,
     ];
 
+    /// Its number, from 1, which tells a subject nothing.
+    #[must_use]
+    pub const fn number(self) -> usize {
+        self as usize + 1
+    }
+
     /// As one word, as in the levels of a factor; those of hemiellipsoids are presets of `texture_patch`.
     #[must_use]
     pub const fn word(self) -> &'static str {

@@ -126,13 +126,7 @@ impl SimulatedStage {
         let target_m = TARGET_M + DVec3::new(0.0, within(off), within(off));
         let (depth_m, scan_m_per_s) = (within(DEPTH_M), within(SCAN_M_PER_S));
         if stimulus.surface == Surface::Whiteboard {
-            // It neither moves nor yields.
-            return Ok(Rendered {
-                force_n: Some(HandContact::default().stiffness_n_per_m * depth_m),
-                contact_s: LEAVE_S - PRESS_S,
-                ..Rendered::default()
-            }
-            .rounded());
+            return Ok(touched_whiteboard(depth_m));
         }
         let room = self.room(stimulus.surface)?;
         let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led());
@@ -174,6 +168,16 @@ impl SimulatedStage {
         };
         trial.run(&mut session, stimulus)
     }
+}
+
+/// A touch of a whiteboard, which neither moves nor yields.
+fn touched_whiteboard(depth_m: f64) -> Rendered {
+    Rendered {
+        force_n: Some(HandContact::default().stiffness_n_per_m * depth_m),
+        contact_s: LEAVE_S - PRESS_S,
+        ..Rendered::default()
+    }
+    .rounded()
 }
 
 /// A wall, a door or a panel, 0.6 m in front of the base and facing +x, with a roughness: what the simulated arm presents.

@@ -70,13 +70,10 @@ fn of_condition(
     points: u8,
 ) -> Result<Option<Ratings>, StudyError> {
     let p = &study.protocol;
-    let own: Vec<&TrialRecord> = study
-        .trials
-        .iter()
-        .filter(|r| {
-            r.trial.kind == TrialKind::Main && r.trial.condition == condition && r.is_valid()
-        })
-        .collect();
+    let counts_here = |r: &&TrialRecord| {
+        r.trial.kind == TrialKind::Main && r.trial.condition == condition && r.is_valid()
+    };
+    let own: Vec<&TrialRecord> = study.trials.iter().filter(counts_here).collect();
     let mut counts = vec![0; usize::from(points)];
     let mut values = Vec::new();
     for subject in 0..p.subjects {
@@ -96,12 +93,7 @@ fn of_condition(
     }
     let middle = 0.5 * (f64::from(points) + 1.0);
     let off: Vec<f64> = values.iter().map(|v| v - middle).collect();
-    let signs = sign_test(&off).unwrap_or(SignTest {
-        positive: 0,
-        negative: 0,
-        zero: 0,
-        p: 1.0,
-    });
+    let signs = sign_test(&off)?;
     let decided = signs.positive + signs.negative;
     let above = match decided {
         0 => None,
@@ -249,43 +241,36 @@ fn how_many(
     compares: bool,
     subjects: usize,
 ) -> Result<String, StudyError> {
-    let mut out = String::from("\n## How many people\n");
-    let mut rows = |intro: &str, what: &str, found: &[RatingPower], most: usize| {
-        let _ = writeln!(
-            out,
-            "\n{intro}\n\n| {what} | power of {subjects} | subjects for {SUFFICIENT} |\n| --- | --- | --- |"
-        );
-        for row in found {
-            let needed = row
-                .subjects
-                .map_or(format!("above {most}"), |n| n.to_string());
-            let _ = writeln!(
-                out,
-                "| {:.3} | {:.3} | {needed} |",
-                row.population, row.power
-            );
-        }
-    };
-    if compares {
+    let end = f64::from(points);
+    let (intro, found, most) = if compares {
         let found = sign_power(&[0.6, 0.7, 0.75, 0.8, 0.9, 0.95], subjects)?;
         let intro = "Exact power of the sign test at 5 %, by the share of those who prefer one of the two, if nobody is undecided:";
-        rows(intro, "share", &found, MOST_SIGNS);
-        return Ok(out);
-    }
-    let end = f64::from(points);
-    let middle = 0.5 * (end + 1.0);
-    let mut means: Vec<f64> = [0.125, 0.25, 0.5]
-        .map(|part| middle + part * (end - middle))
-        .to_vec();
-    means.extend(
-        all.iter()
+        (intro, found, MOST_SIGNS)
+    } else {
+        let middle = 0.5 * (end + 1.0);
+        let usual = [0.125, 0.25, 0.5].map(|part| middle + part * (end - middle));
+        let own = all
+            .iter()
             .map(|r| r.mean)
-            .filter(|mean| *mean > 1.0 && *mean < end),
+            .filter(|mean| (1.0 < *mean) && *mean < end);
+        let mut means: Vec<f64> = own.chain(usual).collect();
+        means.sort_by(f64::total_cmp);
+        means.dedup();
+        let intro = "Exact power of the signed-rank test against the middle at 5 %, by the mean of a population of which no more is assumed:";
+        (intro, mean_power(points, &means, subjects)?, MOST_RATINGS)
+    };
+    let mut out = format!(
+        "\n## How many people\n\n{intro}\n\n| population | power of {subjects} | subjects for {SUFFICIENT} |\n| --- | --- | --- |\n"
     );
-    means.sort_by(f64::total_cmp);
-    means.dedup();
-    let found = mean_power(points, &means, subjects)?;
-    let intro = "Exact power of the signed-rank test against the middle at 5 %, by the mean of a population of which no more is assumed:";
-    rows(intro, "mean", &found, MOST_RATINGS);
+    for row in found {
+        let needed = row
+            .subjects
+            .map_or(format!("above {most}"), |n| n.to_string());
+        let _ = writeln!(
+            out,
+            "| {:.3} | {:.3} | {needed} |",
+            row.population, row.power
+        );
+    }
     Ok(out)
 }

@@ -3,8 +3,8 @@
 use super::progress::NextStep;
 use super::study::{Answer, Study};
 use crate::error::StudyError;
-use crate::present::{Patch, Presentation, Presenter, Rendered, Stimulus, Surface};
-use crate::protocol::{Participants, PlannedTrial, Procedure, Protocol, TrialKind};
+use crate::present::{Presentation, Presenter, Rendered, Stimulus, Surface};
+use crate::protocol::{Participants, PlannedTrial, Procedure, TrialKind};
 
 /// A question to a subject.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,7 +42,7 @@ pub trait Respondent {
 /// Runs a study with people until it is done or the session ends; returns the number of answered trials.
 ///
 /// Questions show the number of the trial and of all trials, never the condition. The subject is told when a spoilt trial will be repeated.
-/// Before a trial on another patch than the last one, whoever runs the study is asked to put it on, by its number among the levels.
+/// Before a trial on another patch than the last one, whoever runs the study is asked to put it on, by its number.
 ///
 /// # Errors
 /// A study with simulated participants, or on another kind of arm; as [`Presenter::present`] and [`Respondent`]; a log that cannot be
@@ -87,12 +87,13 @@ pub fn conduct(
                     greeted = Some(subject);
                 }
                 let patch = Stimulus::of(&protocol, trial.condition)?.patch;
-                if patch != on_board {
-                    let text = exchange(&protocol, patch);
+                if let Some(patch) = patch.filter(|_| patch != on_board) {
+                    let number = patch.number();
+                    let text = format!("Put patch {number} on the board. Go on when it is there.");
                     if respondent.ask(&text, Ask::GoOn)?.is_none() {
                         return Ok(answered);
                     }
-                    on_board = patch;
+                    on_board = Some(patch);
                 }
                 respondent.tell(&announcement(&trial, protocol.procedure))?;
                 let [who, what] = [subject as u64, trial.number as u64];
@@ -172,27 +173,6 @@ fn present(
         rendered,
         reference: Some(reference),
     }))
-}
-
-/// What is asked of whoever runs the study before a trial on another patch: its number, which says nothing to the subject.
-fn exchange(protocol: &Protocol, patch: Option<Patch>) -> String {
-    let word = patch.map(Patch::word);
-    let factor = protocol
-        .factors
-        .iter()
-        .find(|f| f.name.eq_ignore_ascii_case("patch"));
-    let place = factor.and_then(|f| {
-        f.levels
-            .iter()
-            .position(|level| Some(level.as_str()) == word)
-    });
-    match place {
-        Some(place) => format!(
-            "Put patch {} on the board. Go on when it is there.",
-            place + 1
-        ),
-        None => "Put the usual patch on the board. Go on when it is there.".to_owned(),
-    }
 }
 
 fn announcement(trial: &PlannedTrial, procedure: Procedure) -> String {

@@ -284,7 +284,7 @@ fn patches_are_exchanged_when_they_change() {
     assert!(
         asked
             .iter()
-            .all(|text| text.contains("patch 1") || text.contains("patch 2"))
+            .all(|text| text.contains("patch 4") || text.contains("patch 5"))
     );
     let all = person.said.iter().chain(&person.asked);
     assert!(
