@@ -1,6 +1,6 @@
 //! Exact power of Wilcoxon's signed-rank test of ratings, by going through all outcomes of a study.
 
-use crate::error::{PsychophysicsError, Result, inner_probability};
+use crate::error::{Result, inner_probability};
 use crate::samples::signings;
 use crate::tails::ln_choose;
 use hwall_numeric::check::{non_negative, that};
@@ -62,13 +62,13 @@ impl RatingTest {
     /// Probabilities that are negative, do not add up to 1 within 1e-9, or are not one for each point; no subjects, or so many that
     /// there are more than 2e7 outcomes.
     pub fn power(&mut self, shares: &[f64], subjects: usize) -> Result<f64> {
-        if shares.len() != self.points {
-            return Err(PsychophysicsError::Length {
-                what: "shares",
-                got: shares.len(),
-                wanted: self.points,
-            });
-        }
+        let holds = shares.len() == self.points;
+        that(
+            holds,
+            "number of shares",
+            shares.len() as f64,
+            "one for each point",
+        )?;
         for share in shares {
             non_negative("share", *share)?;
         }

@@ -34,26 +34,36 @@ impl ReadyProtocol {
         Self::Cones,
     ];
 
-    /// Its name, as `--protocol` of `study` takes it.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
+    /// Name and title.
+    const fn words(self) -> [&'static str; 2] {
         match self {
-            Self::Experiment1 => "thesis:experiment-1",
-            Self::Experiment2 => "thesis:experiment-2",
-            Self::Preliminary => "thesis:preliminary",
-            Self::Roughness => "thesis:roughness",
-            Self::Cones => "thesis:cones",
+            Self::Experiment1 => [
+                "thesis:experiment-1",
+                "experiment 1 of the dissertation, a whiteboard against H-Wall",
+            ],
+            Self::Experiment2 => [
+                "thesis:experiment-2",
+                "experiment 2 of the dissertation, three questions about H-Wall",
+            ],
+            Self::Preliminary => [
+                "thesis:preliminary",
+                "the dissertation's preliminary study, four patches by angle",
+            ],
+            Self::Roughness => [
+                "thesis:roughness",
+                "the dissertation's study of roughness by angle and speed",
+            ],
+            Self::Cones => [
+                "thesis:cones",
+                "the dissertation's hemiellipsoids against truncated cones",
+            ],
         }
     }
 
-    const fn title(self) -> &'static str {
-        match self {
-            Self::Experiment1 => "experiment 1 of the dissertation, a whiteboard against H-Wall",
-            Self::Experiment2 => "experiment 2 of the dissertation, three questions about H-Wall",
-            Self::Preliminary => "the dissertation's preliminary study, four patches by angle",
-            Self::Roughness => "the dissertation's study of roughness by angle and speed",
-            Self::Cones => "the dissertation's hemiellipsoids against truncated cones",
-        }
+    /// Its name, as `--protocol` of `study` takes it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        self.words()[0]
     }
 
     /// The protocol of this name.
@@ -72,14 +82,16 @@ impl ReadyProtocol {
     /// The study that a protocol comes from, by its title.
     #[must_use]
     pub fn of(protocol: &Protocol) -> Option<Self> {
-        Self::ALL.into_iter().find(|p| p.title() == protocol.title)
+        Self::ALL
+            .into_iter()
+            .find(|p| p.words()[1] == protocol.title)
     }
 
     /// The protocol. Catch trials and practice are of the studies of roughness only.
     #[must_use]
     pub fn protocol(self) -> Protocol {
         let usual = Protocol {
-            title: self.title().to_owned(),
+            title: self.words()[1].to_owned(),
             subjects: 8,
             ..Protocol::default()
         };

@@ -280,31 +280,19 @@ impl Protocol {
 
     fn check_questions(&self) -> Result<(), StudyError> {
         let of_levels = self.factors.iter().find(|f| f.name == QUESTION);
-        let (asked, wanted) = (
-            self.questions.len(),
-            of_levels.map_or(1, |f| f.levels.len()),
-        );
-        let holds = match of_levels {
-            None => asked <= wanted,
-            Some(_) => asked == wanted,
+        let asked = self.questions.len();
+        let enough = match of_levels {
+            None => asked <= 1,
+            Some(factor) => asked == factor.levels.len(),
         };
-        that(
-            holds,
-            "questions",
-            asked as f64,
-            "one for each level of the factor question, or one for all trials without that factor",
-        )?;
         let plain = |text: &String| {
             !text.trim().is_empty() && text.len() <= 500 && !text.chars().any(char::is_control)
         };
-        match self.questions.iter().find(|text| !plain(text)) {
-            None => Ok(()),
-            Some(text) => Err(StudyError::BadLevel {
-                factor: QUESTION.to_owned(),
-                level: text.clone(),
-                wanted: "a line of text, at most 500 bytes",
-            }),
-        }
+        let holds = enough && self.questions.iter().all(plain);
+        let wanted =
+            "a short line for each level of the factor question; without that factor one at most";
+        that(holds, "questions", asked as f64, wanted)?;
+        Ok(())
     }
 
     /// The study's own question in a condition; `None` for that of the procedure.

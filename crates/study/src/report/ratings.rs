@@ -115,8 +115,7 @@ fn of_condition(
 fn named(p: &Protocol, condition: usize) -> String {
     let levels = p.levels(condition).unwrap_or_default();
     let all = p.factors.iter().zip(levels);
-    let varies = p.conditions() > 1;
-    let shown = all.filter(|(factor, _)| !varies || factor.levels.len() > 1);
+    let shown = all.filter(|(factor, _)| factor.levels.len() > 1 || p.conditions() == 1);
     let shown: Vec<String> = shown
         .map(|(f, level)| format!("{} {level}", f.name))
         .collect();
