@@ -8,8 +8,7 @@ use crate::report::{cells, or_none, titled};
 use crate::spans::ends;
 use anyhow::{Context, bail, ensure};
 use hwall_psychophysics::{
-    Analysis, CellMean, Effect, ErrorModel, for_each_outcome, median, sign_test,
-    wilcoxon_signed_rank_exact,
+    Analysis, Effect, ErrorModel, for_each_outcome, median, sign_test, wilcoxon_signed_rank_exact,
 };
 use hwall_study::{
     Durability, EXPERIMENT_2_MEANS, LevelGroups, Participants, Procedure, RatingPower, Ratings,
@@ -261,7 +260,7 @@ fn question_rows(questions: &[Question]) -> Vec<Row> {
 /// Result of a study of magnitudes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Magnitudes {
-    /// Analysis of the normalised estimates, with both error models.
+    /// Analysis of the normalised estimates, with both error models; its cells are the curves of V-8 and V-13.
     pub analysis: Analysis,
     /// Levels of each factor in groups that do not differ.
     pub groups: Vec<LevelGroups>,
@@ -312,12 +311,6 @@ impl Magnitudes {
     #[must_use]
     pub fn distinct(&self) -> usize {
         self.groups.iter().map(distinct).product()
-    }
-
-    /// The normalised estimates of V-8 and V-13: means of the conditions, the last factor fastest.
-    #[must_use]
-    pub fn estimates(&self) -> &[CellMean] {
-        &self.analysis.cells
     }
 
     /// The effects against one residual, as in table V.
@@ -489,15 +482,12 @@ mod tests {
         let named = |what: &str| rows.iter().find(|row| row.what.starts_with(what)).unwrap();
         assert_eq!(named("angle, ").what, "angle, F(4, 576)");
         assert!(named("angle, ").published.starts_with("71.667"));
-        assert_eq!(
-            named("orientation:velocity").what,
-            "orientation:velocity, F(16, 576)"
-        );
+        assert_eq!(named("angle:speed").what, "angle:speed, F(16, 576)");
         let found = Magnitudes::of(&record).unwrap();
         let angles = found.groups.iter().find(|g| g.factor == "angle").unwrap();
         assert!(angles.is_less("0", "45") && angles.is_less("45", "63.43"));
         assert!(!angles.is_less("63.43", "90") && found.distinct() >= 6);
-        assert_eq!(found.estimates().len(), 25);
+        assert_eq!(found.analysis.cells.len(), 25);
         let text = found.table_v().to_string();
         assert!(text.contains("error") && text.contains("576"), "{text}");
         assert!(section(&record).contains("Beside the dissertation"));
@@ -517,7 +507,7 @@ mod tests {
                 factor.name == "patch" && factor.levels == patches,
                 "{factor:?}"
             );
-            assert_eq!(found.estimates().len(), 5 * patches.len());
+            assert_eq!(found.analysis.cells.len(), 5 * patches.len());
         }
     }
 }

@@ -37,10 +37,9 @@ impl RatingTest {
 
     /// Is a study with these numbers of ratings, from the lowest point to the highest, significant?
     fn rejects(&mut self, counts: &[usize]) -> bool {
-        let last = self.points - 1;
         // Pairs of points at the same distance from the middle, the closest first.
         let pairs = (0..self.points / 2).rev();
-        let pairs = pairs.map(|low| [counts[low], counts[last - low]]);
+        let pairs = pairs.map(|low| [counts[low], counts[self.points - 1 - low]]);
         let ties: Vec<usize> = pairs.clone().map(|[below, above]| below + above).collect();
         let (mut below_sum, mut above_sum) = (0, 0);
         for ([below, above], rank) in pairs.zip(doubled_ranks(&ties)) {
@@ -146,8 +145,8 @@ pub fn for_each_outcome(
     answers: usize,
     mut each: impl FnMut(&[usize]),
 ) -> Result<()> {
-    that(points > 0, "points", points as f64, "at least 1")?;
-    that(answers > 0, "answers", answers as f64, "at least 1")?;
+    let least = points.min(answers);
+    that(least > 0, "points, answers", least as f64, "at least 1")?;
     let ways = ln_choose((answers + points - 1) as u64, answers as u64).exp();
     that(
         ways <= MOST_OUTCOMES,

@@ -55,12 +55,6 @@ impl Share {
             ci: [low, high],
         })
     }
-
-    /// Successes divided by trials.
-    #[must_use]
-    pub fn value(&self) -> f64 {
-        self.successes as f64 / self.trials as f64
-    }
 }
 
 fn check_counts(successes: u64, trials: u64) -> Result<()> {

@@ -191,13 +191,11 @@ impl SimulatedParticipant {
 
     /// The mean rating of a condition that does not follow from its roughness.
     fn planted_rating(&self, procedure: Procedure, trial: &PlannedTrial) -> Option<f64> {
-        let planted = &self.config.ratings;
+        let (planted, more_real) = (&self.config.ratings, self.config.more_real);
         match procedure {
-            Procedure::MoreReal { points } => {
-                Some(0.5 * (f64::from(points) + 1.0) + self.config.more_real)
-            }
-            Procedure::Likert { .. } if !planted.is_empty() => {
-                planted.get(trial.condition % planted.len()).copied()
+            Procedure::MoreReal { points } => Some(0.5 * (f64::from(points) + 1.0) + more_real),
+            Procedure::Likert { .. } => {
+                planted.get(trial.condition % planted.len().max(1)).copied()
             }
             _ => None,
         }

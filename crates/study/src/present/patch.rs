@@ -8,30 +8,24 @@ use serde::{Deserialize, Serialize};
 pub enum Patch {
     /// [`Texture::study_1_5`].
     #[serde(rename = "study-1.5")]
-    Study1_5,
+    R1_5,
     /// [`Texture::study_2`].
     #[serde(rename = "study-2")]
-    Study2,
+    R2,
     /// [`Texture::study_2_5`].
     #[serde(rename = "study-2.5")]
-    Study2_5,
+    R2_5,
     /// [`Texture::study_3`]: hemiellipsoids with a long radius of 3 mm.
     #[serde(rename = "study-3")]
-    Study3,
-    /// Truncated cones with the same base, height and grid as `Study3`, and sides of 45 degrees.
+    R3,
+    /// Truncated cones with the same base, height and grid as `R3`, and sides of 45 degrees.
     #[serde(rename = "cones-3")]
     Cones3,
 }
 
 impl Patch {
     /// All patches.
-    pub const ALL: [Self; 5] = [
-        Self::Study1_5,
-        Self::Study2,
-        Self::Study2_5,
-        Self::Study3,
-        Self::Cones3,
-    ];
+    pub const ALL: [Self; 5] = [Self::R1_5, Self::R2, Self::R2_5, Self::R3, Self::Cones3];
 
     /// Its number, from 1, which tells a subject nothing.
     #[must_use]
@@ -43,10 +37,10 @@ impl Patch {
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
-            Self::Study1_5 => "study-1.5",
-            Self::Study2 => "study-2",
-            Self::Study2_5 => "study-2.5",
-            Self::Study3 => "study-3",
+            Self::R1_5 => "study-1.5",
+            Self::R2 => "study-2",
+            Self::R2_5 => "study-2.5",
+            Self::R3 => "study-3",
             Self::Cones3 => "cones-3",
         }
     }
@@ -58,10 +52,10 @@ impl Patch {
     #[must_use]
     pub fn texture(self) -> Texture {
         match self {
-            Self::Study1_5 => Texture::study_1_5(),
-            Self::Study2 => Texture::study_2(),
-            Self::Study2_5 => Texture::study_2_5(),
-            Self::Study3 => Texture::study_3(),
+            Self::R1_5 => Texture::study_1_5(),
+            Self::R2 => Texture::study_2(),
+            Self::R2_5 => Texture::study_2_5(),
+            Self::R3 => Texture::study_3(),
             Self::Cones3 => {
                 let like = Texture::study_3();
                 let (bump, grid) = (like.texton(), *like.layout());

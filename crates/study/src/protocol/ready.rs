@@ -37,26 +37,11 @@ impl ReadyProtocol {
     /// Name and title.
     const fn words(self) -> [&'static str; 2] {
         match self {
-            Self::Experiment1 => [
-                "thesis:experiment-1",
-                "experiment 1 of the dissertation, a whiteboard against H-Wall",
-            ],
-            Self::Experiment2 => [
-                "thesis:experiment-2",
-                "experiment 2 of the dissertation, three questions about H-Wall",
-            ],
-            Self::Preliminary => [
-                "thesis:preliminary",
-                "the dissertation's preliminary study, four patches by angle",
-            ],
-            Self::Roughness => [
-                "thesis:roughness",
-                "the dissertation's study of roughness by angle and speed",
-            ],
-            Self::Cones => [
-                "thesis:cones",
-                "the dissertation's hemiellipsoids against truncated cones",
-            ],
+            Self::Experiment1 => ["thesis:experiment-1", "dissertation, experiment 1"],
+            Self::Experiment2 => ["thesis:experiment-2", "dissertation, experiment 2"],
+            Self::Preliminary => ["thesis:preliminary", "dissertation, four patches"],
+            Self::Roughness => ["thesis:roughness", "dissertation, roughness"],
+            Self::Cones => ["thesis:cones", "dissertation, bumps and cones"],
         }
     }
 

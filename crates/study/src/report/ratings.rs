@@ -171,14 +171,14 @@ fn power_of(
     most: usize,
 ) -> Result<Vec<RatingPower>, StudyError> {
     let mut test = RatingTest::new(points, ALPHA)?;
-    let rows = populations.into_iter().map(|(population, shares)| {
+    let of = |(population, shares): (f64, Vec<f64>)| {
         Ok(RatingPower {
             population,
             power: test.power(&shares, subjects)?,
             subjects: test.subjects(&shares, SUFFICIENT, most)?,
         })
-    });
-    rows.collect()
+    };
+    populations.into_iter().map(of).collect()
 }
 
 /// The section of exact tests and of the number of subjects, in Markdown.
@@ -205,7 +205,11 @@ pub(super) fn section(study: &StudyRecord, points: u8) -> Result<String, StudyEr
             |[low, high]: [f64; 2], digits: usize| format!(" ({low:.digits$} to {high:.digits$})");
         let median_ci = r.median.ci.map(|ci| interval(ci, 1)).unwrap_or_default();
         let above = r.above.map_or("none".to_owned(), |share| {
-            format!("{:.3}{}", share.value(), interval(share.ci, 3))
+            format!(
+                "{:.3}{}",
+                share.successes as f64 / share.trials as f64,
+                interval(share.ci, 3)
+            )
         });
         let ranks = r
             .wilcoxon
