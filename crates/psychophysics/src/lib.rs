@@ -25,8 +25,8 @@ pub use analysis::{
 };
 // Design: order of conditions for each subject, and number of subjects.
 pub use design::{
-    EffectPower, PowerStudy, PowerTest, Schedule, ScheduledTrial, TrialOrder,
-    balanced_latin_square, power,
+    EffectPower, PowerStudy, PowerTest, RatingTest, Schedule, ScheduledTrial, TrialOrder,
+    balanced_latin_square, for_each_outcome, power, shares_of_mean,
 };
 // Models: growth of sensation with the stimulus, and the just noticeable difference.
 pub use models::{
@@ -38,7 +38,10 @@ pub use procedures::{
     threshold,
 };
 // Tests of single samples, and tail probabilities.
-pub use samples::{ShapiroWilk, Wilcoxon, shapiro_wilk, wilcoxon_signed_rank};
+pub use samples::{
+    Median, ShapiroWilk, Share, SignTest, Wilcoxon, binomial_test, median, shapiro_wilk, sign_test,
+    wilcoxon_signed_rank, wilcoxon_signed_rank_exact,
+};
 pub use tails::{
     chi2_tail, f_tail, noncentral_f_cdf, noncentral_t_cdf, normal_cdf, normal_quantile,
     normal_tail, t_quantile_two_sided, t_tail_two_sided,

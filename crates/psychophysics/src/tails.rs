@@ -86,6 +86,24 @@ pub fn chi2_tail(x: f64, df: f64) -> f64 {
     }
 }
 
+/// `P(X >= k)` of a binomial variable with `n` trials and probability `p` in (0, 1).
+///
+/// Error: as [`f_tail`]. Source: `I_p(k, n - k + 1)`, Abramowitz and Stegun 26.5.24.
+pub(crate) fn binomial_upper_tail(k: u64, n: u64, p: f64) -> f64 {
+    if k == 0 {
+        return 1.0;
+    }
+    if k > n {
+        return 0.0;
+    }
+    incomplete_beta(k as f64, (n - k + 1) as f64, p.ln(), (-p).ln_1p()).clamp(0.0, 1.0)
+}
+
+/// Logarithm of the number of ways to choose `k` of `n`.
+pub(crate) fn ln_choose(n: u64, k: u64) -> f64 {
+    ln_gamma(n as f64 + 1.0) - ln_gamma(k as f64 + 1.0) - ln_gamma((n - k) as f64 + 1.0)
+}
+
 /// `P(Z > z)` of the standard normal distribution.
 #[must_use]
 pub fn normal_tail(z: f64) -> f64 {

@@ -118,7 +118,9 @@ pub enum StudyError {
         why: &'static str,
     },
     /// A factor that no presenter supports.
-    #[error("factor {factor:?} cannot be presented, only angle, speed and surface")]
+    #[error(
+        "factor {factor:?} cannot be presented, only angle, speed, surface, patch and question"
+    )]
     UnknownFactor {
         /// The factor.
         factor: String,
@@ -132,6 +134,14 @@ pub enum StudyError {
         second: String,
         /// The quantity.
         quantity: &'static str,
+    },
+    /// A name that no ready protocol has.
+    #[error("no protocol {name:?}; there are {known}")]
+    UnknownProtocol {
+        /// The name.
+        name: String,
+        /// All names.
+        known: String,
     },
     /// A level that cannot be presented.
     #[error("level {level:?} of {factor} is not {wanted}")]

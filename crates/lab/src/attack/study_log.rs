@@ -19,7 +19,8 @@ const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
 pub(super) fn log() -> anyhow::Result<Reader> {
     let magnitude = protocol(Procedure::Magnitude, &["0", "90"]);
     let staircase = protocol(Procedure::Staircase, &["10", "30", "60", "90"]);
-    let good = [magnitude, staircase].into_iter().map(whole_log);
+    let real = protocol(Procedure::MoreReal { points: 5 }, &["0", "90"]);
+    let good = [magnitude, staircase, real].into_iter().map(whole_log);
     Reader::new(good.collect::<anyhow::Result<_>>()?, read)
 }
 

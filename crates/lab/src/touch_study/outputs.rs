@@ -1,5 +1,6 @@
 //! Tables, report and figures of a study, beside its log.
 
+use super::thesis;
 use crate::documents::quoted;
 use crate::psychophysics::figures as answers;
 use crate::report::figure::{Axes, Draw, Mesh, Plot, figure};
@@ -19,6 +20,24 @@ use std::path::Path;
 pub(super) fn write(folder: &Path, study: &StudyRecord, remarks: &str) -> anyhow::Result<String> {
     tables(folder, study)?;
     let report = StudyReport::of(study)?;
+    let shown = figures(folder, study, &report)?;
+    let mut text = report.to_markdown(&shown) + remarks + &thesis::section(study);
+    if report.table.is_some() {
+        text += &again(folder, study, !report.left_out.is_empty());
+    }
+    put(folder, "report.md", text.clone().into_bytes())?;
+    Ok(text)
+}
+
+/// Draws the figures of a study into a folder; returns their file names and captions.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn figures(
+    folder: &Path,
+    study: &StudyRecord,
+    report: &StudyReport,
+) -> anyhow::Result<Vec<(&'static str, &'static str)>> {
     let mut shown = vec![("rendered.svg", "What was wanted beside what was rendered")];
     rendered(&folder.join("rendered.svg"), &study.trials)?;
     if let Some(table) = &report.table {
@@ -32,12 +51,7 @@ pub(super) fn write(folder: &Path, study: &StudyRecord, remarks: &str) -> anyhow
         shown.push(("means.svg", "Mean answers with intervals within subjects"));
         shown.push(("boxes.svg", "Answers of the subjects"));
     }
-    let mut text = report.to_markdown(&shown) + remarks;
-    if report.table.is_some() {
-        text += &again(folder, study, !report.left_out.is_empty());
-    }
-    put(folder, "report.md", text.clone().into_bytes())?;
-    Ok(text)
+    Ok(shown)
 }
 
 /// Writes `trials.csv` and `attempts.csv` of the study so far.

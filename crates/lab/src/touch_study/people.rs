@@ -6,8 +6,8 @@ use super::settings::{ProtocolArgs, resumed};
 use hwall_bridge::{Answering, Question, QuestionServer};
 use hwall_stage::numbers::counted;
 use hwall_study::{
-    Answer, ArmKind, ArmStop, Ask, Durability, NextStep, Participants, Presenter, Procedure,
-    Protocol, Respondent, SimulatedStage, Study, StudyError, conduct,
+    Answer, ArmKind, ArmStop, Ask, Durability, NextStep, Participants, Presenter, Protocol,
+    Respondent, SimulatedStage, Study, StudyError, conduct,
 };
 use std::io::{BufRead, ErrorKind, Write};
 use std::net::SocketAddr;
@@ -31,7 +31,8 @@ pub struct Setup<'a> {
     pub stop: &'a OnceLock<ArmStop>,
 }
 
-/// Runs or resumes the study of a folder; returns whether it is done. `subjects`: of a new study, 25 by default.
+/// Runs or resumes the study of a folder; returns whether it is done. `subjects`: of a new study, by default as many as its
+/// protocol usually has.
 ///
 /// # Errors
 /// A protocol that cannot be run; flags or a kind of arm that differ from the study's; a folder or an address that cannot be
@@ -111,7 +112,7 @@ fn planned(
     match Study::read(folder) {
         Ok(record) => Ok(record.protocol),
         // Errors of the log are reported when it is opened.
-        Err(_) => protocol.protocol(subjects.unwrap_or(Protocol::default().subjects)),
+        Err(_) => protocol.protocol(subjects),
     }
 }
 
@@ -157,7 +158,7 @@ pub fn open(
     {
         return Ok(study);
     }
-    let protocol = protocol.protocol(subjects.unwrap_or(Protocol::default().subjects))?;
+    let protocol = protocol.protocol(subjects)?;
     Ok(Study::create_on(arm, folder, protocol, people, disk)?)
 }
 
@@ -248,9 +249,11 @@ impl<R: BufRead, W: Write> Respondent for Keyboard<'_, R, W> {
         loop {
             let hint = match ask {
                 Ask::GoOn => "Enter",
-                Ask::Procedure(procedure) if procedure.is_two_intervals() => "1 or 2",
-                Ask::Procedure(Procedure::Likert { points }) => &format!("1 to {points}"),
-                Ask::Procedure(_) => "a number",
+                Ask::Procedure(procedure) => match procedure.points() {
+                    Some(points) => &format!("1 to {points}"),
+                    None if procedure.is_two_intervals() => "1 or 2",
+                    None => "a number",
+                },
             };
             write!(self.output, "{text} [{hint}] ").map_err(of_terminal)?;
             self.output.flush().map_err(of_terminal)?;
@@ -298,9 +301,11 @@ impl Respondent for Page<'_> {
     fn ask(&mut self, text: &str, ask: Ask) -> Result<Option<Answer>, StudyError> {
         let answering = match ask {
             Ask::GoOn => Answering::Continue,
-            Ask::Procedure(Procedure::Likert { points }) => Answering::Scale { points },
-            Ask::Procedure(procedure) if procedure.is_two_intervals() => Answering::Two,
-            Ask::Procedure(_) => Answering::Number,
+            Ask::Procedure(procedure) => match procedure.points() {
+                Some(points) => Answering::Scale { points },
+                None if procedure.is_two_intervals() => Answering::Two,
+                None => Answering::Number,
+            },
         };
         self.server.ask(Question {
             text: text.to_owned(),

@@ -4,8 +4,8 @@ use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
 use hwall_stage::numbers::count_within;
 use hwall_study::{
-    ArmKind, Durability, Participants, Procedure, Protocol, Study, StudyError, StudyFactor,
-    TrialOrder,
+    ArmKind, Durability, Participants, Procedure, Protocol, ReadyProtocol, Study, StudyError,
+    StudyFactor, TrialOrder,
 };
 use std::path::Path;
 
@@ -31,12 +31,19 @@ pub enum ProcedureKind {
     Staircase,
     /// The same; which condition comes is decided by QUEST+
     Quest,
+    /// Which felt more real, the condition or a whiteboard, on a scale, see --points
+    Real,
 }
 
 /// Flags of a protocol. Those that are not given are the usual ones, or those of the study that goes on.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct ProtocolArgs {
-    /// Factors: angle (degrees from the long axis of the bumps), speed (mm/s), surface (wall, door, panel) [default: angle,speed]
+    /// A ready protocol, which the other flags change: thesis:experiment-1, thesis:experiment-2, thesis:preliminary,
+    /// thesis:roughness, thesis:cones
+    #[arg(long = "protocol", value_name = "NAME", value_parser = ReadyProtocol::named)]
+    pub ready: Option<ReadyProtocol>,
+    /// Factors: angle (degrees from the long axis of the bumps), speed (mm/s), surface (wall, door, panel), patch (study-1.5,
+    /// study-2, study-2.5, study-3, cones-3), question (any names) [default: angle,speed]
     #[arg(long, value_delimiter = ',')]
     pub factors: Vec<String>,
     /// Levels of the factors: 0,45,90/20,60, one list for each [default: the dissertation's five angles and five speeds]
@@ -51,7 +58,10 @@ pub struct ProtocolArgs {
     /// What is asked [default: magnitude]
     #[arg(long, value_enum)]
     pub procedure: Option<ProcedureKind>,
-    /// Points of the scale of --procedure likert [default: 7]
+    /// A question in your own words; for a factor question one for each level, else one for all trials
+    #[arg(long = "question", value_name = "TEXT")]
+    pub questions: Vec<String>,
+    /// Points of the scale of --procedure likert [default: 7] and real [default: 5]
     #[arg(long, value_parser = count_within::<2, 100>, allow_negative_numbers = true)]
     pub points: Option<usize>,
     /// Practice trials [default: 3]
@@ -69,13 +79,15 @@ pub struct ProtocolArgs {
 }
 
 impl ProtocolArgs {
-    /// The protocol of a new study for `subjects` subjects.
+    /// The protocol of a new study for `subjects` subjects, by default as many as usual.
     ///
     /// # Errors
     /// Levels that do not match the factors; a protocol that cannot be run.
-    pub fn protocol(&self, subjects: usize) -> anyhow::Result<Protocol> {
-        let usual = Protocol::default();
-        let protocol = self.applied_to(&usual, Some(subjects))?;
+    pub fn protocol(&self, subjects: Option<usize>) -> anyhow::Result<Protocol> {
+        let usual = self
+            .ready
+            .map_or_else(Protocol::default, ReadyProtocol::protocol);
+        let protocol = self.applied_to(&usual, subjects)?;
         let flags = || match protocol.procedure {
             Procedure::Staircase | Procedure::Quest => {
                 format!("--levels, --procedure {}", in_words(protocol.procedure))
@@ -104,12 +116,17 @@ impl ProtocolArgs {
             }
         };
         let both = [&asked, stored];
+        let name =
+            |ready: Option<ReadyProtocol>| ready.map_or("none", ReadyProtocol::name).to_owned();
+        let there = ReadyProtocol::of(stored);
+        compare("--protocol", [self.ready.or(there), there].map(name));
         compare("factors", both.map(factors));
         compare("subjects", both.map(|p| p.subjects.to_string()));
         compare("--repeats", both.map(|p| p.repeats.to_string()));
         let order = |p: &Protocol| format!("{:?}", p.order).to_lowercase();
         compare("--order", both.map(order));
         compare("--procedure", both.map(|p| in_words(p.procedure)));
+        compare("--question", both.map(|p| p.questions.join(" / ")));
         compare("--practice", both.map(|p| p.practice.to_string()));
         compare("--catch", both.map(|p| p.catch_per_block.to_string()));
         compare("--break-after", both.map(|p| p.break_after.to_string()));
@@ -148,26 +165,11 @@ impl ProtocolArgs {
             };
             names.iter().zip(&self.levels).map(factor).collect()
         };
-        let procedure = match self.procedure {
-            None => base.procedure,
-            Some(ProcedureKind::Magnitude) => Procedure::Magnitude,
-            Some(ProcedureKind::Likert) => match base.procedure {
-                Procedure::Likert { .. } => base.procedure,
-                _ => Procedure::Likert { points: 7 },
-            },
-            Some(ProcedureKind::Intervals) => Procedure::TwoIntervals,
-            Some(ProcedureKind::Staircase) => Procedure::Staircase,
-            Some(ProcedureKind::Quest) => Procedure::Quest,
-        };
-        let procedure = match (procedure, self.points) {
-            (Procedure::Likert { .. }, Some(points)) => Procedure::Likert {
-                points: points.try_into().context("--points")?,
-            },
-            (_, Some(_)) => bail!("--points is for --procedure likert"),
-            (_, None) => procedure,
-        };
         Ok(Protocol {
-            title: format!("roughness by {}", names.join(" and ")),
+            title: match ReadyProtocol::of(base) {
+                Some(_) if self.factors.is_empty() => base.title.clone(),
+                _ => format!("roughness by {}", names.join(" and ")),
+            },
             factors,
             subjects: subjects.unwrap_or(base.subjects),
             repeats: self.repeats.unwrap_or(base.repeats),
@@ -176,12 +178,45 @@ impl ProtocolArgs {
                 Some(OrderKind::Random) => TrialOrder::Random,
                 Some(OrderKind::Latin) => TrialOrder::Latin,
             },
-            procedure,
+            procedure: self.procedure_from(base.procedure)?,
+            questions: match self.questions.is_empty() {
+                true => base.questions.clone(),
+                false => self.questions.clone(),
+            },
             practice: self.practice.unwrap_or(base.practice),
             catch_per_block: self.catch_per_block.unwrap_or(base.catch_per_block),
             break_after: self.break_after.unwrap_or(base.break_after),
             seed: self.seed.unwrap_or(base.seed),
             ..base.clone()
+        })
+    }
+
+    /// What is asked, and on which scale, with the given flags applied.
+    fn procedure_from(&self, base: Procedure) -> anyhow::Result<Procedure> {
+        let procedure = match self.procedure {
+            None => base,
+            Some(ProcedureKind::Magnitude) => Procedure::Magnitude,
+            Some(ProcedureKind::Likert) => match base {
+                Procedure::Likert { .. } => base,
+                _ => Procedure::Likert { points: 7 },
+            },
+            Some(ProcedureKind::Real) => match base {
+                Procedure::MoreReal { .. } => base,
+                _ => Procedure::MoreReal { points: 5 },
+            },
+            Some(ProcedureKind::Intervals) => Procedure::TwoIntervals,
+            Some(ProcedureKind::Staircase) => Procedure::Staircase,
+            Some(ProcedureKind::Quest) => Procedure::Quest,
+        };
+        Ok(match (procedure, self.points) {
+            (Procedure::Likert { .. }, Some(points)) => Procedure::Likert {
+                points: points.try_into().context("--points")?,
+            },
+            (Procedure::MoreReal { .. }, Some(points)) => Procedure::MoreReal {
+                points: points.try_into().context("--points")?,
+            },
+            (_, Some(_)) => bail!("--points is for --procedure likert and real"),
+            (_, None) => procedure,
         })
     }
 }
@@ -224,6 +259,7 @@ fn in_words(procedure: Procedure) -> String {
         Procedure::Magnitude => "magnitude".to_owned(),
         Procedure::Likert { points } => format!("likert with {points} points"),
         Procedure::TwoIntervals => "intervals".to_owned(),
+        Procedure::MoreReal { points } => format!("real with {points} points"),
         Procedure::Staircase => "staircase".to_owned(),
         Procedure::Quest => "quest".to_owned(),
     }
@@ -241,7 +277,7 @@ mod tests {
             seed: Some(4),
             ..ProtocolArgs::default()
         };
-        let stored = first.protocol(3).expect("a protocol");
+        let stored = first.protocol(Some(3)).expect("a protocol");
         first.check_against(&stored, Some(3)).expect("the same");
         let none = ProtocolArgs::default();
         none.check_against(&stored, None).expect("nothing given");
@@ -270,12 +306,48 @@ mod tests {
             points: Some(5),
             ..ProtocolArgs::default()
         };
-        assert!(args.protocol(2).is_err());
+        assert!(args.protocol(Some(2)).is_err());
         let args = ProtocolArgs {
             procedure: Some(ProcedureKind::Likert),
             ..args
         };
-        let protocol = args.protocol(2).expect("a protocol");
+        let protocol = args.protocol(Some(2)).expect("a protocol");
         assert_eq!(protocol.procedure, Procedure::Likert { points: 5 });
+    }
+
+    #[test]
+    fn a_ready_protocol_is_changed_by_other_flags() {
+        let args = ProtocolArgs {
+            ready: Some(ReadyProtocol::Experiment2),
+            questions: ["a?", "b?", "c?"].map(str::to_owned).to_vec(),
+            points: Some(7),
+            ..ProtocolArgs::default()
+        };
+        let protocol = args.protocol(None).expect("a protocol");
+        assert_eq!(protocol.subjects, 8);
+        assert_eq!(protocol.procedure, Procedure::Likert { points: 7 });
+        assert_eq!(protocol.questions, ["a?", "b?", "c?"]);
+        // It goes on with the same flags, with its name alone, and without any.
+        let name = ProtocolArgs {
+            ready: args.ready,
+            ..ProtocolArgs::default()
+        };
+        for same in [&args, &name, &ProtocolArgs::default()] {
+            same.check_against(&protocol, None).expect("the same");
+        }
+        let other = ProtocolArgs {
+            ready: Some(ReadyProtocol::Cones),
+            ..ProtocolArgs::default()
+        };
+        let refused = other.check_against(&protocol, None).expect_err("another");
+        let refused = refused.to_string();
+        let said = "--protocol thesis:cones (there: thesis:experiment-2)";
+        assert!(refused.contains(said), "{refused}");
+        // Too few questions.
+        let args = ProtocolArgs {
+            questions: vec!["a?".to_owned()],
+            ..args
+        };
+        assert!(args.protocol(None).is_err());
     }
 }

@@ -5,8 +5,8 @@ use super::settings::{ProtocolArgs, resumed};
 use anyhow::ensure;
 use hwall_stage::numbers::counted;
 use hwall_study::{
-    Durability, NextStep, ParticipantConfig, Participants, SimulatedStage, Simulation, Study,
-    promised_power, simulate_and_tell,
+    Durability, NextStep, Participants, Procedure, Protocol, SimulatedStage, Simulation, Study,
+    planted_for, promised_power, simulate_and_tell,
 };
 use std::io::Write;
 use std::ops::ControlFlow;
@@ -77,12 +77,12 @@ fn run_in(folder: &Path, request: &Request<'_>, out: &mut impl Write) -> anyhow:
         writeln!(out, "nothing was recorded there; the study begins anew")?;
     }
     let create = || -> anyhow::Result<Study> {
-        let protocol = request.protocol.protocol(subjects)?;
+        let protocol = request.protocol.protocol(Some(subjects))?;
         Ok(Study::create(folder, protocol, participants, system)?)
     };
     let mut study = there.map_or_else(create, Ok)?;
     let simulation = Simulation {
-        participants: ParticipantConfig::default(),
+        participants: planted_for(study.protocol()),
         once_per_condition: request.once,
         kill_after: request.kill_after,
     };
@@ -100,26 +100,7 @@ fn run_in(folder: &Path, request: &Request<'_>, out: &mut impl Write) -> anyhow:
         writeln!(out, "stopped after {done}, {left} left{how}")?;
         return Ok(request.kill_after == Some(presented));
     }
-    let how = match request.once {
-        true => {
-            "Each condition was presented once by the session on the simulated arm, and its rendering used for all its trials."
-        }
-        false => "Each trial was presented by the session on the simulated arm.",
-    };
-    let mut remarks = format!("\n## Simulated participants\n\nNobody was asked. {how}");
-    if !study.protocol().procedure.is_two_intervals() {
-        remarks += &format!(
-            " Power of this protocol for what was planted ({STUDIES} studies, by the logarithms of the answers):\n"
-        );
-        for effect in promised_power(study.protocol(), &simulation.participants, STUDIES)? {
-            let (low, high) = (effect.ci_low, effect.ci_high);
-            remarks += &format!(
-                "\n- {}: {:.3} ({low:.3} to {high:.3})",
-                effect.name, effect.power
-            );
-        }
-    }
-    remarks.push('\n');
+    let remarks = remarks(study.protocol(), &simulation)?;
     let text = outputs::write(folder, &study.record(), &remarks)?;
     match request.out {
         Some(_) => writeln!(out, "{text}\nwrote {}", folder.display())?,
@@ -130,6 +111,35 @@ fn run_in(folder: &Path, request: &Request<'_>, out: &mut impl Write) -> anyhow:
         )?,
     }
     Ok(true)
+}
+
+/// What the report says about the simulation.
+fn remarks(protocol: &Protocol, simulation: &Simulation) -> anyhow::Result<String> {
+    let how = match simulation.once_per_condition {
+        true => {
+            "Each condition was presented once by the session on the simulated arm, and its rendering used for all its trials."
+        }
+        false => "Each trial was presented by the session on the simulated arm.",
+    };
+    let mut remarks = format!("\n## Simulated participants\n\nNobody was asked. {how}");
+    let planted = &simulation.participants;
+    if !planted.ratings.is_empty() {
+        remarks += " The published means were planted as the means of ratings before they are rounded to a point of the scale.";
+    } else if let Procedure::MoreReal { .. } = protocol.procedure {
+        remarks += " Planted: no wall feels more real than the other.";
+    } else if !protocol.procedure.is_two_intervals() {
+        remarks += &format!(
+            " Power of this protocol for what was planted ({STUDIES} studies, by the logarithms of the answers):\n"
+        );
+        for effect in promised_power(protocol, &simulation.participants, STUDIES)? {
+            let (low, high) = (effect.ci_low, effect.ci_high);
+            remarks += &format!(
+                "\n- {}: {:.3} ({low:.3} to {high:.3})",
+                effect.name, effect.power
+            );
+        }
+    }
+    Ok(remarks + "\n")
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ pub struct Wilcoxon {
     pub count: usize,
     /// Probability of a rank sum at least as far from its mean.
     pub p: f64,
-    /// Is `p` from the exact distribution? It needs no ties, no zeros, below 50 differences.
+    /// Is `p` from the exact distribution?
     pub exact: bool,
     /// Rank-biserial correlation, −1 to 1: share of the ranks of positive differences minus that of negative ones.
     pub rank_biserial: f64,
@@ -31,12 +31,28 @@ pub struct Wilcoxon {
 /// Source: Wilcoxon 1945; Kerby 2014 for the correlation.
 #[must_use]
 pub fn wilcoxon_signed_rank(differences: &[f64]) -> Option<Wilcoxon> {
-    let largest = differences.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
-    signed_rank_of(differences, largest)
+    signed_rank_of(differences, largest(differences))
 }
 
-/// The same for differences of values up to `largest` in size, whose rounding errors they contain.
+/// As [`wilcoxon_signed_rank`], but also with ties or zeros `p` is exact, up to 49 differences that are not zero: the share of all
+/// sign assignments of the given ranks. Use it for few ratings on a scale.
+///
+/// As R's `coin::wilcoxsign_test` with `distribution = "exact"` and `zero.method = "Wilcoxon"`.
+#[must_use]
+pub fn wilcoxon_signed_rank_exact(differences: &[f64]) -> Option<Wilcoxon> {
+    test_of(differences, largest(differences), true)
+}
+
+fn largest(differences: &[f64]) -> f64 {
+    differences.iter().fold(0.0, |m: f64, d| m.max(d.abs()))
+}
+
+/// As [`wilcoxon_signed_rank`] for differences of values up to `largest` in size, whose rounding errors they contain.
 pub(crate) fn signed_rank_of(differences: &[f64], largest: f64) -> Option<Wilcoxon> {
+    test_of(differences, largest, false)
+}
+
+fn test_of(differences: &[f64], largest: f64, exact_ties: bool) -> Option<Wilcoxon> {
     if differences.iter().any(|d| d.is_nan()) {
         return None;
     }
@@ -62,10 +78,13 @@ pub(crate) fn signed_rank_of(differences: &[f64], largest: f64) -> Option<Wilcox
     let n = kept.len() as f64;
     let total = 0.5 * n * (n + 1.0);
     let ties = tie_sizes(&sizes);
-    let exact =
-        kept.len() == differences.len() && kept.len() <= MOST_EXACT && ties.iter().all(|t| *t == 1);
+    let distinct = kept.len() == differences.len() && ties.iter().all(|t| *t == 1);
+    let exact = kept.len() <= MOST_EXACT && (distinct || exact_ties);
     let p = if exact {
-        exact_p(kept.len(), rank_sum.min(total - rank_sum) as usize)
+        // Twice the mean ranks are whole numbers.
+        let doubled: Vec<usize> = ranks.iter().map(|r| (2.0 * r) as usize).collect();
+        let smaller = (2.0 * rank_sum.min(total - rank_sum)) as usize;
+        2.0 * signings(&doubled, smaller).iter().sum::<f64>() / 2_f64.powi(kept.len() as i32)
     } else {
         let ties: f64 = ties.iter().map(|&t| (t * t * t - t) as f64).sum();
         let variance = n * (n + 1.0) * (2.0 * n + 1.0) / 24.0 - ties / 48.0;
@@ -98,14 +117,14 @@ fn without_rounding(differences: &[f64], floor: f64) -> Vec<f64> {
     sizes
 }
 
-/// Twice the share of the 2ⁿ sign assignments with a rank sum of at most `smaller`.
-fn exact_p(n: usize, smaller: usize) -> f64 {
-    let mut ways = vec![0.0; smaller + 1];
+/// For each sum from 0 to `most`: the number of sign assignments in which the positive ones of these ranks have this sum.
+pub(crate) fn signings(ranks: &[usize], most: usize) -> Vec<f64> {
+    let mut ways = vec![0.0; most + 1];
     ways[0] = 1.0;
-    for rank in 1..=n {
-        for sum in (rank..=smaller).rev() {
+    for &rank in ranks {
+        for sum in (rank..=most).rev() {
             ways[sum] += ways[sum - rank];
         }
     }
-    2.0 * ways.iter().sum::<f64>() / 2_f64.powi(n as i32)
+    ways
 }

@@ -4,6 +4,7 @@ mod attacks;
 mod between_and_missing;
 mod common;
 mod designs;
+mod exact;
 mod hard_cases;
 mod identities;
 mod models;

@@ -24,9 +24,7 @@ pub fn promised_power(
     let within = factors.map(|f| Factor::new(&f.name, f.levels.iter().cloned()));
     let means = (0..protocol.conditions()).map(|condition| {
         let stimulus = Stimulus::of(protocol, condition)?;
-        Ok(participants
-            .roughness
-            .ln(stimulus.angle_deg, stimulus.speed_mm_per_s))
+        Ok(participants.roughness.wanted(&stimulus).unwrap_or_default())
     });
     Ok(power(&PowerStudy {
         within: within.collect(),

@@ -24,6 +24,13 @@ pub struct ParticipantConfig {
     pub lapse_rate: f64,
     /// Relative growth of the noise over 100 trials. Default 0.1.
     pub fatigue_per_100: f64,
+    /// Mean ratings of the conditions of a study with a scale, in order and again from the first, whatever was felt; before they are
+    /// rounded to a point of the scale. Empty, the default: ratings follow the roughness.
+    pub ratings: Vec<f64>,
+    /// How much more real a presented wall feels than a whiteboard, points of a scale. Default 0.
+    pub more_real: f64,
+    /// Between participants and again from trial to trial: those ratings and answers, points of a scale. Default 0.5.
+    pub rating_sd: f64,
 }
 
 impl Default for ParticipantConfig {
@@ -35,6 +42,9 @@ impl Default for ParticipantConfig {
             noise_sd: 0.25,
             lapse_rate: 0.01,
             fatigue_per_100: 0.1,
+            ratings: Vec::new(),
+            more_real: 0.0,
+            rating_sd: 0.5,
         }
     }
 }
@@ -51,9 +61,19 @@ impl ParticipantConfig {
             ("sensitivity_sd", self.sensitivity_sd),
             ("noise_sd", self.noise_sd),
             ("fatigue_per_100", self.fatigue_per_100),
+            ("rating_sd", self.rating_sd),
         ] {
             non_negative(what, value)?;
             that(value <= 10.0, what, value, "at most 10")?;
+        }
+        let planted = self.ratings.iter().chain([&self.more_real]);
+        for value in planted {
+            that(
+                value.abs() <= 100.0,
+                "ratings, more_real",
+                *value,
+                "within 100 of zero",
+            )?;
         }
         let rate = self.lapse_rate;
         that((0.0..=1.0).contains(&rate), "lapse_rate", rate, "0 to 1")?;
@@ -67,6 +87,8 @@ pub struct SimulatedParticipant {
     config: ParticipantConfig,
     ln_modulus: f64,
     sensitivity: f64,
+    /// Deviation of its ratings, standard deviations.
+    rates_off: f64,
     seed: u64,
 }
 
@@ -91,6 +113,7 @@ impl SimulatedParticipant {
         Ok(Self {
             ln_modulus: USUAL_ANSWER.ln() + config.modulus_sd * normal(),
             sensitivity: (1.0 + config.sensitivity_sd * normal()).max(0.0),
+            rates_off: normal(),
             config: config.clone(),
             seed: own,
         })
@@ -112,10 +135,28 @@ impl SimulatedParticipant {
         let tired = 1.0 + self.config.fatigue_per_100 * 0.01 * trial.number as f64;
         let lapse = numbers.random_bool(self.config.lapse_rate);
         let luck: f64 = numbers.random_range(0.0..1.0);
-        let mut noise = || -> f64 {
-            let z: f64 = StandardNormal.sample(&mut numbers);
-            z * self.config.noise_sd * tired
-        };
+        let mut normal = || -> f64 { StandardNormal.sample(&mut numbers) };
+        if let Some(rating) = self.planted_rating(procedure, trial) {
+            shown.rendered.force_n?;
+            let points = procedure.points()?;
+            let last = f64::from(points) - 1.0;
+            let off = self.config.rating_sd * (self.rates_off + normal() * tired);
+            let rating = if lapse {
+                1.0 + luck * last
+            } else {
+                rating + off
+            };
+            let rating = rating.round().clamp(1.0, last + 1.0);
+            let slow = (0.3 * normal()).clamp(-2.0, 2.0);
+            let compares = procedure.is_two_intervals();
+            // High ratings speak for the condition, high answers for the second touch.
+            let answer = match compares && !trial.second {
+                true => last + 2.0 - rating,
+                false => rating,
+            };
+            return Some((answer, round(1.8 * slow.exp())));
+        }
+        let mut noise = || normal() * self.config.noise_sd * tired;
         let felt = self.sensitivity * self.config.roughness.felt(&shown.rendered)? + noise();
         let answer = match procedure {
             Procedure::Magnitude => {
@@ -123,7 +164,7 @@ impl SimulatedParticipant {
                 // People answer with about two digits.
                 two_digits((self.ln_modulus + ln).exp().clamp(SAID[0], SAID[1]))
             }
-            Procedure::Likert { points } => {
+            Procedure::Likert { points } | Procedure::MoreReal { points } => {
                 let place = (felt - SCALE_MIDDLE) / SCALE_HALF;
                 let place = if lapse { 2.0 * luck - 1.0 } else { place };
                 let last = f64::from(points) - 1.0;
@@ -146,6 +187,18 @@ impl SimulatedParticipant {
         };
         let slow = (0.3 * noise() / self.config.noise_sd.max(1e-3)).clamp(-2.0, 2.0);
         Some((answer, round(1.8 * slow.exp())))
+    }
+
+    /// The mean rating of a condition that does not follow from its roughness.
+    fn planted_rating(&self, procedure: Procedure, trial: &PlannedTrial) -> Option<f64> {
+        let (planted, more_real) = (&self.config.ratings, self.config.more_real);
+        match procedure {
+            Procedure::MoreReal { points } => Some(0.5 * (f64::from(points) + 1.0) + more_real),
+            Procedure::Likert { .. } => {
+                planted.get(trial.condition % planted.len().max(1)).copied()
+            }
+            _ => None,
+        }
     }
 }
 

@@ -50,7 +50,7 @@ const ROUGHNESS: f64 = 1.0;
 pub struct SimulatedStage {
     arm: SrsArm,
     board: Board,
-    /// By surface. Created on first use: each takes about a second.
+    /// By surface, but for the whiteboard. Created on first use: each takes about a second.
     rooms: [OnceLock<Room>; 3],
 }
 
@@ -120,6 +120,14 @@ impl SimulatedStage {
             magnitude: ROUGHNESS,
         };
         let levels = TextureLevels::of_level(level, &self.board)?;
+        let mut numbers = Pcg64::seed_from_u64(seed);
+        let mut within = |[low, high]: [f64; 2]| numbers.random_range(low..high);
+        let off = [-TARGET_OFF_M, TARGET_OFF_M];
+        let target_m = TARGET_M + DVec3::new(0.0, within(off), within(off));
+        let (depth_m, scan_m_per_s) = (within(DEPTH_M), within(SCAN_M_PER_S));
+        if stimulus.surface == Surface::Whiteboard {
+            return Ok(touched_whiteboard(depth_m));
+        }
         let room = self.room(stimulus.surface)?;
         let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led());
         let predictor = predictor.map_err(SessionError::from)?;
@@ -136,18 +144,13 @@ impl SimulatedStage {
             config,
         )?;
         session.set_texture_levels(levels);
-        let mut numbers = Pcg64::seed_from_u64(seed);
-        let mut within = |[low, high]: [f64; 2]| numbers.random_range(low..high);
-        let off = [-TARGET_OFF_M, TARGET_OFF_M];
-        let target_m = TARGET_M + DVec3::new(0.0, within(off), within(off));
-        let (depth_m, scan_m_per_s) = (within(DEPTH_M), within(SCAN_M_PER_S));
         let hand = StudyHand {
             target_m,
             depth_m,
             slide_m_per_s: SCAN * scan_m_per_s,
             takes_m_per_s2: match stimulus.surface {
                 Surface::Panel => DVec3::Z * LIFT_M_PER_S2,
-                Surface::Wall | Surface::Door => DVec3::ZERO,
+                _ => DVec3::ZERO,
             },
         };
         let home = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
@@ -167,6 +170,16 @@ impl SimulatedStage {
     }
 }
 
+/// A touch of a whiteboard, which neither moves nor yields.
+fn touched_whiteboard(depth_m: f64) -> Rendered {
+    Rendered {
+        force_n: Some(HandContact::default().stiffness_n_per_m * depth_m),
+        contact_s: LEAVE_S - PRESS_S,
+        ..Rendered::default()
+    }
+    .rounded()
+}
+
 /// A wall, a door or a panel, 0.6 m in front of the base and facing +x, with a roughness: what the simulated arm presents.
 ///
 /// # Errors
@@ -176,7 +189,7 @@ pub fn scene_of(surface: Surface) -> Result<Scene, SceneError> {
         "o surface\nv {WALL_M} -1 0\nv {WALL_M} 1 0\nv {WALL_M} 1 2\nv {WALL_M} -1 2\nf 1 2 3 4\n"
     );
     let kind = match surface {
-        Surface::Wall => String::new(),
+        Surface::Wall | Surface::Whiteboard => String::new(),
         // Damping: the door yields for a whole touch without running ahead of the finger.
         Surface::Door => format!(
             "kind = \"revolving_door\"\nhinge_point_m = [{WALL_M}, -1, 0]\nhinge_axis = [0, 0, 1]\nrange_deg = [-60, 60]\n\
@@ -260,7 +273,7 @@ impl Trial {
                 Surface::Panel => {
                     pressed.map(|pressed| with_friction(&pressed, &pose, tip_m, relative))
                 }
-                Surface::Wall | Surface::Door => pressed,
+                _ => pressed,
             };
             self.servo.apply_wrench(wrench.unwrap_or_default())?;
             while let Some(event) = session.next_event() {
@@ -325,6 +338,7 @@ impl Trial {
             force_n: mean(felt.force_n),
             contact_s,
             moved,
+            patch: stimulus.patch,
             fault,
         }
         .rounded())

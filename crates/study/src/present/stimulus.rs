@@ -1,7 +1,8 @@
 //! Wanted and rendered stimuli.
 
+use super::patch::Patch;
 use crate::error::StudyError;
-use crate::protocol::Protocol;
+use crate::protocol::{Procedure, Protocol};
 use hwall::numeric::check::{finite, that};
 use serde::{Deserialize, Serialize};
 
@@ -16,6 +17,8 @@ pub enum Surface {
     Door,
     /// A panel that slides upwards with the finger, across its scan.
     Panel,
+    /// A real, fixed board that is touched without the arm; no level of a factor, see [`Procedure::MoreReal`].
+    Whiteboard,
 }
 
 /// The wanted stimulus of a condition.
@@ -27,6 +30,8 @@ pub struct Stimulus {
     pub angle_deg: f64,
     /// Speed of the board against the scan, mm/s.
     pub speed_mm_per_s: f64,
+    /// The printed patch on the board; `None`: whatever is there.
+    pub patch: Option<Patch>,
 }
 
 impl Surface {
@@ -37,6 +42,7 @@ impl Surface {
             Self::Wall => "wall",
             Self::Door => "door",
             Self::Panel => "panel",
+            Self::Whiteboard => "whiteboard",
         }
     }
 }
@@ -48,18 +54,25 @@ impl Default for Stimulus {
             surface: Surface::Wall,
             angle_deg: 90.0,
             speed_mm_per_s: 40.0,
+            patch: None,
         }
     }
 }
 
 impl Stimulus {
-    /// The stimulus of a condition: factors named `angle`, `orientation`, `speed`, `velocity` or `surface`, with or without the
-    /// unit of their numbers (`_deg`, `_mm_s`, `_mm_per_s`).
+    /// The stimulus of a condition: factors named `angle`, `orientation`, `speed`, `velocity`, `surface`, `patch` or `question` (which
+    /// changes nothing), with or without the unit of their numbers (`_deg`, `_mm_s`, `_mm_per_s`). Of [`Protocol::reference`] it is
+    /// the stimulus that is compared with.
     ///
     /// # Errors
     /// An unknown factor; a level that is not a number in its range or not a surface; no such condition.
     pub fn of(protocol: &Protocol, condition: usize) -> Result<Self, StudyError> {
         let mut stimulus = Self::default();
+        let compares = matches!(protocol.procedure, Procedure::MoreReal { .. });
+        if compares && condition == protocol.reference() {
+            stimulus.surface = Surface::Whiteboard;
+            return Ok(stimulus);
+        }
         let levels = protocol.levels(condition);
         let levels = levels.ok_or(StudyError::NoTrial {
             what: "a condition that the study does not have",
@@ -82,6 +95,12 @@ impl Stimulus {
                     stimulus.speed_mm_per_s =
                         within(100.0).ok_or_else(|| refused("0 to 100 mm/s"))?;
                 }
+                Quantity::Patch => {
+                    let named = Patch::ALL.into_iter().find(|patch| patch.word() == level);
+                    let refused = || refused("study-1.5, study-2, study-2.5, study-3 or cones-3");
+                    stimulus.patch = Some(named.ok_or_else(refused)?);
+                }
+                Quantity::Question => {}
                 Quantity::Surface => {
                     let mut all = [Surface::Wall, Surface::Door, Surface::Panel].into_iter();
                     let named = all.find(|surface| surface.word() == level);
@@ -127,6 +146,8 @@ enum Quantity {
     Angle,
     Speed,
     Surface,
+    Patch,
+    Question,
 }
 
 impl Quantity {
@@ -139,6 +160,8 @@ impl Quantity {
             "angle" | "orientation" => Ok(Self::Angle),
             "speed" | "velocity" => Ok(Self::Speed),
             "surface" => Ok(Self::Surface),
+            "patch" => Ok(Self::Patch),
+            "question" => Ok(Self::Question),
             _ => Err(StudyError::UnknownFactor {
                 factor: factor.to_owned(),
             }),
@@ -150,6 +173,8 @@ impl Quantity {
             Self::Angle => "angle",
             Self::Speed => "speed",
             Self::Surface => "surface",
+            Self::Patch => "patch",
+            Self::Question => "question",
         }
     }
 }
@@ -169,6 +194,9 @@ pub struct Rendered {
     pub contact_s: f64,
     /// Displacement of a door or a panel, rad or m.
     pub moved: Option<f64>,
+    /// The printed patch that was on the board; `None`: unknown.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub patch: Option<Patch>,
     /// What went wrong.
     pub fault: Fault,
 }

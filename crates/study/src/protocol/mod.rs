@@ -3,9 +3,11 @@
 mod arm_kind;
 mod participants;
 mod plan;
+mod ready;
 mod settings;
 
 pub use arm_kind::ArmKind;
 pub use participants::Participants;
 pub use plan::{Planned, PlannedTrial, TrialKind};
+pub use ready::ReadyProtocol;
 pub use settings::{Procedure, Protocol, StudyFactor, TrialOrder};

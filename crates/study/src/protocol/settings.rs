@@ -50,6 +50,12 @@ pub enum Procedure {
         /// Points, 2 to 100.
         points: u8,
     },
+    /// Two touches, one of the trial's condition and one of a fixed whiteboard without the arm, in random order: which felt more
+    /// like a real wall, from 1 (the first, clearly) to `points` (the second, clearly).
+    MoreReal {
+        /// Points, 2 to 100; the middle one of an odd number says that there was no difference.
+        points: u8,
+    },
     /// Which of two was rougher: 1 or 2. One of the two is the trial's condition, the other the first condition of the study,
     /// in random order.
     TwoIntervals,
@@ -64,7 +70,19 @@ impl Procedure {
     /// Are two touches compared?
     #[must_use]
     pub const fn is_two_intervals(self) -> bool {
-        matches!(self, Self::TwoIntervals | Self::Staircase | Self::Quest)
+        matches!(
+            self,
+            Self::MoreReal { .. } | Self::TwoIntervals | Self::Staircase | Self::Quest
+        )
+    }
+
+    /// Points of the scale of the answers; `None` for other answers.
+    #[must_use]
+    pub const fn points(self) -> Option<u8> {
+        match self {
+            Self::Likert { points } | Self::MoreReal { points } => Some(points),
+            _ => None,
+        }
     }
 
     /// The answer, if the procedure accepts it.
@@ -77,7 +95,7 @@ impl Procedure {
                 (1e-9..=1e9).contains(&answer),
                 "a number above zero, 1e-9 to 1e9",
             ),
-            Self::Likert { points } => (
+            Self::Likert { points } | Self::MoreReal { points } => (
                 (1.0..=f64::from(points)).contains(&answer) && answer.fract() == 0.0,
                 "a whole number from 1 to the end of the scale",
             ),
@@ -108,6 +126,10 @@ pub struct Protocol {
     pub order: TrialOrder,
     /// The question after each trial.
     pub procedure: Procedure,
+    /// Questions in words of the study's own: one for each level of the factor `question`, or one for all trials; none: those of
+    /// the procedure.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub questions: Vec<String>,
     /// Practice trials before the first block; they do not count.
     pub practice: usize,
     /// Trials per block that are repeated immediately to measure the agreement of answers; they do not count.
@@ -123,6 +145,9 @@ pub struct Protocol {
 /// Upper bounds of a study.
 const MOST_SUBJECTS: usize = 1000;
 const MOST_TRIALS: usize = 100_000;
+
+/// The factor whose levels differ in what is asked.
+const QUESTION: &str = "question";
 
 /// Columns of the exported table besides the factors.
 const TAKEN: [&str; 12] = [
@@ -153,6 +178,7 @@ impl Default for Protocol {
             repeats: 1,
             order: TrialOrder::Random,
             procedure: Procedure::Magnitude,
+            questions: Vec::new(),
             practice: 3,
             catch_per_block: 2,
             break_after: 50,
@@ -216,7 +242,7 @@ impl Protocol {
         let all = [self.conditions(), self.repeats].into_iter();
         let all = all.fold(self.subjects, usize::saturating_mul);
         that(all <= MOST_TRIALS, "trials", all as f64, "at most 1e5")?;
-        if let Procedure::Likert { points } = self.procedure {
+        if let Some(points) = self.procedure.points() {
             let holds = (2..=100).contains(&points);
             that(holds, "points of the scale", points.into(), "2 to 100")?;
         }
@@ -243,12 +269,54 @@ impl Protocol {
                 }
             }
         }
+        self.check_questions()?;
         if matches!(self.procedure, Procedure::Staircase | Procedure::Quest) {
             self.rising_levels()?;
         }
         // Checks for duplicate names and too large squares.
         self.schedule().validate()?;
         Ok(())
+    }
+
+    fn check_questions(&self) -> Result<(), StudyError> {
+        let of_levels = self.factors.iter().find(|f| f.name == QUESTION);
+        let asked = self.questions.len();
+        let enough = match of_levels {
+            None => asked <= 1,
+            Some(factor) => asked == factor.levels.len(),
+        };
+        let plain = |text: &String| {
+            !text.trim().is_empty() && text.len() <= 500 && !text.chars().any(char::is_control)
+        };
+        let holds = enough && self.questions.iter().all(plain);
+        let wanted =
+            "a short line for each level of the factor question; without that factor one at most";
+        that(holds, "questions", asked as f64, wanted)?;
+        Ok(())
+    }
+
+    /// The study's own question in a condition; `None` for that of the procedure.
+    #[must_use]
+    pub fn question(&self, condition: usize) -> Option<&str> {
+        let place = self.factors.iter().position(|f| f.name == QUESTION);
+        let asked = match place {
+            None => 0,
+            Some(place) => {
+                let level = *self.levels(condition)?.get(place)?;
+                self.factors[place].levels.iter().position(|l| l == level)?
+            }
+        };
+        self.questions.get(asked).map(String::as_str)
+    }
+
+    /// The condition that a trial with two touches compares with: the first one, or one more than the study has, which
+    /// [`Stimulus::of`](crate::Stimulus::of) takes for the whiteboard.
+    #[must_use]
+    pub fn reference(&self) -> usize {
+        match self.procedure {
+            Procedure::MoreReal { .. } => self.conditions(),
+            _ => 0,
+        }
     }
 
     /// The levels of the only factor as numbers, the first above zero.

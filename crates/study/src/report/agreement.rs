@@ -21,12 +21,12 @@ pub(super) fn sentence(procedure: Procedure, done: &[TrialRecord]) -> String {
         if first.trial.condition != again.trial.condition {
             continue;
         }
-        let (Some(a), Some(b)) = (first.answer, again.answer) else {
+        let (Some(a), Some(b)) = (first.rating(procedure), again.rating(procedure)) else {
             continue;
         };
         off.push(match procedure {
             Procedure::Magnitude => (b / a).ln().abs(),
-            Procedure::Likert { .. } => (b - a).abs(),
+            Procedure::Likert { .. } | Procedure::MoreReal { .. } => (b - a).abs(),
             _ => f64::from(u8::from(first.judged_rougher() != again.judged_rougher())),
         });
     }
@@ -42,7 +42,7 @@ pub(super) fn sentence(procedure: Procedure, done: &[TrialRecord]) -> String {
             "the median of the larger answer by the smaller is {:.3}.",
             median(&mut off).exp()
         ),
-        Procedure::Likert { .. } => {
+        Procedure::Likert { .. } | Procedure::MoreReal { .. } => {
             format!(
                 "the median difference of the two answers is {}.",
                 median(&mut off)

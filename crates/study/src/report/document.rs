@@ -4,6 +4,7 @@ use super::agreement;
 use super::effects;
 use super::groups::{LevelGroups, level_groups};
 use super::methods;
+use super::ratings;
 use super::scale;
 use super::thresholds;
 use crate::error::StudyError;
@@ -43,9 +44,14 @@ impl StudyReport {
     /// A table that cannot be created. Answers that cannot be analysed yet are not an error: the report states why.
     pub fn of(study: &StudyRecord) -> Result<Self, StudyError> {
         let protocol = &study.protocol;
-        let table = match protocol.procedure.is_two_intervals() {
-            true => Err("which of two was rougher gives thresholds".to_owned()),
-            false => table(protocol, &study.trials)?,
+        let table = match protocol.procedure {
+            Procedure::MoreReal { .. } => {
+                Err("which of two was more real is tested exactly".to_owned())
+            }
+            other if other.is_two_intervals() => {
+                Err("which of two was rougher gives thresholds".to_owned())
+            }
+            _ => table(protocol, &study.trials)?,
         };
         let config = AnalysisConfig {
             normalisation: match protocol.procedure {
@@ -79,7 +85,9 @@ impl StudyReport {
             Err(why_not) => report.why_not = Some(why_not),
         }
         report.text = report.write(study).unwrap_or_default();
-        if protocol.procedure.is_two_intervals() {
+        if let Some(points) = ratings::has_ratings(protocol) {
+            report.text += &ratings::section(study, points)?;
+        } else if protocol.procedure.is_two_intervals() {
             report.text += "\n## Thresholds\n\n";
             report.text += &thresholds::section(protocol, &study.trials)?;
         }
@@ -212,7 +220,9 @@ fn rendered(out: &mut String, valid: &[&TrialRecord]) -> std::fmt::Result {
 /// The table of valid answers, or the reason there is none.
 fn table(p: &Protocol, records: &[TrialRecord]) -> Result<Result<Table, String>, StudyError> {
     let mut bytes = Vec::new();
-    let valid: Vec<TrialRecord> = records.iter().filter(|r| r.is_valid()).cloned().collect();
+    let mut valid: Vec<TrialRecord> = records.iter().filter(|r| r.is_valid()).cloned().collect();
+    // Levels that are no numbers are then in the order of the protocol.
+    valid.sort_by_key(|r| (r.subject, r.trial.block, r.trial.condition));
     write_trials(p, &valid, &mut bytes)?;
     // A factor with one level is not analysed.
     let varied = p.factors.iter().filter(|f| f.levels.len() > 1);

@@ -105,12 +105,22 @@ fn order(p: &Protocol) -> String {
 }
 
 fn asked(p: &Protocol) -> String {
+    if !p.questions.is_empty() {
+        return format!(
+            "After each touch a subject was asked: {}",
+            p.questions.join(" ")
+        );
+    }
     match p.procedure {
         Procedure::Magnitude => {
             "After each touch a subject gave a number in proportion to what was felt.".to_owned()
         }
         Procedure::Likert { points } => format!(
             "After each touch a subject answered on a scale of {points} points, from 1 (smooth) to {points} (rough)."
+        ),
+        Procedure::MoreReal { points } => format!(
+            "A trial was two touches, one of them of a fixed whiteboard, in a random order, and a subject said which felt more like a \
+             real wall, from 1 (the first, clearly) to {points} (the second, clearly)."
         ),
         Procedure::TwoIntervals | Procedure::Staircase | Procedure::Quest => {
             "A trial was two touches, one of them of the first condition, in a random order, and a subject said which was rougher."

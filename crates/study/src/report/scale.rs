@@ -9,6 +9,9 @@ use std::fmt::Write;
 pub(super) fn section(p: &Protocol, points: u8, valid: &[&TrialRecord]) -> String {
     let mut out = String::new();
     for (place, factor) in p.factors.iter().enumerate() {
+        if factor.levels.len() == 1 && p.conditions() > 1 {
+            continue;
+        }
         let counts: Vec<String> = (1..=points).map(|point| point.to_string()).collect();
         let rule = " --- |".repeat(usize::from(points) + 4);
         let _ = writeln!(

@@ -3,7 +3,7 @@
 use super::progress::NextStep;
 use super::study::{Answer, Study};
 use crate::error::StudyError;
-use crate::present::{Presentation, Presenter, Stimulus};
+use crate::present::{Presentation, Presenter, Rendered, Stimulus, Surface};
 use crate::protocol::{Participants, PlannedTrial, Procedure, TrialKind};
 
 /// A question to a subject.
@@ -42,6 +42,7 @@ pub trait Respondent {
 /// Runs a study with people until it is done or the session ends; returns the number of answered trials.
 ///
 /// Questions show the number of the trial and of all trials, never the condition. The subject is told when a spoilt trial will be repeated.
+/// Before a trial on another patch than the last one, whoever runs the study is asked to put it on, by its number.
 ///
 /// # Errors
 /// A study with simulated participants, or on another kind of arm; as [`Presenter::present`] and [`Respondent`]; a log that cannot be
@@ -55,6 +56,7 @@ pub fn conduct(
     study.expect_arm(presenter.arm())?;
     let protocol = study.protocol().clone();
     let mut greeted = None;
+    let mut on_board = None;
     let mut answered = 0;
     loop {
         match study.next_step() {
@@ -84,19 +86,32 @@ pub fn conduct(
                     }
                     greeted = Some(subject);
                 }
+                let patch = Stimulus::of(&protocol, trial.condition)?.patch;
+                if let Some(patch) = patch.filter(|_| patch != on_board) {
+                    let number = patch.number();
+                    let text = format!("Put patch {number} on the board. Go on when it is there.");
+                    if respondent.ask(&text, Ask::GoOn)?.is_none() {
+                        return Ok(answered);
+                    }
+                    on_board = Some(patch);
+                }
                 respondent.tell(&announcement(&trial, protocol.procedure))?;
                 let [who, what] = [subject as u64, trial.number as u64];
                 let seed = protocol.seed ^ who << 40 ^ what << 8 ^ u64::from(attempt);
-                let shown = present(study, presenter, &trial, seed)?;
+                let Some(shown) = present(study, presenter, respondent, &trial, seed)? else {
+                    return Ok(answered);
+                };
                 let because = presenter.because();
                 study.presented_because(&shown, because.as_deref())?;
                 if shown.why_not().is_some() {
                     respondent.tell("That did not work; it comes again later.")?;
                 }
             }
-            NextStep::Answer { .. } => {
+            NextStep::Answer { trial, .. } => {
                 let ask = Ask::Procedure(protocol.procedure);
-                let Some(answer) = respondent.ask(&question(protocol.procedure), ask)? else {
+                let own = protocol.question(trial.condition).map(str::to_owned);
+                let text = own.unwrap_or_else(|| question(protocol.procedure));
+                let Some(answer) = respondent.ask(&text, ask)? else {
                     return Ok(answered);
                 };
                 match study.answered(answer) {
@@ -115,34 +130,49 @@ pub fn conduct(
     }
 }
 
-/// Presents both intervals in order, or the single touch.
+/// Presents both intervals in order, or the single touch; `None` if the session ends at a whiteboard.
 fn present(
     study: &Study,
     presenter: &mut dyn Presenter,
+    respondent: &mut dyn Respondent,
     trial: &PlannedTrial,
     seed: u64,
-) -> Result<Presentation, StudyError> {
+) -> Result<Option<Presentation>, StudyError> {
     let protocol = study.protocol();
-    let condition = Stimulus::of(protocol, trial.condition)?;
-    if !protocol.procedure.is_two_intervals() {
-        return Ok(Presentation {
-            rendered: presenter.present(&condition, seed)?,
-            reference: None,
-        });
-    }
-    let reference = Stimulus::of(protocol, 0)?;
-    let mut show = |stimulus: &Stimulus, turn: u64| presenter.present(stimulus, seed ^ turn << 60);
-    let (rendered, reference) = if trial.second {
-        let reference = show(&reference, 1)?;
-        (show(&condition, 2)?, reference)
-    } else {
-        let rendered = show(&condition, 1)?;
-        (rendered, show(&reference, 2)?)
+    let mut show = |condition: usize, seed: u64| -> Result<Option<Rendered>, StudyError> {
+        let stimulus = Stimulus::of(protocol, condition)?;
+        if stimulus.surface != Surface::Whiteboard {
+            return presenter.present(&stimulus, seed).map(Some);
+        }
+        let text = "Touch the whiteboard now. Go on when you have let it go.";
+        let touched = respondent.ask(text, Ask::GoOn)?;
+        Ok(touched.map(|_| Rendered::default()))
     };
-    Ok(Presentation {
+    if !protocol.procedure.is_two_intervals() {
+        let rendered = show(trial.condition, seed)?;
+        return Ok(rendered.map(|rendered| Presentation {
+            rendered,
+            reference: None,
+        }));
+    }
+    let mut shown = [trial.condition, protocol.reference()];
+    if trial.second {
+        shown.reverse();
+    }
+    let Some(first) = show(shown[0], seed ^ 1 << 60)? else {
+        return Ok(None);
+    };
+    let Some(second) = show(shown[1], seed ^ 2 << 60)? else {
+        return Ok(None);
+    };
+    let (rendered, reference) = match trial.second {
+        true => (second, first),
+        false => (first, second),
+    };
+    Ok(Some(Presentation {
         rendered,
         reference: Some(reference),
-    })
+    }))
 }
 
 fn announcement(trial: &PlannedTrial, procedure: Procedure) -> String {
@@ -165,6 +195,9 @@ fn question(procedure: Procedure) -> String {
         Procedure::Likert { points } => {
             format!("How rough was it, from 1 (smooth) to {points} (rough)?")
         }
+        Procedure::MoreReal { points } => format!(
+            "Which one felt more like a real wall, from 1 (the first, clearly) to {points} (the second, clearly)?"
+        ),
         Procedure::TwoIntervals | Procedure::Staircase | Procedure::Quest => {
             "Which one was rougher?".to_owned()
         }

@@ -1,7 +1,7 @@
 //! The record of a study.
 
 use crate::present::{Presentation, Stimulus};
-use crate::protocol::{ArmKind, Participants, PlannedTrial, Protocol};
+use crate::protocol::{ArmKind, Participants, PlannedTrial, Procedure, Protocol};
 
 /// One trial that was presented and answered, or failed.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,6 +36,18 @@ impl TrialRecord {
     pub fn judged_rougher(&self) -> Option<bool> {
         let first = self.answer.filter(|_| self.is_valid())? == 1.0;
         Some(first != self.trial.second)
+    }
+
+    /// On a scale: the answer; of two touches turned so that a high one speaks for the condition. `None` without a valid answer.
+    #[must_use]
+    pub fn rating(&self, procedure: Procedure) -> Option<f64> {
+        let answer = self.answer.filter(|_| self.is_valid())?;
+        match procedure {
+            Procedure::MoreReal { points } if !self.trial.second => {
+                Some(f64::from(points) + 1.0 - answer)
+            }
+            _ => Some(answer),
+        }
     }
 }
 

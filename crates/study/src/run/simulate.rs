@@ -89,7 +89,7 @@ pub fn simulate_and_tell(
                 let shown = Presentation {
                     rendered: of(trial.condition)?,
                     reference: match protocol.procedure.is_two_intervals() {
-                        true => Some(of(0)?),
+                        true => Some(of(protocol.reference())?),
                         false => None,
                     },
                 };
@@ -154,7 +154,8 @@ fn make_ahead(
 ) -> Result<Made, StudyError> {
     let mut jobs: Vec<(usize, (usize, usize, u32))> = Vec::new();
     if simulation.once_per_condition {
-        jobs.extend((0..protocol.conditions()).map(|condition| (condition, (0, condition, 1))));
+        let all = 0..protocol.conditions().max(protocol.reference() + 1);
+        jobs.extend(all.map(|condition| (condition, (0, condition, 1))));
     } else if matches!(protocol.procedure, Procedure::Staircase | Procedure::Quest) {
         // Adaptive conditions are not known in advance.
         return Ok(Made::new());
@@ -164,8 +165,9 @@ fn make_ahead(
                 continue;
             };
             let mut shown = vec![trial.condition];
-            if protocol.procedure.is_two_intervals() && trial.condition != 0 {
-                shown.push(0);
+            let reference = protocol.reference();
+            if protocol.procedure.is_two_intervals() && trial.condition != reference {
+                shown.push(reference);
             }
             jobs.extend(
                 shown

@@ -3,4 +3,5 @@
 mod arm;
 mod common;
 mod log;
+mod ready;
 mod simulation;

@@ -84,6 +84,7 @@ fn what_is_rendered_is_what_was_wanted() {
                     surface,
                     angle_deg,
                     speed_mm_per_s,
+                    patch: None,
                 };
                 let shown = STAGE.present(&stimulus, 7).unwrap();
                 assert_eq!(shown.fault, Fault::None, "{stimulus:?}: {shown:?}");
@@ -210,6 +211,7 @@ fn thresholds_of_two_intervals_are_those_that_were_planted() {
             over_angle: vec![[90.0, 0.0]],
             per_100_mm_per_s: 2.0,
             force_exponent: 0.0,
+            ..Roughness::default()
         },
         noise_sd: 0.28,
         sensitivity_sd: 0.0,
@@ -363,6 +365,7 @@ fn doors_stay_under_the_finger() {
             surface: Surface::Door,
             angle_deg: if seed % 2 == 0 { 0.0 } else { 90.0 },
             speed_mm_per_s: 40.0,
+            patch: None,
         };
         let shown = STAGE.present(&stimulus, seed).unwrap();
         assert_eq!(shown.fault, Fault::None, "seed {seed}: {shown:?}");

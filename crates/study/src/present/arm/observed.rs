@@ -362,6 +362,7 @@ impl ObservedTouch {
             force_n: mean(felt.force_n_s, felt.seconds),
             contact_s: self.contact_s,
             moved: self.moved,
+            patch: self.stimulus.patch,
             fault,
         }
         .rounded()

@@ -1,0 +1,513 @@
+//! The dissertation's studies redone, beside what was published.
+//!
+//! One function for each study (`experiment_1`, ...) runs its protocol with simulated participants and returns its result. From any
+//! record of such a study, also one with people, [`rows`] makes the rows of published numbers and its own,
+//! [`figures`](super::outputs::figures) the figures.
+
+use crate::report::{cells, or_none, titled};
+use crate::spans::ends;
+use anyhow::{Context, bail, ensure};
+use hwall_psychophysics::{
+    Analysis, Effect, ErrorModel, for_each_outcome, median, sign_test, wilcoxon_signed_rank_exact,
+};
+use hwall_study::{
+    Durability, EXPERIMENT_2_MEANS, LevelGroups, Participants, Procedure, RatingPower, Ratings,
+    ReadyProtocol, SimulatedStage, Simulation, Study, StudyRecord, StudyReport, mean_power,
+    planted_for, ratings, sign_power, simulate,
+};
+use hwall_testkit::MarkdownTable;
+
+/// Subjects, and points of the scale, of the dissertation's two experiments.
+const SUBJECTS: usize = 8;
+const POINTS: usize = 5;
+/// Shares of people who prefer one wall, for which the power is given.
+const SHARES: [f64; 4] = [0.6, 0.75, 0.9, 0.95];
+
+/// A published number and the one of the study that was redone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// What it is.
+    pub what: String,
+    /// As published, with the place; or why there is none.
+    pub published: String,
+    /// Of the redone study.
+    pub ours: String,
+}
+
+fn row(what: impl Into<String>, published: impl Into<String>, ours: impl Into<String>) -> Row {
+    Row {
+        what: what.into(),
+        published: published.into(),
+        ours: ours.into(),
+    }
+}
+
+/// Why there is no published number: none of the sources of this project gives it.
+const NOT_HERE: &str = "not among this project's sources";
+
+/// Runs a ready protocol with simulated participants; each condition is presented once on the simulated arm.
+///
+/// # Errors
+/// A number of subjects that a study cannot have; a folder for temporary files that cannot be written.
+pub fn redone(ready: ReadyProtocol, subjects: usize, seed: u64) -> anyhow::Result<StudyRecord> {
+    static NUMBER: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUsize::new(0);
+    let number = NUMBER.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+    let name = format!("hwall_thesis_{}_{number}", std::process::id());
+    let folder = std::env::temp_dir().join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    let mut protocol = ready.protocol();
+    (protocol.subjects, protocol.seed) = (subjects, seed);
+    let simulation = Simulation {
+        participants: planted_for(&protocol),
+        once_per_condition: true,
+        kill_after: None,
+    };
+    let who = Participants::Simulated {
+        once_per_condition: true,
+    };
+    let run = || -> anyhow::Result<StudyRecord> {
+        let mut study = Study::create(&folder, protocol, who, Durability::System)?;
+        simulate(&mut study, &SimulatedStage::new()?, &simulation)?;
+        Ok(study.record())
+    };
+    let record = run();
+    let _ = std::fs::remove_dir_all(&folder);
+    record
+}
+
+/// Result of experiment 1: a whiteboard against H-Wall.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Experiment1 {
+    /// The answers; high ones speak for H-Wall.
+    pub answers: Ratings,
+    /// Power of the published number of subjects, and how many it takes, by the share of those who prefer one wall.
+    pub power: Vec<RatingPower>,
+}
+
+/// Experiment 1 with simulated participants, who find no wall more real.
+///
+/// # Errors
+/// As [`redone`].
+pub fn experiment_1(subjects: usize, seed: u64) -> anyhow::Result<Experiment1> {
+    Experiment1::of(&redone(ReadyProtocol::Experiment1, subjects, seed)?)
+}
+
+impl Experiment1 {
+    /// The result of a record.
+    ///
+    /// # Errors
+    /// A record without an answer.
+    pub fn of(study: &StudyRecord) -> anyhow::Result<Self> {
+        let answers = ratings(study)?.into_iter().next();
+        Ok(Self {
+            answers: answers.context("nobody has answered")?,
+            power: sign_power(&SHARES, SUBJECTS)?,
+        })
+    }
+
+    fn rows(&self) -> Vec<Row> {
+        let a = &self.answers;
+        let share = a.above.map_or("nobody decided".to_owned(), |s| {
+            let [low, high] = s.ci;
+            format!("{} of {} ({low:.3} to {high:.3})", s.successes, s.trials)
+        });
+        let mut rows = vec![
+            row("subjects", SUBJECTS.to_string(), a.subjects.to_string()),
+            row("H-Wall more real, of the decided", NOT_HERE, share),
+            row("sign test, p", NOT_HERE, format!("{:.4}", a.signs.p)),
+        ];
+        for agree in [SUBJECTS, SUBJECTS - 1] {
+            let signs: Vec<f64> = (0..SUBJECTS)
+                .map(|i| if i < agree { 1.0 } else { -1.0 })
+                .collect();
+            let what = format!("sign test, p if {agree} of {SUBJECTS} agree");
+            let p = sign_test(&signs).map(|test| test.p).ok();
+            rows.push(row(what, "not given", or_none(p, 4)));
+        }
+        let of = |p: &RatingPower| power_row(p, &format!("if {} prefer one wall", p.population));
+        rows.extend(self.power.iter().map(of));
+        rows
+    }
+}
+
+fn power_row(power: &RatingPower, population: &str) -> Row {
+    let needed = power
+        .subjects
+        .map_or("too many".to_owned(), |n| n.to_string());
+    let ours = format!("{needed} (power of {SUBJECTS}: {:.3})", power.power);
+    row(
+        format!("people for a power of 0.8 {population}"),
+        "not given",
+        ours,
+    )
+}
+
+/// What every possible set of answers with a published mean would have shown.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Possible {
+    /// Sets of answers with this mean.
+    pub sets: usize,
+    /// Least and greatest p of the exact signed-rank test against the middle of the scale.
+    pub p: [f64; 2],
+    /// Least and greatest median.
+    pub median: [f64; 2],
+}
+
+/// All sets of answers of eight people, 1 to 5, with this mean.
+///
+/// # Errors
+/// A mean that no such set has.
+pub fn possible(mean: f64) -> anyhow::Result<Possible> {
+    let (mut p, mut medians) = (Vec::new(), Vec::new());
+    for_each_outcome(POINTS, SUBJECTS, |counts| {
+        let points = (1..).zip(counts);
+        let points = points.flat_map(|(point, n)| std::iter::repeat_n(f64::from(point), *n));
+        let answers: Vec<f64> = points.collect();
+        let off_by = answers.iter().sum::<f64>() - mean * SUBJECTS as f64;
+        if off_by.abs() <= 1e-9 {
+            let middle = 0.5 * (POINTS as f64 + 1.0);
+            let off: Vec<f64> = answers.iter().map(|a| a - middle).collect();
+            p.push(wilcoxon_signed_rank_exact(&off).map_or(1.0, |test| test.p));
+            medians.extend(median(&answers, 0.95).map(|m| m.value));
+        }
+    })?;
+    ensure!(
+        !p.is_empty(),
+        "eight answers from 1 to 5 never have the mean {mean}"
+    );
+    let range = |values: &[f64]| <[f64; 2]>::from(ends(values.iter().copied()));
+    Ok(Possible {
+        sets: p.len(),
+        p: range(&p),
+        median: range(&medians),
+    })
+}
+
+/// A question of experiment 2.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Question {
+    /// The published mean of eight answers.
+    pub published_mean: f64,
+    /// What the published answers can have been.
+    pub possible: Possible,
+    /// Power of the published number of subjects, and how many it takes, for a population with the published mean.
+    pub power: RatingPower,
+    /// The answers of this study.
+    pub answers: Ratings,
+}
+
+/// Experiment 2, three questions about H-Wall, with simulated participants who have the published means planted.
+///
+/// # Errors
+/// As [`redone`].
+pub fn experiment_2(subjects: usize, seed: u64) -> anyhow::Result<Vec<Question>> {
+    questions_of(&redone(ReadyProtocol::Experiment2, subjects, seed)?)
+}
+
+/// The questions of a record of experiment 2.
+///
+/// # Errors
+/// A record that lacks answers to one of the questions.
+pub fn questions_of(study: &StudyRecord) -> anyhow::Result<Vec<Question>> {
+    let answers = ratings(study)?;
+    let (asked, answered) = (EXPERIMENT_2_MEANS.len(), answers.len());
+    ensure!(
+        answered == asked,
+        "{answered} of {asked} questions have an answer"
+    );
+    let power = mean_power(POINTS as u8, &EXPERIMENT_2_MEANS, SUBJECTS)?;
+    let of = |(power, answers): (RatingPower, Ratings)| {
+        Ok(Question {
+            published_mean: power.population,
+            possible: possible(power.population)?,
+            power,
+            answers,
+        })
+    };
+    power.into_iter().zip(answers).map(of).collect()
+}
+
+fn question_rows(questions: &[Question]) -> Vec<Row> {
+    let of = |(number, q): (usize, &Question)| {
+        let ([low, high], [least, most]) = (q.possible.median, q.possible.p);
+        let ci = q.answers.median.ci.map(|[a, b]| format!(" ({a} to {b})"));
+        let (mean, a) = (q.published_mean, &q.answers);
+        [
+            row(
+                format!("question {number}, mean"),
+                mean.to_string(),
+                format!("{:.3}", a.mean),
+            ),
+            row(
+                format!("question {number}, median"),
+                format!("{low} to {high}, by its mean"),
+                format!("{}{}", a.median.value, ci.unwrap_or_default()),
+            ),
+            row(
+                format!("question {number}, signed ranks against 3, p"),
+                format!(
+                    "{least:.4} to {most:.4}, by its mean ({} sets)",
+                    q.possible.sets
+                ),
+                or_none(a.wilcoxon.map(|w| w.p), 4),
+            ),
+            power_row(&q.power, &format!("at the mean {mean}")),
+        ]
+    };
+    (1..).zip(questions).flat_map(of).collect()
+}
+
+/// Result of a study of magnitudes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Magnitudes {
+    /// Analysis of the normalised estimates, with both error models; its cells are the curves of V-8 and V-13.
+    pub analysis: Analysis,
+    /// Levels of each factor in groups that do not differ.
+    pub groups: Vec<LevelGroups>,
+}
+
+/// The preliminary study (V-5, V-8) with simulated participants: normalised estimates of four patches by scanning angle.
+///
+/// # Errors
+/// As [`redone`].
+pub fn preliminary(subjects: usize, seed: u64) -> anyhow::Result<Magnitudes> {
+    Magnitudes::of(&redone(ReadyProtocol::Preliminary, subjects, seed)?)
+}
+
+/// The study of roughness (V-10, V-11, table V) with simulated participants.
+///
+/// # Errors
+/// As [`redone`].
+pub fn roughness(subjects: usize, seed: u64) -> anyhow::Result<Magnitudes> {
+    Magnitudes::of(&redone(ReadyProtocol::Roughness, subjects, seed)?)
+}
+
+/// Hemiellipsoids against truncated cones (V-12, V-13) with simulated participants.
+///
+/// # Errors
+/// As [`redone`].
+pub fn cones(subjects: usize, seed: u64) -> anyhow::Result<Magnitudes> {
+    Magnitudes::of(&redone(ReadyProtocol::Cones, subjects, seed)?)
+}
+
+impl Magnitudes {
+    /// The result of a record.
+    ///
+    /// # Errors
+    /// Answers that cannot be analysed yet.
+    pub fn of(study: &StudyRecord) -> anyhow::Result<Self> {
+        let report = StudyReport::of(study)?;
+        let Some(analysis) = report.analysis else {
+            bail!(report.why_not.unwrap_or_default());
+        };
+        Ok(Self {
+            groups: report.groups,
+            analysis,
+        })
+    }
+
+    /// How many levels of roughness the answers tell apart: by each factor the levels that differ from each other, multiplied. This is
+    /// our reading of the dissertation's nine.
+    #[must_use]
+    pub fn distinct(&self) -> usize {
+        self.groups.iter().map(distinct).product()
+    }
+
+    /// The effects against one residual, as in table V.
+    fn pooled(&self) -> Vec<&Effect> {
+        let effects = self.analysis.effects.iter();
+        effects.filter(|e| e.errors == ErrorModel::Pooled).collect()
+    }
+
+    /// The analysis of variance in the form of table V: one residual for all effects.
+    #[must_use]
+    pub fn table_v(&self) -> MarkdownTable {
+        let mut table = titled(
+            "source | sum of squares | degrees of freedom | mean square | F | p | partial eta squared",
+        );
+        let squares = |name: &str, ss: f64, df: usize| {
+            let mean = ss / df as f64;
+            cells(
+                [name],
+                [format!("{ss:.3}"), df.to_string(), format!("{mean:.3}")],
+            )
+        };
+        let pooled = self.pooled();
+        for e in &pooled {
+            let f = or_none(e.f.finite(), 3);
+            let tested = [f, probability(e.p), or_none(e.partial_eta2, 4)];
+            table.row(squares(&e.name, e.ss, e.df1).into_iter().chain(tested));
+        }
+        if let Some(e) = pooled.last() {
+            let empty = ["", "", ""].map(str::to_owned);
+            table.row(squares("error", e.ss_error, e.df2).into_iter().chain(empty));
+        }
+        table
+    }
+
+    /// One row for each effect, with what was published about it, and one for the order of each factor's levels.
+    fn rows(&self, effects: [&str; 3], orders: [&str; 2]) -> Vec<Row> {
+        let of = |(e, published): (&Effect, &str)| {
+            let f = or_none(e.f.finite(), 3);
+            let eta2 = or_none(e.partial_eta2, 4);
+            let ours = format!("{f}, p = {}, partial eta squared {eta2}", probability(e.p));
+            row(
+                format!("{}, F({}, {})", e.name, e.df1, e.df2),
+                published,
+                ours,
+            )
+        };
+        let mut rows: Vec<Row> = self.pooled().into_iter().zip(effects).map(of).collect();
+        let of = |(g, published): (&LevelGroups, &str)| {
+            row(format!("order by {}", g.factor), published, g.to_text())
+        };
+        rows.extend(self.groups.iter().zip(orders).map(of));
+        rows
+    }
+
+    /// Rows of the study of roughness: table V.
+    fn table_v_rows(&self) -> Vec<Row> {
+        let effects = [
+            "71.667, partial eta squared .3323 (table V)",
+            "15.873, partial eta squared .0993 (table V)",
+            "0.437, p = .9726 (table V)",
+        ];
+        let orders = [
+            "0 < 45 < 63.43 ~ 71.57 ~ 90 (V-10)",
+            "rises, 0 to 80 mm/s (V-11)",
+        ];
+        let mut rows = self.rows(effects, orders);
+        rows.push(row(
+            "levels told apart",
+            "at least 9",
+            self.distinct().to_string(),
+        ));
+        rows
+    }
+}
+
+fn probability(p: Option<f64>) -> String {
+    match p {
+        Some(p) if p < 1e-4 => format!("{p:.1e}"),
+        other => or_none(other, 4),
+    }
+}
+
+/// Length of a chain of levels from the least mean on, each significantly above the one before.
+fn distinct(groups: &LevelGroups) -> usize {
+    let mut chain: Vec<&str> = Vec::new();
+    for level in &groups.order {
+        if chain.last().is_none_or(|last| groups.is_less(last, level)) {
+            chain.push(level);
+        }
+    }
+    chain.len()
+}
+
+/// Rows of a record of one of the dissertation's studies; none of another study.
+///
+/// # Errors
+/// A record that cannot be analysed yet.
+pub fn rows(study: &StudyRecord) -> anyhow::Result<Vec<Row>> {
+    Ok(match ReadyProtocol::of(&study.protocol) {
+        None => Vec::new(),
+        Some(ReadyProtocol::Experiment1) => Experiment1::of(study)?.rows(),
+        Some(ReadyProtocol::Experiment2) => question_rows(&questions_of(study)?),
+        Some(ReadyProtocol::Preliminary) => {
+            Magnitudes::of(study)?.rows([NOT_HERE; 3], ["drawn (V-8)"; 2])
+        }
+        Some(ReadyProtocol::Cones) => {
+            Magnitudes::of(study)?.rows([NOT_HERE; 3], ["drawn (V-13)"; 2])
+        }
+        Some(ReadyProtocol::Roughness) => Magnitudes::of(study)?.table_v_rows(),
+    })
+}
+
+/// The section of a study's report beside the dissertation; empty for another study, and for one without enough answers.
+pub(super) fn section(study: &StudyRecord) -> String {
+    let rows = rows(study).unwrap_or_default();
+    if rows.is_empty() {
+        return String::new();
+    }
+    let mut table = titled("number | the dissertation | this study");
+    for row in rows {
+        table.row([row.what, row.published, row.ours]);
+    }
+    let mut text = format!("\n## Beside the dissertation\n\n{table}");
+    if let (Procedure::Magnitude, Ok(found)) = (study.protocol.procedure, Magnitudes::of(study)) {
+        text += "\nIn the form of table V, with one residual for all effects:\n\n";
+        text += &found.table_v().to_string();
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sets, p and medians by `scipy.stats.permutation_test` (1.17.1) over all sets of answers.
+    #[test]
+    fn published_means_leave_open_what_was_found() {
+        for (mean, sets, most_p) in [(4.125, 11, 0.125), (4.25, 9, 0.125), (4.375, 6, 0.0703125)] {
+            let found = possible(mean).unwrap();
+            assert_eq!((found.sets, found.p), (sets, [0.0078125, most_p]));
+            assert_eq!(found.median, [4.0, 5.0]);
+        }
+        assert!(possible(4.3).is_err() && possible(5.5).is_err() && possible(f64::NAN).is_err());
+    }
+
+    #[test]
+    fn the_experiments_have_typed_results() {
+        let first = experiment_1(8, 3).unwrap();
+        assert_eq!(first.answers.subjects, 8);
+        let needed: Vec<_> = first.power.iter().map(|p| p.subjects).collect();
+        assert_eq!(needed, [None, Some(35), Some(12), Some(9)]);
+        let second = experiment_2(8, 3).unwrap();
+        assert_eq!(second.len(), 3);
+        assert_eq!(second[0].power.subjects, Some(11));
+        assert!(second.iter().all(|q| q.answers.mean > 3.5));
+        // Nobody has answered.
+        let nobody = StudyRecord {
+            trials: Vec::new(),
+            ..redone(ReadyProtocol::Experiment2, 2, 1).unwrap()
+        };
+        assert!(rows(&nobody).is_err() && section(&nobody).is_empty());
+    }
+
+    /// Table V has the published degrees of freedom, and its orders come back.
+    #[test]
+    fn the_study_of_roughness_is_put_beside_table_v() {
+        let record = redone(ReadyProtocol::Roughness, 25, 3).unwrap();
+        let rows = rows(&record).unwrap();
+        let named = |what: &str| rows.iter().find(|row| row.what.starts_with(what)).unwrap();
+        assert_eq!(named("angle, ").what, "angle, F(4, 576)");
+        assert!(named("angle, ").published.starts_with("71.667"));
+        assert_eq!(named("angle:speed").what, "angle:speed, F(16, 576)");
+        let found = Magnitudes::of(&record).unwrap();
+        let angles = found.groups.iter().find(|g| g.factor == "angle").unwrap();
+        assert!(angles.is_less("0", "45") && angles.is_less("45", "63.43"));
+        assert!(!angles.is_less("63.43", "90") && found.distinct() >= 6);
+        assert_eq!(found.analysis.cells.len(), 25);
+        let text = found.table_v().to_string();
+        assert!(text.contains("error") && text.contains("576"), "{text}");
+        assert!(section(&record).contains("Beside the dissertation"));
+    }
+
+    #[test]
+    fn the_studies_of_patches_have_curves_in_their_order() {
+        for (found, patches) in [
+            (
+                preliminary(8, 3).unwrap(),
+                &["study-1.5", "study-2", "study-2.5", "study-3"][..],
+            ),
+            (cones(8, 3).unwrap(), &["study-3", "cones-3"]),
+        ] {
+            let factor = &found.analysis.design.within[1];
+            assert!(
+                factor.name == "patch" && factor.levels == patches,
+                "{factor:?}"
+            );
+            assert_eq!(found.analysis.cells.len(), 5 * patches.len());
+        }
+    }
+}

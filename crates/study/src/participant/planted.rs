@@ -1,0 +1,19 @@
+//! What simulated participants of the dissertation's studies answer.
+
+use super::simulated::ParticipantConfig;
+use crate::protocol::{Protocol, ReadyProtocol};
+
+/// Mean answers to the three questions of the dissertation's experiment 2, of eight people, 1 to 5.
+pub const EXPERIMENT_2_MEANS: [f64; 3] = [4.25, 4.125, 4.375];
+
+/// The participants that a protocol is simulated with: in experiment 2 with the published mean ratings planted, else the usual ones.
+///
+/// In experiment 1 they find no wall more real than the other, because the published shares are not known here.
+#[must_use]
+pub fn planted_for(protocol: &Protocol) -> ParticipantConfig {
+    let mut usual = ParticipantConfig::default();
+    if ReadyProtocol::of(protocol) == Some(ReadyProtocol::Experiment2) {
+        usual.ratings = EXPERIMENT_2_MEANS.to_vec();
+    }
+    usual
+}

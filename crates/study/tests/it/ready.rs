@@ -1,0 +1,324 @@
+//! The dissertation's studies as ready protocols, with simulated participants and with scripted people.
+
+use crate::common::folder;
+use hwall_study::{
+    Answer, Ask, Durability, EXPERIMENT_2_MEANS, ParticipantConfig, Participants, Patch, Presenter,
+    Procedure, Protocol, ReadyProtocol, Rendered, Respondent, Roughness, SimulatedStage,
+    Simulation, Stimulus, Study, StudyError, StudyFactor, StudyReport, Surface, conduct,
+    planted_for, ratings, sign_power, simulate,
+};
+
+fn simulated(name: &str, protocol: Protocol, participants: ParticipantConfig) -> Study {
+    let who = Participants::Simulated {
+        once_per_condition: true,
+    };
+    let folder = folder(&format!("ready-{name}"));
+    let mut study = Study::create(&folder, protocol, who, Durability::System).unwrap();
+    let simulation = Simulation {
+        participants,
+        once_per_condition: true,
+        kill_after: None,
+    };
+    simulate(&mut study, &SimulatedStage::new().unwrap(), &simulation).unwrap();
+    // The log holds the same study.
+    assert_eq!(Study::read(&folder).unwrap(), study.record());
+    let _ = std::fs::remove_dir_all(&folder);
+    study
+}
+
+#[test]
+fn every_ready_protocol_can_be_run() {
+    for (ready, subjects, trials) in [
+        (ReadyProtocol::Experiment1, 8, 1),
+        (ReadyProtocol::Experiment2, 8, 3),
+        (ReadyProtocol::Preliminary, 8, 20),
+        (ReadyProtocol::Roughness, 25, 25),
+        (ReadyProtocol::Cones, 8, 10),
+    ] {
+        let protocol = ready.protocol();
+        protocol.validate().unwrap();
+        Stimulus::check_all(&protocol).unwrap();
+        assert_eq!(
+            (protocol.subjects, protocol.conditions()),
+            (subjects, trials)
+        );
+        assert_eq!(ReadyProtocol::named(ready.name()), Ok(ready));
+        assert_eq!(ReadyProtocol::of(&protocol), Some(ready));
+    }
+    assert_eq!(ReadyProtocol::of(&Protocol::default()), None);
+    let unknown = ReadyProtocol::named("thesis:experiment-3")
+        .unwrap_err()
+        .to_string();
+    for ready in ReadyProtocol::ALL {
+        assert!(unknown.contains(ready.name()), "{unknown}");
+    }
+}
+
+#[test]
+fn protocols_that_do_not_fit_are_refused() {
+    let experiment = ReadyProtocol::Experiment2.protocol();
+    let two = Protocol {
+        questions: experiment.questions[..2].to_vec(),
+        ..experiment.clone()
+    };
+    assert!(two.validate().is_err());
+    let empty = Protocol {
+        questions: vec!["a".to_owned(), " ".to_owned(), "c".to_owned()],
+        ..experiment.clone()
+    };
+    assert!(empty.validate().is_err());
+    let several = Protocol {
+        factors: Protocol::default().factors,
+        ..experiment
+    };
+    assert!(several.validate().is_err());
+    for (factor, level) in [("surface", "whiteboard"), ("patch", "released")] {
+        let protocol = Protocol {
+            factors: vec![StudyFactor::new(factor, [level])],
+            ..Protocol::default()
+        };
+        let refused = Stimulus::check_all(&protocol);
+        assert!(matches!(refused, Err(StudyError::BadLevel { .. })));
+    }
+    let points = Protocol {
+        procedure: Procedure::MoreReal { points: 1 },
+        ..Protocol::default()
+    };
+    assert!(points.validate().is_err());
+}
+
+/// A planted preference comes back on its side, whichever touch came second.
+#[test]
+fn preferences_come_back() {
+    for (planted, wall) in [(2.0, true), (-2.0, false)] {
+        let protocol = ReadyProtocol::Experiment1.protocol();
+        let participants = ParticipantConfig {
+            more_real: planted,
+            rating_sd: 0.2,
+            lapse_rate: 0.0,
+            ..ParticipantConfig::default()
+        };
+        let study = simulated(&format!("prefers_{wall}"), protocol, participants);
+        let record = study.record();
+        let second = record.trials.iter().filter(|r| r.trial.second).count();
+        assert!(second > 0 && second < 8, "both orders occur");
+        let found = ratings(&record).unwrap();
+        let [found] = &found[..] else {
+            panic!("one condition");
+        };
+        let signs = [found.signs.positive, found.signs.negative];
+        assert_eq!(signs, if wall { [8, 0] } else { [0, 8] });
+        assert!((found.signs.p - 2.0 / 256.0).abs() < 1e-12);
+        assert_eq!(found.counts.iter().sum::<usize>(), 8);
+        let report = StudyReport::of(&record).unwrap().to_markdown(&[]);
+        for said in [
+            "## Exact tests",
+            "| 8, 0, 0 |",
+            "## How many people",
+            "| 0.900 | 0.430 | 12 |",
+        ] {
+            let turned = said.replace("8, 0, 0", if wall { "0, 0, 8" } else { "8, 0, 0" });
+            assert!(report.contains(&turned), "{turned}: {report}");
+        }
+        assert!(!report.contains("## Thresholds"));
+    }
+}
+
+#[test]
+fn planted_means_of_questions_come_back() {
+    let protocol = Protocol {
+        subjects: 200,
+        ..ReadyProtocol::Experiment2.protocol()
+    };
+    let participants = planted_for(&protocol);
+    let study = simulated("questions", protocol, participants);
+    let found = ratings(&study.record()).unwrap();
+    assert_eq!(found.len(), 3);
+    for (found, planted) in found.iter().zip(EXPERIMENT_2_MEANS) {
+        // The end of the scale takes a little.
+        assert!(
+            (found.mean - planted).abs() < 0.25,
+            "{} {planted}",
+            found.mean
+        );
+        assert!(
+            found
+                .wilcoxon
+                .is_some_and(|w| w.p < 1e-6 && w.rank_biserial > 0.8)
+        );
+        let [low, high] = found.median.ci.unwrap();
+        assert!(low <= found.median.value && found.median.value <= high);
+    }
+}
+
+/// A person by script: the answers, and what was said.
+struct Script {
+    answer: f64,
+    said: Vec<String>,
+    asked: Vec<String>,
+}
+
+impl Respondent for Script {
+    fn tell(&mut self, text: &str) -> Result<(), StudyError> {
+        self.said.push(text.to_owned());
+        Ok(())
+    }
+
+    fn ask(&mut self, text: &str, ask: Ask) -> Result<Option<Answer>, StudyError> {
+        self.asked.push(text.to_owned());
+        let value = match ask {
+            Ask::GoOn => 1.0,
+            Ask::Procedure(_) => self.answer,
+        };
+        Ok(Some(Answer {
+            value,
+            answered_s: 1.0,
+        }))
+    }
+}
+
+/// An arm that counts its touches.
+#[derive(Default)]
+struct Counting(Vec<Stimulus>);
+
+impl Presenter for Counting {
+    fn present(&mut self, stimulus: &Stimulus, _: u64) -> Result<Rendered, StudyError> {
+        self.0.push(*stimulus);
+        Ok(Rendered {
+            force_n: Some(7.0),
+            contact_s: 0.7,
+            patch: stimulus.patch,
+            ..Rendered::default()
+        })
+    }
+}
+
+fn with_people(name: &str, protocol: Protocol, answer: f64) -> (Study, Script, Counting) {
+    let folder = folder(&format!("ready-{name}"));
+    let people = Participants::People;
+    let mut study = Study::create(&folder, protocol, people, Durability::System).unwrap();
+    let mut arm = Counting::default();
+    let mut person = Script {
+        answer,
+        said: Vec::new(),
+        asked: Vec::new(),
+    };
+    conduct(&mut study, &mut arm, &mut person).unwrap();
+    let _ = std::fs::remove_dir_all(&folder);
+    (study, person, arm)
+}
+
+#[test]
+fn people_touch_the_whiteboard_without_the_arm() {
+    let protocol = ReadyProtocol::Experiment1.protocol();
+    let (study, person, arm) = with_people("whiteboard", protocol, 5.0);
+    assert!(
+        arm.0
+            .iter()
+            .all(|s| s.surface == Surface::Wall && s.speed_mm_per_s == 0.0)
+    );
+    assert_eq!(arm.0.len(), 8);
+    let count = |what: &str| {
+        person
+            .asked
+            .iter()
+            .filter(|text| text.contains(what))
+            .count()
+    };
+    assert_eq!(count("Touch the whiteboard now"), 8);
+    assert_eq!(count("more like a real wall"), 8);
+    // The second touch always felt more real: the condition, if it came second.
+    let record = study.record();
+    for trial in &record.trials {
+        let wanted = if trial.trial.second { 5.0 } else { 1.0 };
+        assert_eq!(trial.rating(record.protocol.procedure), Some(wanted));
+    }
+    let found = &ratings(&record).unwrap()[0];
+    let second = record.trials.iter().filter(|r| r.trial.second).count() as u64;
+    assert_eq!(
+        (found.signs.positive, found.signs.negative),
+        (second, 8 - second)
+    );
+}
+
+#[test]
+fn people_get_each_question_in_its_words() {
+    let protocol = ReadyProtocol::Experiment2.protocol();
+    let wanted = protocol.questions.clone();
+    let (study, person, _) = with_people("asked", protocol, 4.0);
+    for question in &wanted {
+        assert_eq!(
+            person.asked.iter().filter(|text| *text == question).count(),
+            8
+        );
+    }
+    let found = ratings(&study.record()).unwrap();
+    assert!(
+        found
+            .iter()
+            .all(|r| r.counts == [0, 0, 0, 8, 0] && (r.signs.p - 2.0 / 256.0).abs() < 1e-12)
+    );
+    let report = StudyReport::of(&study.record()).unwrap().to_markdown(&[]);
+    assert!(
+        report.contains(&wanted[1]) && report.contains("question 2"),
+        "{report}"
+    );
+}
+
+/// Patches are exchanged when they change, and are named by a number that says nothing.
+#[test]
+fn patches_are_exchanged_when_they_change() {
+    let protocol = Protocol {
+        subjects: 2,
+        ..ReadyProtocol::Cones.protocol()
+    };
+    let (_, person, arm) = with_people("patches", protocol, 5.0);
+    let shown: Vec<Option<Patch>> = arm.0.iter().map(|s| s.patch).collect();
+    let changes = 1 + shown.windows(2).filter(|pair| pair[0] != pair[1]).count();
+    let asked: Vec<&String> = person
+        .asked
+        .iter()
+        .filter(|text| text.contains("on the board"))
+        .collect();
+    assert_eq!(asked.len(), changes);
+    assert!(
+        asked
+            .iter()
+            .all(|text| text.contains("patch 4") || text.contains("patch 5"))
+    );
+    let all = person.said.iter().chain(&person.asked);
+    assert!(
+        all.clone()
+            .all(|text| !text.contains("cone") && !text.contains("study-3"))
+    );
+}
+
+/// Rougher across the bumps than along them on every patch that is longer than wide; the height of the force counts as before.
+#[test]
+fn patches_feel_as_their_model_says() {
+    let roughness = Roughness::default();
+    let felt = |patch, angle_deg| {
+        roughness.wanted(&Stimulus {
+            surface: Surface::Wall,
+            angle_deg,
+            speed_mm_per_s: 0.0,
+            patch: Some(patch),
+        })
+    };
+    for patch in Patch::ALL {
+        let [along, across] = [0.0, 90.0].map(|deg| felt(patch, deg).unwrap());
+        assert!(
+            along < across && along.is_finite(),
+            "{patch:?} {along} {across}"
+        );
+    }
+    let no_patch = Stimulus::default();
+    let same = roughness.ln(no_patch.angle_deg, no_patch.speed_mm_per_s);
+    assert_eq!(roughness.wanted(&no_patch), Some(same));
+}
+
+#[test]
+fn power_of_nothing_is_refused() {
+    assert!(sign_power(&[1.5], 8).is_err() && sign_power(&[f64::NAN], 8).is_err());
+    assert!(sign_power(&[0.9], 0).is_err());
+}
