@@ -167,32 +167,24 @@ impl Presenter {
         /// With fewer solutions the place is near the limit of reach, and exact arcs are used.
         const FEW: usize = 6;
         let before = out.len();
-        if let Some(arm) = &self.free_turn {
-            let Some(pose) = self.pose(plane, point_m, 0) else {
+        let count = self.rolls_rad.len();
+        // A free last joint turns a solution into those of the other rolls.
+        let (arm, solved, turned) = match &self.free_turn {
+            Some(arm) => (arm, 1, count),
+            None => (&self.arm, count, 1),
+        };
+        for first in 0..solved {
+            let Some(pose) = self.pose(plane, point_m, first) else {
                 return;
             };
             for &arm_angle_rad in &self.arm_angles_rad {
                 let found = arm.solutions(&pose, arm_angle_rad);
-                for (branch, q) in Branch::ALL.into_iter().zip(found) {
-                    let Some(q) = q else { continue };
-                    for (roll, roll_rad) in self.rolls_rad.iter().enumerate() {
-                        let mut q = q;
-                        q[6] += roll_rad - self.rolls_rad[0];
+                for (branch, solution) in Branch::ALL.into_iter().zip(found) {
+                    let Some(solution) = solution else { continue };
+                    for roll in first..first + turned {
+                        let mut q = solution;
+                        q[6] += self.rolls_rad[roll] - self.rolls_rad[first];
                         self.push(q, near, branch, arm_angle_rad, roll, out);
-                    }
-                }
-            }
-        } else {
-            for roll in 0..self.rolls_rad.len() {
-                let Some(pose) = self.pose(plane, point_m, roll) else {
-                    return;
-                };
-                for &arm_angle_rad in &self.arm_angles_rad {
-                    let found = self.arm.solutions(&pose, arm_angle_rad);
-                    for (branch, q) in Branch::ALL.into_iter().zip(found) {
-                        if let Some(q) = q {
-                            self.push(q, near, branch, arm_angle_rad, roll, out);
-                        }
                     }
                 }
             }

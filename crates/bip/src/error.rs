@@ -1,7 +1,7 @@
 //! The one error type of the crate.
 
-use hwall_numeric::ArgumentError;
 use hwall_numeric::dense::{NotConverged, NotPositiveDefinite};
+use hwall_numeric::{ArgumentError, check};
 
 /// Errors in demonstrations, configurations, observations or files.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -170,5 +170,20 @@ pub(crate) fn length(what: &'static str, expected: usize, got: usize) -> Result<
             expected,
             got,
         })
+    }
+}
+
+/// A request for values at a phase: the phase is finite, the degrees of freedom exist, and there is a place for each mean.
+pub(crate) fn check_request(
+    phase: f64,
+    dofs: &[usize],
+    count: usize,
+    mean: &[f64],
+) -> Result<(), BipError> {
+    check::finite("phase", phase)?;
+    length("mean", dofs.len(), mean.len())?;
+    match dofs.iter().find(|d| **d >= count) {
+        None => Ok(()),
+        Some(&dof) => Err(BipError::UnknownDof { dof, dofs: count }),
     }
 }

@@ -1,7 +1,7 @@
 //! The geometric Jacobian of an arm of at most seven joints.
 
 use crate::joints::{JointTorques, JointVelocities};
-use crate::linalg::{gram, roots};
+use crate::linalg::gram;
 use glam::DVec3;
 use hwall_geometry::{Twist, Wrench};
 use hwall_numeric::dense::symmetric_eigen;
@@ -44,9 +44,15 @@ impl Jacobian {
     /// estimated without damping and with the same moment length.
     #[must_use]
     pub fn condition(&self, moment_length_m: f64) -> f64 {
-        let rows = self.to_scaled_rows(moment_length_m);
-        let singular_values = roots(symmetric_eigen(&gram(&rows)).values);
+        let singular_values = self.singular_values(moment_length_m);
         singular_values[0] / singular_values[5]
+    }
+
+    /// Singular values, largest first, rotations weighted by a length in m.
+    pub(crate) fn singular_values(&self, moment_length_m: f64) -> [f64; 6] {
+        let squares = symmetric_eigen(&gram(&self.to_scaled_rows(moment_length_m))).values;
+        // Rounding can make the smallest slightly negative; NaN is kept.
+        squares.map(|x| if x < 0.0 { 0.0 } else { x.sqrt() })
     }
 
     /// As [`to_rows`](Self::to_rows), the rotations multiplied by a length.

@@ -13,7 +13,9 @@ mod unreachable;
 mod wrench;
 
 // Any arm.
-pub use arm::{ArmKinematics, ArmScratch, ArmSolution, BodyPoints, ChainArm, MOST_BODY_POINTS};
+pub use arm::{
+    ArmKinematics, ArmScratch, ArmSolution, BodyPoints, ChainArm, MOST_BODY_POINTS, foot_on_second,
+};
 
 // The closed form of S-R-S arms.
 pub use srs::{

@@ -51,11 +51,6 @@ pub(crate) fn null_vector(mut m: [[f64; 7]; 6]) -> [f64; 7] {
     out
 }
 
-/// Square roots of eigenvalues; values that rounding made negative give 0, NaN stays NaN.
-pub(crate) fn roots(eigenvalues: [f64; 6]) -> [f64; 6] {
-    eigenvalues.map(|x| if x < 0.0 { 0.0 } else { x.sqrt() })
-}
-
 /// `J Jᵀ` of rows.
 pub(crate) fn gram(rows: &[[f64; 7]; 6]) -> [[f64; 6]; 6] {
     std::array::from_fn(|i| {

@@ -12,12 +12,12 @@ mod tolerance;
 mod yardstick;
 
 pub use attack::{AttackReport, Finding, Mutator, Verdict, attack};
-pub use difference::{central_difference, central_jacobian};
+pub use difference::central_difference;
 pub use machine::Machine;
 pub use sampler::{Sampler, seeds};
 pub use shared::shared;
 pub use stats::{ErrorStats, quantile};
-pub use table::{MarkdownTable, SpeedErrorRow, SpeedErrorTable, format_error, format_ns};
+pub use table::{MarkdownTable, SpeedErrorTable, format_error, format_ns};
 pub use timing::{Timing, time_batches, time_each};
 pub use tolerance::{Components, Tol, mismatch};
 pub use yardstick::Yardstick;

@@ -72,50 +72,28 @@ impl fmt::Display for MarkdownTable {
     }
 }
 
-/// One method at one setting: time and error.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SpeedErrorRow {
-    /// The algorithm.
-    pub method: String,
-    /// Value of the setting, with unit.
-    pub setting: String,
-    /// Median time per call, ns.
-    pub median_ns: f64,
-    /// 99 % of the calls, or of the batches of calls, take at most this, ns.
-    pub p99_ns: f64,
-    /// Errors, in `unit`.
-    pub errors: ErrorStats,
-    /// Unit of the errors.
-    pub unit: &'static str,
-    /// A remark.
-    pub note: String,
-}
-
 /// A table of speed and error, always both.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpeedErrorTable {
     title: String,
-    setting: String,
-    rows: Vec<SpeedErrorRow>,
+    table: MarkdownTable,
 }
 
 impl SpeedErrorTable {
     /// `setting`: title of the column of settings.
     #[must_use]
     pub fn new(title: impl Into<String>, setting: impl Into<String>) -> Self {
+        let setting = setting.into();
+        let times = ["median", "p99"];
+        let errors = ["median error", "q99 error", "max error", "note"];
+        let columns = ["method", &setting].into_iter().chain(times).chain(errors);
         Self {
             title: title.into(),
-            setting: setting.into(),
-            rows: Vec::new(),
+            table: MarkdownTable::new(columns),
         }
     }
 
-    /// Appends a row.
-    pub fn push(&mut self, row: SpeedErrorRow) {
-        self.rows.push(row);
-    }
-
-    /// Appends a row from its parts.
+    /// Appends a method at a setting: time per call, and errors with their unit.
     pub fn row(
         &mut self,
         method: impl Into<String>,
@@ -124,58 +102,26 @@ impl SpeedErrorTable {
         (errors, unit): (ErrorStats, &'static str),
         note: impl Into<String>,
     ) {
-        let (method, setting, note) = (method.into(), setting.into(), note.into());
-        let Timing {
-            median_ns, p99_ns, ..
-        } = timing;
-        self.push(SpeedErrorRow {
-            method,
-            setting,
-            median_ns,
-            p99_ns,
-            errors,
-            unit,
-            note,
-        });
-    }
-
-    /// The rows so far, for instance for a figure.
-    #[must_use]
-    pub fn rows(&self) -> &[SpeedErrorRow] {
-        &self.rows
+        let error = |value: f64| match errors.count {
+            0 => "none".to_owned(),
+            _ => format_error(value, unit),
+        };
+        self.table.row([
+            method.into(),
+            setting.into(),
+            format_ns(timing.median_ns),
+            format_ns(timing.p99_ns),
+            error(errors.median),
+            error(errors.q99),
+            error(errors.max),
+            note.into(),
+        ]);
     }
 
     /// A third-level heading and the table.
     #[must_use]
     pub fn to_markdown(&self) -> String {
-        let columns = [
-            "method",
-            &self.setting,
-            "median",
-            "p99",
-            "median error",
-            "q99 error",
-            "max error",
-            "note",
-        ];
-        let mut table = MarkdownTable::new(columns);
-        for row in &self.rows {
-            let error = |value: f64| match row.errors.count {
-                0 => "none".to_owned(),
-                _ => format_error(value, row.unit),
-            };
-            table.row([
-                row.method.clone(),
-                row.setting.clone(),
-                format_ns(row.median_ns),
-                format_ns(row.p99_ns),
-                error(row.errors.median),
-                error(row.errors.q99),
-                error(row.errors.max),
-                row.note.clone(),
-            ]);
-        }
-        format!("### {}\n\n{table}", self.title)
+        format!("### {}\n\n{}", self.title, self.table)
     }
 }
 

@@ -14,8 +14,6 @@ pub struct Timing {
     pub median_ns: f64,
     /// 99 % of the samples took at most this.
     pub p99_ns: f64,
-    /// Arithmetic mean.
-    pub mean_ns: f64,
     /// The fastest sample.
     pub min_ns: f64,
     /// The slowest sample.
@@ -29,18 +27,12 @@ impl Timing {
     #[must_use]
     pub fn from_samples_ns(mut samples: Vec<f64>) -> Self {
         samples.sort_by(f64::total_cmp);
-        let count = samples.len();
         Self {
             median_ns: quantile(&samples, 0.5),
             p99_ns: quantile(&samples, 0.99),
-            mean_ns: if count == 0 {
-                f64::NAN
-            } else {
-                samples.iter().sum::<f64>() / count as f64
-            },
             min_ns: quantile(&samples, 0.0),
             max_ns: quantile(&samples, 1.0),
-            count,
+            count: samples.len(),
         }
     }
 }

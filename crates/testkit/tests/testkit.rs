@@ -3,8 +3,7 @@
 use glam::{DMat3, DQuat, DVec3};
 use hwall_testkit::{
     ErrorStats, Machine, MarkdownTable, Sampler, SpeedErrorTable, Timing, Tol, assert_close,
-    central_difference, central_jacobian, format_error, format_ns, mismatch, quantile,
-    time_batches, time_each,
+    central_difference, format_error, format_ns, mismatch, quantile, time_batches, time_each,
 };
 use std::f64::consts::PI;
 
@@ -103,13 +102,6 @@ fn central_differences_match_closed_forms() {
         central_difference(circle, 1.0, 1e-5),
         [-1.0_f64.sin(), 1.0_f64.cos(), 1.0],
         Tol::abs(1e-10)
-    );
-    let f = |x: &[f64]| [x[0] * x[1], x[1].powi(2), x[2].exp()];
-    let columns = central_jacobian(f, &[2.0, 3.0, 0.0], 1e-5);
-    assert_close!(
-        columns,
-        [[3.0, 0.0, 0.0], [2.0, 6.0, 0.0], [0.0, 0.0, 1.0]],
-        Tol::abs(1e-9)
     );
 }
 
@@ -231,17 +223,14 @@ fn timings_are_ordered_and_call_every_index() {
     assert_eq!((timing.count, batched.count), (50, 4));
     for t in [timing, batched] {
         let ordered = [0.0, t.min_ns, t.median_ns, t.p99_ns, t.max_ns];
-        assert!(
-            ordered.is_sorted() && t.min_ns <= t.mean_ns && t.mean_ns <= t.max_ns,
-            "{t:?}"
-        );
+        assert!(ordered.is_sorted(), "{t:?}");
     }
     for t in [
         time_each(0, |i| i),
         time_batches(0, 3, |i| i),
         time_batches(3, 0, |i| i),
     ] {
-        assert!(t.count == 0 && t.median_ns.is_nan() && t.mean_ns.is_nan());
+        assert!(t.count == 0 && t.median_ns.is_nan());
     }
 }
 
@@ -320,7 +309,6 @@ fn speed_error_table_shows_units_and_missing_errors() {
         "| broken | 1 | 1.24 us | 1.24 us | NaN m | NaN m | NaN m | |"
     );
     assert_eq!(rows[6], "| silent | 2 | NaN | NaN | none | none | none | |");
-    assert_eq!(table.rows().len(), 3);
 }
 
 #[test]

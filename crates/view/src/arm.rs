@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use hwall::geometry::Pose;
-use hwall::kinematics::{ArmKinematics, JointLimit, JointPositions, MOST_JOINTS};
+use hwall::kinematics::{ArmKinematics, JointLimit, JointPositions, MOST_JOINTS, foot_on_second};
 
 /// A joint, in the frame of the previous joint (of the base for the first). Its own frame moves with it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,7 +65,7 @@ impl ViewArm {
                     let on_axis_m = tool_m - jacobian.linear[joint].cross(axis);
                     let foot_m = match joint {
                         0 => on_axis_m + axis * (last_m - on_axis_m).dot(axis),
-                        _ => foot_on_second(last_m, last_axis, on_axis_m, axis),
+                        _ => foot_on_second(last_m, last_axis, on_axis_m, axis, last_m),
                     };
                     (foot_m, axis, false)
                 }
@@ -171,16 +171,4 @@ fn capsules(axes: &[(DVec3, DVec3, bool)], tool_m: DVec3) -> Vec<ViewCapsule> {
         }
     }
     capsules
-}
-
-/// The point of the second line closest to the first; for parallel lines, the one closest to the first line's point.
-fn foot_on_second(p: DVec3, u: DVec3, q: DVec3, v: DVec3) -> DVec3 {
-    let (b, w) = (u.dot(v), p - q);
-    let determinant = 1.0 - b * b;
-    let along = if determinant < 1e-9 {
-        (p - q).dot(v)
-    } else {
-        (w.dot(v) - b * w.dot(u)) / determinant
-    };
-    q + v * along
 }

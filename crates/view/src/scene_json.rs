@@ -2,9 +2,9 @@
 
 use crate::arm::{ViewArm, ViewCapsule, ViewJoint};
 use crate::frame::{ViewFrame, ViewPrediction};
-use crate::page::push_base64;
 use crate::scene::{ViewScene, ViewSurface};
 use crate::state::ViewState;
+use data_encoding::BASE64;
 use glam::{DQuat, DVec3};
 use hwall::geometry::Pose;
 use hwall::haptics::ObjectPath;
@@ -116,9 +116,7 @@ fn triangles(triangles_m: &[[[f32; 3]; 3]]) -> Value {
             bytes.extend(steps.to_le_bytes());
         }
     }
-    let mut corners = String::new();
-    push_base64(&bytes, &mut corners);
-    json!({ "origin_m": low.map(f64::from), "step_m": step_m, "corners": corners })
+    json!({ "origin_m": low.map(f64::from), "step_m": step_m, "corners": BASE64.encode(&bytes) })
 }
 
 fn joint(joint: &ViewJoint) -> Value {

@@ -43,8 +43,7 @@ impl Atlas {
     /// is a hole: no node around it is within reach. Also for NaN. It takes less than a microsecond and does not allocate.
     #[must_use]
     pub fn look_up(&self, point_m: DVec3, normal: DVec3) -> Option<AtlasEntry> {
-        let (wall, at) = self.find(point_m, normal)?;
-        self.entry(wall, at)
+        self.look_up_within(point_m, normal, 0.0)
     }
 
     /// As [`look_up`](Self::look_up), with the middle of the board anywhere within `slack_m` of the place along the wall: the entry that arrives
@@ -87,10 +86,6 @@ impl Atlas {
         })
     }
 
-    fn find(&self, point_m: DVec3, normal: DVec3) -> Option<(usize, WallPoint)> {
-        self.find_within(point_m, normal, 0.0)
-    }
-
     /// The nearest wall with a similar normal, and the place on it.
     fn find_within(
         &self,
@@ -131,33 +126,34 @@ impl Atlas {
             row: rows[j],
         });
         let nodes = corners.map(|place| wall.node(place));
-        let entry = |q: JointPositions, point_m, roll_rad, clear, smooth, overhang_m| AtlasEntry {
-            arrival_s: self.limits.travel_time_s(&self.waiting, &q),
-            q,
+        let entry = |node: AtlasNode, point_m, smooth| AtlasEntry {
+            q: node.q,
             point_m,
             normal: wall.plane.normal(),
-            roll_rad,
-            clear,
+            roll_rad: node.roll_rad,
+            arrival_s: self.limits.travel_time_s(&self.waiting, &node.q),
+            clear: node.clear,
             smooth,
-            overhang_m,
+            overhang_m: node.overhang_m,
             wall: wall_index,
         };
         let inside = (0.0..=1.0).contains(&s) && (0.0..=1.0).contains(&z);
         if let ([Some(a), Some(b), Some(c), Some(d)], true) = (nodes, inside) {
             let all = [a, b, c, d];
-            let agree = all[1..].iter().all(|n| {
-                n.q.max_abs_difference(&a.q) <= 1.5 * self.seam_rad && n.roll_rad == a.roll_rad
-            }) && b.q.max_abs_difference(&d.q) <= self.seam_rad
-                && c.q.max_abs_difference(&d.q) <= self.seam_rad
-                && b.q.max_abs_difference(&a.q) <= self.seam_rad
-                && c.q.max_abs_difference(&a.q) <= self.seam_rad;
+            let apart_rad = |x: &AtlasNode, y: &AtlasNode| x.q.max_abs_difference(&y.q);
+            let sides = [(a, b), (a, c), (b, d), (c, d)];
+            let agree = sides.iter().all(|(x, y)| apart_rad(x, y) <= self.seam_rad)
+                && apart_rad(a, d) <= 1.5 * self.seam_rad
+                && all.iter().all(|n| n.roll_rad == a.roll_rad);
             if agree {
                 let weights = [(1.0 - s) * (1.0 - z), s * (1.0 - z), (1.0 - s) * z, s * z];
-                let q = mixed(all, weights);
-                let clear = all.iter().all(|n| n.clear);
-                let overhang_m = all.iter().fold(0.0, |m: f64, n| m.max(n.overhang_m));
-                let point_m = wall.plane.point_m(at);
-                return Some(entry(q, point_m, a.roll_rad, clear, true, overhang_m));
+                let node = AtlasNode {
+                    q: mixed(all, weights),
+                    clear: all.iter().all(|n| n.clear),
+                    overhang_m: all.iter().fold(0.0, |m: f64, n| m.max(n.overhang_m)),
+                    ..*a
+                };
+                return Some(entry(node, wall.plane.point_m(at), true));
             }
         }
         let distance_m = |place: NodePlace| {
@@ -171,21 +167,7 @@ impl Atlas {
         let (place, node) = present
             .filter_map(|(place, node)| Some((place, node?)))
             .min_by(|a, b| distance_m(a.0).total_cmp(&distance_m(b.0)))?;
-        let AtlasNode {
-            q,
-            roll_rad,
-            clear,
-            overhang_m,
-            ..
-        } = *node;
-        Some(entry(
-            q,
-            wall.point_m(place),
-            roll_rad,
-            clear,
-            false,
-            overhang_m,
-        ))
+        Some(entry(*node, wall.point_m(place), false))
     }
 }
 

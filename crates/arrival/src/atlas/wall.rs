@@ -95,15 +95,6 @@ impl AtlasWall {
             .flat_map(move |row| (0..columns).map(move |column| NodePlace { column, row }))
     }
 
-    /// Do the configurations at these places differ by more than the seam limit?
-    #[must_use]
-    pub fn has_seam(&self, a: NodePlace, b: NodePlace) -> bool {
-        match (self.node(a), self.node(b)) {
-            (Some(a), Some(b)) => a.q.max_abs_difference(&b.q) > self.seam_rad,
-            _ => false,
-        }
-    }
-
     /// Pairs of neighbours with a seam between them.
     pub fn seams(&self) -> impl Iterator<Item = [NodePlace; 2]> + '_ {
         self.places().flat_map(move |a| {
@@ -118,7 +109,10 @@ impl AtlasWall {
             };
             [right, above]
                 .into_iter()
-                .filter(move |b| self.has_seam(a, *b))
+                .filter(move |b| match (self.node(a), self.node(*b)) {
+                    (Some(a), Some(b)) => a.q.max_abs_difference(&b.q) > self.seam_rad,
+                    _ => false,
+                })
                 .map(move |b| [a, b])
         })
     }

@@ -250,8 +250,7 @@ impl<'a> Quick<'a> {
         } = *task;
         let step_rad = 2.0 * config.arm_angle_step_rad;
         let problem = Problem::new(task, config.most_targets, step_rad, COARSE)?;
-        let start_step_rad = search::start_angle_step_rad();
-        let holding = Holding::new(passage.arm, &config.rolls_rad, start_step_rad);
+        let holding = Holding::new(passage.arm, &config.rolls_rad, search::START_ANGLE_STEP_RAD);
         Ok(Self {
             problem,
             holding,

@@ -95,24 +95,6 @@ struct Way {
     strain_s: f64,
 }
 
-/// A sortable time; NaN last.
-#[derive(PartialEq)]
-struct OrderedTime(f64);
-
-impl Eq for OrderedTime {}
-
-impl PartialOrd for OrderedTime {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for OrderedTime {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.0.total_cmp(&other.0)
-    }
-}
-
 /// An arrival from a posture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Arrival {
@@ -184,15 +166,12 @@ impl<'a> Problem<'a> {
                 None => &holding,
                 Some(roll_rad) => {
                     let known = rolled.iter().position(|(roll, _)| *roll == roll_rad);
-                    let at = match known {
-                        Some(at) => at,
-                        None => {
-                            let rolls_rad = [roll_rad, roll_rad + PI];
-                            let new = Holding::new(passage.arm, &rolls_rad, arm_angle_step_rad);
-                            rolled.push((roll_rad, new));
-                            rolled.len() - 1
-                        }
-                    };
+                    let at = known.unwrap_or_else(|| {
+                        let rolls_rad = [roll_rad, roll_rad + PI];
+                        let new = Holding::new(passage.arm, &rolls_rad, arm_angle_step_rad);
+                        rolled.push((roll_rad, new));
+                        rolled.len() - 1
+                    });
                     &rolled[at].1
                 }
             };
@@ -261,7 +240,8 @@ impl<'a> Problem<'a> {
             let mut ways: Vec<Way> = turned.filter(within).collect();
             // Fastest first: that one then rules out most others.
             let time_s = |way: &Way| self.limits.travel_time_s(q, &way.q) + way.strain_s;
-            ways.sort_by_cached_key(|way| OrderedTime(time_s(way)));
+            // Positive numbers are in the order of their bits.
+            ways.sort_by_cached_key(|way| time_s(way).to_bits());
             Place { ways, ..*place }
         };
         Self {
@@ -273,7 +253,7 @@ impl<'a> Problem<'a> {
 
     /// The time to a place from a posture: of the fastest configurations, the one that arrives first with its price.
     pub(super) fn arrival(&self, place: &Place, q: &JointPositions) -> Arrival {
-        let mut refused = [usize::MAX; DETOURS];
+        let mut refused = [usize::MAX; DETOURS + 1];
         let mut best = Arrival {
             time_s: f64::INFINITY,
             excess_m: f64::INFINITY,
@@ -290,10 +270,8 @@ impl<'a> Problem<'a> {
             // Stop checking a path that costs more than the best so far.
             let most_m = (best.priced_s() - time_s) / self.config.blocked_s_per_m;
             let to = self.turned(&place.ways[way], q);
+            refused[attempt] = way;
             let Some(excess_m) = self.passage.excess_within_m(q, &to, shares, most_m) else {
-                if attempt < DETOURS {
-                    refused[attempt] = way;
-                }
                 continue;
             };
             let arrival = Arrival {
@@ -303,9 +281,6 @@ impl<'a> Problem<'a> {
             };
             if arrival.priced_s() < best.priced_s() {
                 best = arrival;
-            }
-            if attempt < DETOURS {
-                refused[attempt] = way;
             }
         }
         best
@@ -354,26 +329,26 @@ impl<'a> Problem<'a> {
         if !lack_s.is_finite() {
             return f64::INFINITY;
         }
-        let (mut sum_s, mut weight) = (0.0, 0.0);
-        for place in &self.places {
-            let time_s = self.arrival(place, q).priced_s();
-            sum_s += place.weight * (self.soft_lateness_s(time_s) + SHARE_OF_MEAN * time_s);
-            weight += place.weight;
-        }
-        sum_s / weight + lack_s
+        lack_s + self.mean_cost_s(|place| self.arrival(place, q).priced_s())
     }
 
-    /// As [`loss_s`](Self::loss_s), assuming clear paths and without the deficits of the posture: cheaper.
-    pub(super) fn unblocked_s(&self, q: &JointPositions) -> f64 {
+    /// Mean over the places of what an arrival costs.
+    fn mean_cost_s(&self, time_s: impl Fn(&Place) -> f64) -> f64 {
         let (mut sum_s, mut weight) = (0.0, 0.0);
         for place in &self.places {
-            let time_s = self
-                .fastest(place, q, &[])
-                .map_or(f64::INFINITY, |(_, time_s)| time_s);
+            let time_s = time_s(place);
             sum_s += place.weight * (self.soft_lateness_s(time_s) + SHARE_OF_MEAN * time_s);
             weight += place.weight;
         }
         sum_s / weight
+    }
+
+    /// As [`loss_s`](Self::loss_s), assuming clear paths and without the deficits of the posture: cheaper.
+    pub(super) fn unblocked_s(&self, q: &JointPositions) -> f64 {
+        self.mean_cost_s(|place| {
+            let fastest = self.fastest(place, q, &[]);
+            fastest.map_or(f64::INFINITY, |(_, time_s)| time_s)
+        })
     }
 
     /// Price of the posture's own deficits: distance to surfaces, to its own body, to limits, s.

@@ -10,6 +10,9 @@ use std::f64::consts::FRAC_PI_4;
 /// Distances by which starts are pulled back from a target, m.
 const DRAWN_BACK_M: [f64; 2] = [0.12, 0.2];
 
+/// Arm angle step of the presenter for starts: coarse.
+pub(super) const START_ANGLE_STEP_RAD: f64 = FRAC_PI_4;
+
 /// Number of targets from which starts are made.
 const START_PLACES: usize = 12;
 
@@ -175,20 +178,17 @@ fn moved_to(
 }
 
 fn directions() -> impl Iterator<Item = [f64; MOST_JOINTS]> {
-    let alone = (0..MOST_JOINTS).map(|joint| {
+    let along = |joints: &[(usize, f64)]| {
         let mut direction = [0.0; MOST_JOINTS];
-        direction[joint] = 1.0;
+        for (joint, share) in joints {
+            direction[*joint] = *share;
+        }
         direction
-    });
-    let pairs = PAIRS.into_iter().flat_map(|[a, b]| {
-        [1.0, -1.0].map(|sign| {
-            let mut direction = [0.0; MOST_JOINTS];
-            direction[a] = 1.0;
-            direction[b] = sign;
-            direction
-        })
-    });
-    alone.chain(pairs)
+    };
+    let alone = (0..MOST_JOINTS).map(move |joint| along(&[(joint, 1.0)]));
+    let signs = |[a, b]: [usize; 2]| [1.0, -1.0].map(|sign| [(a, 1.0), (b, sign)]);
+    let pairs = PAIRS.into_iter().flat_map(signs);
+    alone.chain(pairs.map(move |pair| along(&pair)))
 }
 
 fn along(q: &JointPositions, direction: &[f64; MOST_JOINTS], length_rad: f64) -> JointPositions {
@@ -197,9 +197,4 @@ fn along(q: &JointPositions, direction: &[f64; MOST_JOINTS], length_rad: f64) ->
         moved[joint] += length_rad * direction[joint];
     }
     moved
-}
-
-/// Arm angle step of the presenter for starts: coarse.
-pub(super) fn start_angle_step_rad() -> f64 {
-    FRAC_PI_4
 }

@@ -5,7 +5,7 @@ use super::predictor::{PredictedPhase, Predictor};
 use super::table::Table;
 use super::update::{Innovation, Scratch};
 use crate::arithmetic::LN_TAU;
-use crate::error::{BipError, length};
+use crate::error::{BipError, check_request, length};
 use crate::filter::{NoiseModel, Observation, PHASE_STATES, PhaseDynamics, Update};
 use crate::model::Model;
 use hwall_numeric::check;
@@ -155,8 +155,8 @@ impl EnsembleFilter {
     ) -> Result<Update, BipError> {
         let s = &mut self.scratch;
         observation.validate(&mut s.seen)?;
-        observation.factor_noise(&mut s.lower)?;
         let m = observation.dofs.len();
+        observation.factor_noise(0..m, &mut s.lower)?;
         let overflow = BipError::Overflow {
             phase: match at {
                 PredictedPhase::Given(phase) => phase,
@@ -273,13 +273,8 @@ impl EnsembleFilter {
         mean: &mut [f64],
         variance: &mut [f64],
     ) -> Result<(), BipError> {
-        check::finite("phase", phase)?;
-        length("mean", dofs.len(), mean.len())?;
+        check_request(phase, dofs, self.predictor.dofs(), mean)?;
         length("variance", dofs.len(), variance.len())?;
-        let count = self.predictor.dofs();
-        if let Some(&dof) = dofs.iter().find(|d| **d >= count) {
-            return Err(BipError::UnknownDof { dof, dofs: count });
-        }
         let values = &mut self.scratch.expected;
         for ((dof, mean), variance) in dofs.iter().zip(mean).zip(variance) {
             self.predictor

@@ -4,8 +4,7 @@ use super::low_rank::Filter;
 use super::noise::Lasting;
 use super::posterior::{PHASE_STATES, PhaseEstimate};
 use crate::arithmetic::all_finite;
-use crate::error::{BipError, length};
-use hwall_numeric::check;
+use crate::error::{BipError, check_request, length};
 
 /// Time left until the motion ends, to first order.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,21 +56,36 @@ impl Filter {
         mean: &mut [f64],
         variance: &mut [f64],
     ) -> Result<(), BipError> {
-        check::finite("phase", phase)?;
-        length("mean", dofs.len(), mean.len())?;
+        self.in_parts(
+            phase,
+            dofs,
+            mean,
+            variance,
+            |filter, dofs, mean, variance| {
+                filter.set_rows(phase, dofs, mean);
+                filter.solve_rows(PHASE_STATES);
+                for (i, variance) in variance.iter_mut().enumerate() {
+                    *variance = filter.product_of_rows(i, i);
+                }
+            },
+        )
+    }
+
+    /// Checks a request and answers it in parts of the scratch capacity: a degree of freedom may be repeated.
+    fn in_parts(
+        &mut self,
+        phase: f64,
+        dofs: &[usize],
+        mean: &mut [f64],
+        variance: &mut [f64],
+        mut answer: impl FnMut(&mut Self, &[usize], &mut [f64], &mut [f64]),
+    ) -> Result<(), BipError> {
+        check_request(phase, dofs, self.dofs(), mean)?;
         length("variance", dofs.len(), variance.len())?;
-        self.known(dofs)?;
-        // In chunks of the scratch capacity: a degree of freedom may be repeated.
         let capacity = self.scratch.rows.capacity();
-        for (dofs, (mean, variance)) in dofs
-            .chunks(capacity)
-            .zip(mean.chunks_mut(capacity).zip(variance.chunks_mut(capacity)))
-        {
-            self.set_rows(phase, dofs, mean);
-            self.solve_rows(PHASE_STATES);
-            for (i, variance) in variance.iter_mut().enumerate() {
-                *variance = self.product_of_rows(i, i);
-            }
+        let parts = mean.chunks_mut(capacity).zip(variance.chunks_mut(capacity));
+        for (dofs, (mean, variance)) in dofs.chunks(capacity).zip(parts) {
+            answer(self, dofs, mean, variance);
         }
         finite(phase, mean, variance)
     }
@@ -112,62 +126,51 @@ impl Filter {
         mean: &mut [f64],
         variance: &mut [f64],
     ) -> Result<(), BipError> {
-        check::finite("phase", phase)?;
-        length("mean", dofs.len(), mean.len())?;
-        length("variance", dofs.len(), variance.len())?;
-        self.known(dofs)?;
         let now = [self.phase(), self.phase_velocity()];
         let left = if now[1] > 0.0 {
             ((phase - now[0]) / now[1]).max(0.0)
         } else {
             f64::INFINITY
         };
-        let capacity = self.scratch.rows.capacity();
-        for (dofs, (mean, variance)) in dofs
-            .chunks(capacity)
-            .zip(mean.chunks_mut(capacity).zip(variance.chunks_mut(capacity)))
-        {
-            self.set_rows(phase, dofs, mean);
-            for (i, &d) in dofs.iter().enumerate() {
-                variance[i] = self.noise.residual_sd[d].powi(2);
-                let lasts = self.noise.correlation_time > 0.0;
-                let last = self.posterior.last.of(d).filter(|_| lasts);
-                let Some(last) = last else { continue };
-                let age = self.posterior.last.travelled_since(&last);
-                let time = left + self.posterior.last.time_since(&last);
-                let Lasting {
-                    share,
-                    variance: rest,
-                } = self.noise.lasting(d, time);
-                self.projector
-                    .set_phase(self.dynamics.clipped(now[0] - age * now[1]));
-                let rows = &mut self.scratch.rows;
-                let old = self.projector.row(d, &self.posterior.mean, |t, tile| {
-                    for (h, x) in rows.tile_mut(i, t).iter_mut().zip(tile) {
-                        *h -= share * x;
-                    }
-                });
-                rows.set(i, 0, -share * old.slope);
-                rows.set(i, 1, share * old.slope * age);
-                mean[i] += share * (last.value - old.value);
-                variance[i] = rest;
-            }
-            self.solve_rows(0);
-            for (i, variance) in variance.iter_mut().enumerate() {
-                *variance += self.product_of_rows(i, i);
-                *variance *= self.noise.spread.powi(2);
-            }
-        }
-        finite(phase, mean, variance)
-    }
-
-    /// Rejects unknown degrees of freedom.
-    fn known(&self, dofs: &[usize]) -> Result<(), BipError> {
-        let count = self.projector.dofs();
-        match dofs.iter().find(|d| **d >= count) {
-            None => Ok(()),
-            Some(&dof) => Err(BipError::UnknownDof { dof, dofs: count }),
-        }
+        self.in_parts(
+            phase,
+            dofs,
+            mean,
+            variance,
+            |filter, dofs, mean, variance| {
+                filter.set_rows(phase, dofs, mean);
+                for (i, &d) in dofs.iter().enumerate() {
+                    variance[i] = filter.noise.residual_sd[d].powi(2);
+                    let lasts = filter.noise.correlation_time > 0.0;
+                    let last = filter.posterior.last.of(d).filter(|_| lasts);
+                    let Some(last) = last else { continue };
+                    let age = filter.posterior.last.travelled_since(&last);
+                    let time = left + filter.posterior.last.time_since(&last);
+                    let Lasting {
+                        share,
+                        variance: rest,
+                    } = filter.noise.lasting(d, time);
+                    filter
+                        .projector
+                        .set_phase(filter.dynamics.clipped(now[0] - age * now[1]));
+                    let rows = &mut filter.scratch.rows;
+                    let old = filter.projector.row(d, &filter.posterior.mean, |t, tile| {
+                        for (h, x) in rows.tile_mut(i, t).iter_mut().zip(tile) {
+                            *h -= share * x;
+                        }
+                    });
+                    rows.set(i, 0, -share * old.slope);
+                    rows.set(i, 1, share * old.slope * age);
+                    mean[i] += share * (last.value - old.value);
+                    variance[i] = rest;
+                }
+                filter.solve_rows(0);
+                for (i, variance) in variance.iter_mut().enumerate() {
+                    *variance += filter.product_of_rows(i, i);
+                    *variance *= filter.noise.spread.powi(2);
+                }
+            },
+        )
     }
 
     /// Mean and covariance (row-major) of some degrees of freedom at a given phase, e.g. the three coordinates of a contact point at phase 1.
@@ -181,10 +184,8 @@ impl Filter {
         mean: &mut [f64],
         covariance: &mut [f64],
     ) -> Result<(), BipError> {
-        check::finite("phase", phase)?;
-        let m = dofs.len();
-        let count = self.projector.dofs();
-        length("mean", m, mean.len())?;
+        let (m, count) = (dofs.len(), self.dofs());
+        check_request(phase, dofs, count, mean)?;
         length("covariance", m * m, covariance.len())?;
         if m > count {
             return Err(BipError::WrongLength {
@@ -193,7 +194,6 @@ impl Filter {
                 got: m,
             });
         }
-        self.known(dofs)?;
         self.set_rows(phase, dofs, mean);
         self.solve_rows(PHASE_STATES);
         for i in 0..m {

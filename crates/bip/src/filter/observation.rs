@@ -93,28 +93,17 @@ impl<'a> Observation<'a> {
         }
     }
 
-    /// Writes the lower Cholesky factor of the noise to `lower` if it is a full covariance.
-    pub(crate) fn factor_noise(&self, lower: &mut [f64]) -> Result<(), BipError> {
-        if let Noise::Covariance(c) = self.noise {
-            let lower = &mut lower[..c.len()];
-            lower.copy_from_slice(c);
-            cholesky_in_place(self.dofs.len(), lower)
-                .map_err(BipError::indefinite("covariance"))?;
-        }
-        Ok(())
-    }
-
-    /// The same for some of the values, by their indices.
-    pub(super) fn factor_noise_of(
+    /// Writes the Cholesky factor of the noise of some of the rows, if it is a full covariance.
+    pub(crate) fn factor_noise(
         &self,
-        kept: &[usize],
+        kept: impl ExactSizeIterator<Item = usize> + Clone,
         lower: &mut [f64],
     ) -> Result<(), BipError> {
         if let Noise::Covariance(c) = self.noise {
             let m = kept.len();
             let lower = &mut lower[..m * m];
-            for (i, row) in kept.iter().enumerate() {
-                for (j, column) in kept.iter().enumerate() {
+            for (i, row) in kept.clone().enumerate() {
+                for (j, column) in kept.clone().enumerate() {
                     lower[i * m + j] = c[row * self.dofs.len() + column];
                 }
             }

@@ -55,9 +55,10 @@ impl Filter {
         observation: &Observation<'_>,
     ) -> Result<Update, BipError> {
         observation.validate(&mut self.scratch.seen)?;
+        let all = 0..observation.dofs.len();
+        observation.factor_noise(all.clone(), &mut self.scratch.lower)?;
         self.scratch.kept.clear();
-        self.scratch.kept.extend(0..observation.dofs.len());
-        observation.factor_noise(&mut self.scratch.lower)?;
+        self.scratch.kept.extend(all);
         let refused = self.refuse_outliers(fixed, observation)?;
         let m = self.scratch.kept.len();
         let phase = fixed.unwrap_or(self.phase());
@@ -240,7 +241,8 @@ impl Filter {
             refused.in_a_row = 0;
         }
         if refused.rows > 0 {
-            observation.factor_noise_of(&self.scratch.kept, &mut self.scratch.lower)?;
+            let kept = self.scratch.kept.iter().copied();
+            observation.factor_noise(kept, &mut self.scratch.lower)?;
         }
         Ok(refused)
     }

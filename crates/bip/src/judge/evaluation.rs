@@ -2,7 +2,7 @@
 
 use super::map_indexed;
 use super::motion_filter::MotionFilter;
-use crate::error::{BipError, length};
+use crate::error::BipError;
 use crate::filter::{Observation, TimeToEnd};
 use crate::model::{Model, Role};
 use crate::train::{Demonstration, DemonstrationId, Trainer, TrainingConfig};
@@ -182,6 +182,15 @@ impl Evaluation {
         spread_of(distances, probability, self.motions())
     }
 
+    pub(super) fn of_folds(
+        folds: Vec<Result<Vec<EndPrediction>, BipError>>,
+    ) -> Result<Self, BipError> {
+        let folds: Vec<_> = folds.into_iter().collect::<Result<_, _>>()?;
+        Ok(Self {
+            predictions: folds.concat(),
+        })
+    }
+
     fn motions(&self) -> usize {
         let same = |a: &EndPrediction, b: &EndPrediction| a.motion == b.motion;
         self.predictions.chunk_by(same).count()
@@ -264,7 +273,7 @@ pub fn follow(
     let pick = |k: usize, dofs: &[usize]| -> Vec<f64> {
         dofs.iter().map(|&d| motion.sample(k)[d]).collect()
     };
-    let actual = pick(samples - 1, &config.scored);
+    let (actual, scored) = (pick(samples - 1, &config.scored), config.scored.len());
     let mut predictions = Vec::with_capacity(config.fractions.len());
     for k in 0..samples {
         let dt = match k {
@@ -282,41 +291,25 @@ pub fn follow(
             if k + 1 < needed {
                 break;
             }
+            let (mut mean, mut variance) = (vec![0.0; scored], vec![0.0; scored]);
+            filter.predict_at(1.0, &config.scored, &mut mean, &mut variance)?;
+            let sd: Vec<f64> = variance.iter().map(|v| v.sqrt()).collect();
+            check::all_finite("standard deviations", &sd)?;
             let left = motion.times()[samples - 1] - motion.times()[k];
-            let time = filter.time_to_end().map(|foreseen| TimePrediction {
-                left: foreseen,
-                actual: left,
-            });
             predictions.push(EndPrediction {
-                time,
-                ..predict_end(filter, number, fraction, &actual, &config.scored)?
+                motion: number,
+                fraction,
+                mean,
+                sd,
+                actual: actual.clone(),
+                time: filter.time_to_end().map(|foreseen| TimePrediction {
+                    left: foreseen,
+                    actual: left,
+                }),
             });
         }
     }
     Ok(predictions)
-}
-
-fn predict_end(
-    filter: &mut impl MotionFilter,
-    motion: usize,
-    fraction: f64,
-    actual: &[f64],
-    scored: &[usize],
-) -> Result<EndPrediction, BipError> {
-    let mut mean = vec![0.0; scored.len()];
-    let mut variance = vec![0.0; scored.len()];
-    filter.predict_at(1.0, scored, &mut mean, &mut variance)?;
-    let sd: Vec<f64> = variance.iter().map(|v| v.sqrt()).collect();
-    length("standard deviations", scored.len(), sd.len())?;
-    check::all_finite("standard deviations", &sd)?;
-    Ok(EndPrediction {
-        motion,
-        fraction,
-        mean,
-        sd,
-        actual: actual.to_vec(),
-        time: None,
-    })
 }
 
 /// Leave-one-out cross-validation: every demonstration is followed by a filter trained on the others; with [`TrainingConfig::onset`], the rest
@@ -344,11 +337,7 @@ pub fn leave_one_out<F: MotionFilter>(
             config,
         )
     });
-    let mut evaluation = Evaluation::default();
-    for fold in folds {
-        evaluation.predictions.extend(fold?);
-    }
-    Ok(evaluation)
+    Evaluation::of_folds(folds)
 }
 
 /// Models of all demonstrations but one; each demonstration is fitted once.

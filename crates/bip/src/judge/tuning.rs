@@ -293,10 +293,6 @@ impl<'a> Folds<'a> {
                 &self.config.evaluation,
             )
         });
-        let mut evaluation = Evaluation::default();
-        for fold in folds {
-            evaluation.predictions.extend(fold?);
-        }
-        Ok(evaluation)
+        Evaluation::of_folds(folds)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::group::{Group, Role};
 use super::layout::WeightLayout;
-use super::prior::PhaseVelocity;
+use super::prior::{PhaseVelocity, check_numbers};
 use super::trained::{Model, ModelParts};
 use super::tuning::Tuning;
 use crate::basis::{Basis, OrthonormalBasis};
@@ -156,19 +156,17 @@ impl File {
         length("mean", weights, self.mean.len())?;
         let entries = weights.saturating_mul(self.rank);
         length("factor", entries, self.factor.len())?;
-        check::all_finite("offset", &self.offset)?;
-        check::all_finite("mean", &self.mean)?;
-        check::all_finite("factor", &self.factor)?;
-        let held_out = self.noise_held_out.iter().flatten();
-        for v in self.noise_fit.iter().chain(held_out) {
-            check::positive("measurement noise", *v)?;
-        }
+        let noise = self
+            .noise_fit
+            .iter()
+            .chain(self.noise_held_out.iter().flatten());
+        let shape = [&self.offset[..], &self.mean, &self.factor];
+        check_numbers(shape, noise, self.sampling_period)?;
         let phase_velocity = PhaseVelocity {
             mean: self.phase_velocity_mean,
             variance: self.phase_velocity_variance,
         };
         phase_velocity.validate()?;
-        check::positive("sampling period", self.sampling_period)?;
         let within = (0.0..=1.0).contains(&self.shrinkage);
         check::that(within, "shrinkage", self.shrinkage, "between 0 and 1")?;
         self.tuning.as_ref().map_or(Ok(()), Tuning::validate)?;

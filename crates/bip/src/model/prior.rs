@@ -54,14 +54,24 @@ impl Prior {
         length("factor", entries, self.factor.len())?;
         length("noise", dofs, self.noise.len())?;
         length("offset", dofs, self.offset.len())?;
-        check::all_finite("offset", &self.offset)?;
-        check::all_finite("mean", &self.mean)?;
-        check::all_finite("factor", &self.factor)?;
-        for v in &self.noise {
-            check::positive("measurement noise", *v)?;
-        }
         self.phase_velocity.validate()?;
-        check::positive("sampling period", self.sampling_period)?;
-        Ok(())
+        let shape = [&self.offset[..], &self.mean, &self.factor];
+        Ok(check_numbers(shape, &self.noise, self.sampling_period)?)
     }
+}
+
+/// Offset, mean and factor are finite, noise and sampling period positive.
+pub(super) fn check_numbers<'a>(
+    [offset, mean, factor]: [&[f64]; 3],
+    noise: impl IntoIterator<Item = &'a f64>,
+    sampling_period: f64,
+) -> Result<(), ArgumentError> {
+    check::all_finite("offset", offset)?;
+    check::all_finite("mean", mean)?;
+    check::all_finite("factor", factor)?;
+    for v in noise {
+        check::positive("measurement noise", *v)?;
+    }
+    check::positive("sampling period", sampling_period)?;
+    Ok(())
 }

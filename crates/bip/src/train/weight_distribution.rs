@@ -22,25 +22,9 @@ pub(super) struct WeightDistribution {
 impl WeightDistribution {
     /// From the demonstrations of all fits.
     pub(super) fn of(fits: &[&Centred<'_>], layout: &WeightLayout) -> Result<Self, BipError> {
-        let (n, weights) = (fits.len(), layout.weights());
-        let mean: Vec<f64> = (0..weights)
-            .map(|w| fits.iter().map(|f| f.weights[w] / n as f64).sum())
-            .collect();
-        if n == 1 {
-            return Ok(Self::certain(mean));
-        }
-        let share = 1.0 / ((n - 1) as f64).sqrt();
-        let mut away = Matrix::from_fn(weights, n, |w, i| (fits[i].weights[w] - mean[w]) * share);
-        drop_rounding(&mut away, fits, layout);
-        let (factor, right) = strongest(away, layout)?;
-        let mut distribution = Self {
-            mean,
-            factor,
-            right,
-        };
-        // The mean was subtracted: one more direction would be rounding.
-        distribution.truncate(n - 1);
-        Ok(distribution)
+        let one_group = vec![0; fits.len()];
+        let mut all = Self::within_groups(fits, &one_group, 1, layout)?;
+        Ok(all.swap_remove(0))
     }
 
     /// One mean per group, all with the covariance around the group means (with `demonstrations - groups`). `labels` are 0 .. groups - 1, each of
@@ -62,20 +46,20 @@ impl WeightDistribution {
                 *mean += w / sizes[label];
             }
         }
-        let mut factor = Matrix::zeros(weights, 0);
+        let (mut factor, mut right) = (Matrix::zeros(weights, 0), Matrix::zeros(0, 0));
         if n > groups {
             let share = 1.0 / ((n - groups) as f64).sqrt();
             let mut away = Matrix::from_fn(weights, n, |w, i| {
                 (fits[i].weights[w] - means[labels[i]][w]) * share
             });
             drop_rounding(&mut away, fits, layout);
-            (factor, _) = strongest(away, layout)?;
+            (factor, right) = strongest(away, layout)?;
         }
         let distribution = |mean| {
             let mut distribution = Self {
                 mean,
                 factor: factor.clone(),
-                right: Matrix::zeros(0, factor.columns()),
+                right: right.clone(),
             };
             // Each subtracted mean removes a direction.
             distribution.truncate(n - groups);

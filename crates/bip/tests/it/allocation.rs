@@ -1,26 +1,13 @@
 //! A step of a filter does not allocate.
 
+use crate::common::reaches;
 use hwall_bip::{
-    Bank, BankConfig, Basis, Demonstration, Filter, FilterConfig, Gate, Group, Model, Observation,
-    TrainingConfig,
+    Bank, BankConfig, Basis, Filter, FilterConfig, Gate, Group, Model, Observation, TrainingConfig,
 };
-use hwall_testkit::Sampler;
 
 #[test]
 fn steps_do_not_allocate() {
-    let mut sampler = Sampler::new(31);
-    let demonstrations: Vec<Demonstration> = (0..12)
-        .map(|_| {
-            let goal = sampler.uniform(0.3, 0.8);
-            let values = (0..60)
-                .flat_map(|k| {
-                    let t = f64::from(k) / 59.0;
-                    [goal * t * t, goal * t].map(|x| x + 1e-3 * sampler.normal())
-                })
-                .collect();
-            Demonstration::from_samples(1.0, 2, values).unwrap()
-        })
-        .collect();
+    let demonstrations = reaches(31, 12, 2);
     let basis = Basis::Legendre { count: 6 };
     let groups = vec![Group::observed("hand", 2, basis)];
     let model = Model::train(&demonstrations, &TrainingConfig::new(groups)).unwrap();

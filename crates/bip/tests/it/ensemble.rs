@@ -1,43 +1,20 @@
 //! The ensemble filter: against the exact one, against the textbook update of its own sample, and on missing or broken input.
 
-use crate::common::{HAND, csv, groups, moments, reference, step, training_set};
+use crate::common::{HAND, csv, cubics, groups, moments, reference, step, training_set};
 use hwall_bip::{
     ArgumentError, Basis, BipError, Demonstration, EnsembleConfig, EnsembleFilter, EnsembleUpdate,
     Filter, FilterConfig, Group, Model, MotionFilter, NoiseSource, Observation, PhaseVelocity,
     Prior, TrainingConfig,
 };
-use hwall_testkit::Sampler;
 
 const ALL: [EnsembleUpdate; 2] = [EnsembleUpdate::Perturbed, EnsembleUpdate::Deterministic];
-
-/// Random cubics with three values.
-fn motions(seed: u64, count: usize) -> Vec<Demonstration> {
-    let mut sampler = Sampler::new(seed);
-    (0..count)
-        .map(|_| {
-            let samples = 40 + sampler.index(30);
-            let shape: Vec<[f64; 4]> = (0..3)
-                .map(|_| [0; 4].map(|_| 0.2 * sampler.normal()))
-                .collect();
-            let mut values = Vec::new();
-            for k in 0..samples {
-                let t = k as f64 / (samples - 1) as f64;
-                for [a, b, c, d] in &shape {
-                    let noise = 0.01 * sampler.normal();
-                    values.push(a + (1.0 + b) * t + c * t * t + d * t * t * t + noise);
-                }
-            }
-            Demonstration::from_samples(1.0, 3, values).unwrap()
-        })
-        .collect()
-}
 
 fn model() -> Model {
     let groups = vec![
         Group::observed("hand", 2, Basis::Legendre { count: 5 }),
         Group::controlled("arm", 1, Basis::normalized_gaussian(4)),
     ];
-    Model::train(&motions(1, 7), &TrainingConfig::new(groups)).unwrap()
+    Model::train(&cubics(1, 7, 3, 0.01), &TrainingConfig::new(groups)).unwrap()
 }
 
 /// The model of [`model`] with a practically known phase.
@@ -93,7 +70,7 @@ fn run(filter: &mut EnsembleFilter, motion: &Demonstration, steps: usize) {
 
 #[test]
 fn same_seed_same_answer() {
-    let (model, motion) = (model(), &motions(2, 1)[0]);
+    let (model, motion) = (model(), &cubics(2, 1, 3, 0.01)[0]);
     for update in ALL {
         let (mut a, mut b) = (ensemble(&model, 21, update), ensemble(&model, 21, update));
         run(&mut a, motion, 20);
@@ -116,7 +93,7 @@ fn same_seed_same_answer() {
 /// deviations.
 #[test]
 fn many_members_agree_with_the_exact_filter() {
-    let (model, motion) = (model_of_known_phase(), &motions(2, 1)[0]);
+    let (model, motion) = (model_of_known_phase(), &cubics(2, 1, 3, 0.01)[0]);
     for update in ALL {
         let mut exact = Filter::new(&model, &known_phase()).unwrap();
         let config = EnsembleConfig {
@@ -183,7 +160,7 @@ fn row(model: &Model, dof: usize, phase: f64) -> (f64, Vec<f64>) {
 /// members and for diagonal or full noise.
 #[test]
 fn deterministic_update_is_the_textbook_one_for_the_sample() {
-    let (model, motion) = (model(), &motions(2, 1)[0]);
+    let (model, motion) = (model(), &cubics(2, 1, 3, 0.01)[0]);
     let full = [4e-4, 1e-4, 1e-4, 9e-4];
     for (members, covariance) in [(3, false), (5, true), (17, false), (64, true)] {
         let mut filter = ensemble(&model, members, EnsembleUpdate::Deterministic);
@@ -334,7 +311,7 @@ fn errors_leave_members_and_draws_as_they_were() {
 
 #[test]
 fn two_members_are_enough_and_one_is_not() {
-    let (model, motion) = (model(), &motions(2, 1)[0]);
+    let (model, motion) = (model(), &cubics(2, 1, 3, 0.01)[0]);
     for members in [0, 1] {
         let config = EnsembleConfig {
             members,
@@ -362,7 +339,7 @@ fn two_members_are_enough_and_one_is_not() {
 /// A single demonstration has no coefficients: only the phase is filtered.
 #[test]
 fn single_demonstration_filters_the_phase() {
-    let demonstrations = motions(3, 1);
+    let demonstrations = cubics(3, 1, 3, 0.01);
     let groups = vec![Group::observed("hand", 3, Basis::Legendre { count: 5 })];
     let model = Model::train(&demonstrations, &TrainingConfig::new(groups)).unwrap();
     let motion = &demonstrations[0];

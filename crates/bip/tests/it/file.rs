@@ -1,10 +1,9 @@
 //! Model files: bit-identical round trips, and an error for every damage.
 
+use crate::common::reaches;
 use hwall_bip::model_file::ModelFileError;
-use hwall_bip::{
-    ArgumentError, Basis, BipError, Demonstration, Group, Model, Role, TrainingConfig, Tuning,
-};
-use hwall_testkit::Sampler;
+use hwall_bip::{ArgumentError, Basis, BipError, Group, Model, Role, TrainingConfig, Tuning};
+use hwall_testkit::{Sampler, Verdict, attack};
 use serde_json::Value;
 
 fn bases() -> Vec<Basis> {
@@ -26,23 +25,6 @@ fn bases() -> Vec<Basis> {
     ]
 }
 
-fn demonstrations(count: usize) -> Vec<Demonstration> {
-    let mut sampler = Sampler::new(1);
-    (0..count)
-        .map(|_| {
-            let samples = 30 + sampler.index(20);
-            let goal = [0; 3].map(|_| sampler.uniform(0.2, 0.6));
-            let mut values = Vec::new();
-            for k in 0..samples {
-                let t = k as f64 / (samples - 1) as f64;
-                let gone = t * t * t * (10.0 - 15.0 * t + 6.0 * t * t);
-                values.extend(goal.map(|goal| goal * gone + 1e-3 * sampler.normal()));
-            }
-            Demonstration::from_samples(0.02, 3, values).unwrap()
-        })
-        .collect()
-}
-
 fn model(basis: Basis, change: impl Fn(&mut TrainingConfig)) -> Model {
     let mut config = TrainingConfig::new(vec![
         Group::observed("hand \"π\"\n", 2, basis),
@@ -52,12 +34,12 @@ fn model(basis: Basis, change: impl Fn(&mut TrainingConfig)) -> Model {
         },
     ]);
     change(&mut config);
-    Model::train(&demonstrations(5), &config).unwrap()
+    Model::train(&reaches(1, 5, 3), &config).unwrap()
 }
 
 fn small() -> Model {
     let config = TrainingConfig::new(vec![Group::observed("hand", 3, Basis::gaussian(3))]);
-    Model::train(&demonstrations(3), &config).unwrap()
+    Model::train(&reaches(1, 3, 3), &config).unwrap()
 }
 
 fn tuned(model: Model) -> Model {
@@ -304,25 +286,11 @@ fn no_damage_passes_unnoticed() {
     for end in 0..text.len() {
         assert!(Model::read_json(&text[..end]).is_err(), "cut off at {end}");
     }
-    let mut sampler = Sampler::new(2);
-    let signs = b"0123456789.-+eE\"{}[],: ntrux";
-    for _ in 0..20_000 {
-        let mut bytes = text.clone();
-        for _ in 0..=sampler.index(3) {
-            let at = sampler.index(bytes.len());
-            match sampler.index(5) {
-                0 => bytes[at] ^= 1 << sampler.index(8),
-                1 => bytes[at] = signs[sampler.index(signs.len())],
-                2 => bytes.insert(at, signs[sampler.index(signs.len())]),
-                3 => drop(bytes.drain(at..(at + 1 + sampler.index(40)).min(bytes.len()))),
-                _ => {
-                    let from = sampler.index(bytes.len());
-                    bytes[at] = bytes[from];
-                }
-            }
-        }
-        unchanged(&bytes);
-    }
+    let report = attack("bip model", &[text], 20_000, 2, |bytes| {
+        unchanged(bytes);
+        Verdict::Refused
+    });
+    assert_eq!(report.findings, 0, "{report:?}");
 }
 
 /// Regression test: 7 of 2,400 models trained on plain data could not read their own files ("0.000153 from orthonormal").
@@ -349,7 +317,7 @@ fn every_basis_reads_its_own_file() {
     }
     for basis in bases {
         let config = TrainingConfig::new(vec![Group::observed("hand", 3, basis)]);
-        let Ok(model) = Model::train(&demonstrations(6), &config) else {
+        let Ok(model) = Model::train(&reaches(1, 6, 3), &config) else {
             continue;
         };
         let read = Model::from_json(&model.to_json());

@@ -1,33 +1,11 @@
 //! Known failures of other implementations, and input that must not break a filter.
 
-use crate::common::{moments, step};
+use crate::common::{moments, reaches, step};
 use hwall_bip::{
     ArgumentError, Basis, BipError, Demonstration, Filter, FilterConfig, Group, Model, NoiseSource,
     Observation, TrainingConfig,
 };
 use hwall_testkit::Sampler;
-
-/// Reaches of `dofs` values towards random targets, of different lengths.
-fn reaches(seed: u64, count: usize, dofs: usize) -> Vec<Demonstration> {
-    let mut sampler = Sampler::new(seed);
-    (0..count)
-        .map(|_| {
-            let samples = 30 + sampler.index(40);
-            let target: Vec<f64> = (0..dofs).map(|_| sampler.uniform(-0.3, 0.3)).collect();
-            let mut values = Vec::new();
-            for k in 0..samples {
-                let t = k as f64 / (samples - 1) as f64;
-                let reached = t * t * t * (10.0 - 15.0 * t + 6.0 * t * t);
-                for (d, goal) in target.iter().enumerate() {
-                    let start = 0.1 * d as f64;
-                    let noise = 1e-3 * sampler.normal();
-                    values.push(start + reached * (0.5 + goal) + noise);
-                }
-            }
-            Demonstration::from_samples(1.0, dofs, values).unwrap()
-        })
-        .collect()
-}
 
 fn one_group(dofs: usize, basis: Basis) -> TrainingConfig {
     TrainingConfig::new(vec![Group::observed("hand", dofs, basis)])

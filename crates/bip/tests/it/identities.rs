@@ -1,9 +1,8 @@
 //! Identities that hold for any data.
 
-use hwall_bip::{
-    Basis, Demonstration, Filter, FilterConfig, Group, Model, Observation, TrainingConfig,
-};
-use hwall_testkit::{Sampler, central_difference};
+use crate::common::cubics;
+use hwall_bip::{Basis, Filter, FilterConfig, Group, Model, Observation, TrainingConfig};
+use hwall_testkit::central_difference;
 
 fn all_bases() -> Vec<Basis> {
     vec![
@@ -34,30 +33,6 @@ fn evaluate(basis: Basis, phase: f64) -> (Vec<f64>, Vec<f64>) {
     (v, d)
 }
 
-/// Random smooth motions of `dofs` values: a cubic with random coefficients plus noise.
-fn motions(seed: u64, count: usize, dofs: usize, noise: f64) -> Vec<Demonstration> {
-    let mut sampler = Sampler::new(seed);
-    (0..count)
-        .map(|_| {
-            let samples = 40 + sampler.index(60);
-            let shape: Vec<[f64; 4]> = (0..dofs)
-                .map(|d| {
-                    let x = [0; 4].map(|_| 0.2 * sampler.normal());
-                    [x[0] + d as f64, x[1] + 1.0, x[2], x[3]]
-                })
-                .collect();
-            let mut values = Vec::new();
-            for k in 0..samples {
-                let t = k as f64 / (samples - 1) as f64;
-                for [a, b, c, d] in &shape {
-                    values.push(a + t * (b + t * (c + t * d)) + noise * sampler.normal());
-                }
-            }
-            Demonstration::from_samples(1.0, dofs, values).unwrap()
-        })
-        .collect()
-}
-
 #[test]
 fn derivatives_are_central_differences() {
     for basis in all_bases() {
@@ -86,14 +61,14 @@ fn normalized_gaussians_add_up_to_one_everywhere() {
 }
 
 #[test]
-fn training_recovers_planted_motions() {
+fn training_recovers_planted_cubics() {
     // Cubics lie in the span of all polynomials from degree 3 on: the fit is exact.
     for basis in [
         Basis::Polynomial { count: 4 },
         Basis::Legendre { count: 7 },
         Basis::Chebyshev { count: 5 },
     ] {
-        let demonstrations = motions(1, 6, 3, 0.0);
+        let demonstrations = cubics(1, 6, 3, 0.0);
         let config = TrainingConfig::new(vec![Group::observed("hand", 3, basis)]);
         let model = Model::train(&demonstrations, &config).unwrap();
         assert_eq!(model.rank(), 5);
@@ -127,7 +102,7 @@ fn training_recovers_planted_motions() {
 
 #[test]
 fn prior_survives_the_round_trip_through_named_weights() {
-    let demonstrations = motions(6, 5, 2, 0.01);
+    let demonstrations = cubics(6, 5, 2, 0.01);
     let groups = vec![
         Group::observed("a", 1, Basis::Polynomial { count: 6 }),
         Group::controlled("b", 1, Basis::gaussian(4)),
@@ -147,7 +122,7 @@ fn prior_survives_the_round_trip_through_named_weights() {
 }
 
 fn small_filter() -> Filter {
-    let demonstrations = motions(7, 6, 3, 0.01);
+    let demonstrations = cubics(7, 6, 3, 0.01);
     let basis = Basis::Legendre { count: 5 };
     let config = TrainingConfig::new(vec![Group::observed("hand", 3, basis)]);
     let model = Model::train(&demonstrations, &config).unwrap();
@@ -270,7 +245,7 @@ fn prediction_is_the_textbook_one() {
 
 /// Mean phase velocity of the motions of [`small_filter`].
 fn prior_velocity() -> f64 {
-    let rates: Vec<f64> = motions(7, 6, 3, 0.01)
+    let rates: Vec<f64> = cubics(7, 6, 3, 0.01)
         .iter()
         .map(|m| 1.0 / m.duration())
         .collect();

@@ -1,11 +1,10 @@
 //! A model and its filter depend neither on the order of the demonstrations and columns, nor on the offset, sign and unit of the values, nor on the
 //! unit of time.
 
-use crate::common::moments;
+use crate::common::{moments, reaches};
 use hwall_bip::{
     Basis, Demonstration, Filter, FilterConfig, Group, Model, Observation, TrainingConfig,
 };
-use hwall_testkit::Sampler;
 
 const DOFS: usize = 3;
 const BASES: [Basis; 2] = [
@@ -18,20 +17,12 @@ const BASES: [Basis; 2] = [
 
 type Rows = Vec<[f64; DOFS]>;
 
-/// Reaches towards random targets, of different lengths.
-fn reaches(seed: u64, count: usize) -> Vec<Rows> {
-    let mut sampler = Sampler::new(seed);
-    let mut reach = |_| {
-        let samples = 30 + sampler.index(30);
-        let goal: [f64; DOFS] = sampler.array_within([(0.2, 0.8); DOFS]);
-        let row = |k: usize| {
-            let t = k as f64 / (samples - 1) as f64;
-            let way = t * t * t * (10.0 - 15.0 * t + 6.0 * t * t);
-            std::array::from_fn(|d| 0.1 * d as f64 + way * goal[d] + 1e-3 * sampler.normal())
-        };
-        (0..samples).map(row).collect()
-    };
-    (0..count).map(&mut reach).collect()
+/// Reaches as rows of values.
+fn rows(seed: u64, count: usize) -> Vec<Rows> {
+    let row = |reach: &Demonstration, k| std::array::from_fn(|d| reach.sample(k)[d]);
+    let reaches = reaches(seed, count, DOFS);
+    let of = |reach: &Demonstration| (0..reach.len()).map(|k| row(reach, k)).collect();
+    reaches.iter().map(of).collect()
 }
 
 /// The predicted end after every third of a motion, each time means and variances.
@@ -49,7 +40,7 @@ fn said(
     let config = TrainingConfig::new(vec![Group::observed("hand", DOFS, basis)]);
     let model = Model::train(&demonstrations, &config).unwrap();
     let mut said = Vec::new();
-    for motion in reaches(99, 4) {
+    for motion in rows(99, 4) {
         let mut filter = Filter::new(&model, &FilterConfig::default()).unwrap();
         for (k, row) in motion.iter().take(30).enumerate() {
             filter.predict(period_s).unwrap();
@@ -93,7 +84,7 @@ fn compare(
 #[test]
 fn demonstrations_and_columns_come_in_any_order() {
     for basis in BASES {
-        let training = reaches(1, 14);
+        let training = rows(1, 14);
         let usual = said(basis, &training, 1.0, |row| row);
         let mut others = training.clone();
         others.reverse();
@@ -121,7 +112,7 @@ fn demonstrations_and_columns_come_in_any_order() {
 #[test]
 fn place_sense_and_unit_of_the_values_and_of_time_do_not_matter() {
     for basis in BASES {
-        let training = reaches(2, 14);
+        let training = rows(2, 14);
         let usual = said(basis, &training, 1.0, |row| row);
         let mirror = |row: [f64; DOFS]| row.map(|x| -x);
         compare(
@@ -157,7 +148,7 @@ fn place_sense_and_unit_of_the_values_and_of_time_do_not_matter() {
 /// A polynomial contains a constant exactly; bumps only nearly, so they are not tested.
 #[test]
 fn the_origin_of_the_values_does_not_matter() {
-    let training = reaches(3, 14);
+    let training = rows(3, 14);
     let usual = said(BASES[0], &training, 1.0, |row| row);
     let elsewhere = |row: [f64; DOFS]| [row[0] + 2.0, row[1] - 3.0, row[2] + 1.0];
     compare(

@@ -5,7 +5,6 @@ mod bank;
 mod common;
 mod ensemble;
 mod evaluation;
-mod excerpt;
 #[cfg(feature = "serde")]
 mod file;
 mod hard_cases;

@@ -76,8 +76,10 @@ impl BodyPoints {
     }
 }
 
-/// The point on the second line nearest to the first line; for parallel lines, the point nearest to `last`.
-fn foot_on_second(p: DVec3, u: DVec3, q: DVec3, v: DVec3, last: DVec3) -> DVec3 {
+/// The point on the second line, through `q` along `v`, nearest to the first, through `p` along `u`; for parallel lines, the point nearest to
+/// `last`. The directions are unit vectors; places in any one frame, m.
+#[must_use]
+pub fn foot_on_second(p: DVec3, u: DVec3, q: DVec3, v: DVec3, last: DVec3) -> DVec3 {
     let (b, w) = (u.dot(v), p - q);
     let determinant = 1.0 - b * b;
     let along = if determinant < 1e-9 {

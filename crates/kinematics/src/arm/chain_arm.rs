@@ -210,35 +210,29 @@ impl ArmKinematics for ChainArm {
                 config.policy != BranchPolicy::Any && (report.restarts == 0 || found >= CANDIDATES)
             },
         );
-        match (best, searched) {
-            (Some(solution), _) => Ok(solution),
-            (
-                None,
-                Err(KinematicsError::NotConverged {
-                    residual_m,
-                    residual_rad,
-                    ..
-                }),
-            ) => {
-                let gap_m = self.base_to_tool.gap_m(base_from_tool);
-                Err(if gap_m > self.search.tolerance_m {
-                    Unreachable::TooFar { gap_m }
-                } else {
-                    Unreachable::NotFound {
-                        residual_m,
-                        residual_rad,
-                    }
-                }
-                .into())
-            }
-            (None, Err(other)) => Err(other),
-            // Reached only if the cost of every solution overflows.
-            (None, Ok(report)) => Err(Unreachable::NotFound {
-                residual_m: report.residual_m,
-                residual_rad: report.residual_rad,
-            }
-            .into()),
+        if let Some(solution) = best {
+            return Ok(solution);
         }
+        let (residual_m, residual_rad) = match searched {
+            // Reached only if the cost of every solution overflows.
+            Ok(report) => (report.residual_m, report.residual_rad),
+            Err(KinematicsError::NotConverged {
+                residual_m,
+                residual_rad,
+                ..
+            }) => (residual_m, residual_rad),
+            Err(other) => return Err(other),
+        };
+        let gap_m = self.base_to_tool.gap_m(base_from_tool);
+        let reason = if gap_m > self.search.tolerance_m {
+            Unreachable::TooFar { gap_m }
+        } else {
+            Unreachable::NotFound {
+                residual_m,
+                residual_rad,
+            }
+        };
+        Err(reason.into())
     }
 
     fn searches(&self) -> bool {

@@ -11,7 +11,9 @@ use super::inertia::Inertial;
 use super::model::Chain;
 use crate::error::KinematicsError;
 use glam::{DMat3, DVec3};
+use hwall_geometry::Wrench;
 use hwall_numeric::check::{all_finite, finite};
+use hwall_numeric::dense::{cholesky_in_place, solve_lower, solve_lower_transposed};
 
 /// Standard gravity of the crate, base axes with z up, m/s².
 pub const GRAVITY_M_PER_S2: DVec3 = DVec3::new(0.0, 0.0, -9.81);
@@ -54,7 +56,6 @@ pub struct DynamicsScratch {
     axes: Vec<Axis>,
     pub(super) screws: Vec<Screw>,
     matrix: Vec<f64>,
-    vector: Vec<f64>,
 }
 
 impl ChainDynamics {
@@ -124,7 +125,6 @@ impl ChainDynamics {
             axes: vec![Axis::ZERO; n],
             screws: vec![Screw::ZERO; n],
             matrix: vec![0.0; n * n],
-            vector: vec![0.0; n],
         }
     }
 
@@ -244,20 +244,20 @@ impl ChainDynamics {
         scratch: &mut DynamicsScratch,
         out: &mut [f64],
     ) -> Result<(), KinematicsError> {
-        self.check_out(out)?;
-        self.chain.check("joint velocities", qd)?;
-        self.chain.check("joint torques", torques)?;
-        self.place(q, scratch)?;
-        let mut bias = std::mem::take(&mut scratch.vector);
+        let n = self.bodies.len();
         let mut matrix = std::mem::take(&mut scratch.matrix);
-        self.newton_euler(qd, |_| 0.0, scratch, &mut bias);
-        self.composite_bodies(scratch, &mut matrix);
-        for ((out, torque), bias) in out.iter_mut().zip(torques).zip(&bias) {
-            *out = torque - bias;
-        }
-        let solved = solve_symmetric(&mut matrix, out);
-        (scratch.vector, scratch.matrix) = (bias, matrix);
-        solved.map_err(|joint| KinematicsError::SingularMass { joint })?;
+        matrix.resize(n * n, 0.0);
+        let none = Wrench::default();
+        let written = self.equations_into(q, qd, torques, &none, scratch, &mut matrix, out);
+        let solved = written.and_then(|()| {
+            cholesky_in_place(n, &mut matrix)
+                .map_err(|fault| KinematicsError::SingularMass { joint: fault.pivot })?;
+            solve_lower(&matrix, out);
+            solve_lower_transposed(&matrix, out);
+            Ok(())
+        });
+        scratch.matrix = matrix;
+        solved?;
         Ok(all_finite("joint accelerations", out)?)
     }
 
@@ -302,27 +302,28 @@ impl ChainDynamics {
         Ok(finite("potential energy", energy)?)
     }
 
-    pub(super) fn check_out(&self, out: &[f64]) -> Result<(), KinematicsError> {
-        if out.len() == self.bodies.len() {
-            return Ok(());
+    /// Checks the length of an output: one value a joint, or one a pair of joints.
+    pub(super) fn check_length(
+        what: &'static str,
+        expected: usize,
+        out: &[f64],
+    ) -> Result<(), KinematicsError> {
+        match out.len() {
+            got if got == expected => Ok(()),
+            got => Err(KinematicsError::WrongJointCount {
+                what,
+                expected,
+                got,
+            }),
         }
-        Err(KinematicsError::WrongJointCount {
-            what: "out",
-            expected: self.bodies.len(),
-            got: out.len(),
-        })
+    }
+
+    pub(super) fn check_out(&self, out: &[f64]) -> Result<(), KinematicsError> {
+        Self::check_length("out", self.bodies.len(), out)
     }
 
     pub(super) fn check_matrix(&self, out: &[f64]) -> Result<(), KinematicsError> {
-        let n = self.bodies.len();
-        if out.len() == n * n {
-            return Ok(());
-        }
-        Err(KinematicsError::WrongJointCount {
-            what: "mass matrix",
-            expected: n * n,
-            got: out.len(),
-        })
+        Self::check_length("mass matrix", self.bodies.len().pow(2), out)
     }
 
     /// Checks `q` and writes the pose of each frame in the previous one to the scratch.
@@ -435,33 +436,4 @@ impl ChainDynamics {
         }
         r * self.chain.last_from_tip.position_m()
     }
-}
-
-/// Solves `A x = b` in place for a symmetric positive definite `A` (row-major) by `L Lᵀ`; otherwise
-/// returns the row at which it is not definite.
-fn solve_symmetric(a: &mut [f64], b: &mut [f64]) -> Result<(), usize> {
-    let n = b.len();
-    for i in 0..n {
-        let (done, rest) = a.split_at_mut(i * n);
-        let row = &mut rest[..n];
-        for j in 0..i {
-            let other = &done[j * n..j * n + n];
-            let sum: f64 = (0..j).map(|k| row[k] * other[k]).sum();
-            row[j] = (row[j] - sum) / other[j];
-        }
-        let diagonal = row[i];
-        let pivot = diagonal - row[..i].iter().map(|x| x * x).sum::<f64>();
-        // A pivot that should be zero is left at about n ε times the diagonal by rounding.
-        if pivot <= 16.0 * f64::EPSILON * diagonal || pivot.is_nan() {
-            return Err(i);
-        }
-        row[i] = pivot.sqrt();
-        let sum: f64 = (0..i).map(|k| row[k] * b[k]).sum();
-        b[i] = (b[i] - sum) / row[i];
-    }
-    for i in (0..n).rev() {
-        let sum: f64 = (i + 1..n).map(|k| a[k * n + i] * b[k]).sum();
-        b[i] = (b[i] - sum) / a[i * n + i];
-    }
-    Ok(())
 }

@@ -36,16 +36,10 @@ impl Inertial {
         inertia_kg_m2: [f64; 6],
     ) -> Self {
         let [xx, xy, xz, yy, yz, zz] = inertia_kg_m2;
-        let inertia_kg_m2 = DMat3::from_cols(
-            DVec3::new(xx, xy, xz),
-            DVec3::new(xy, yy, yz),
-            DVec3::new(xz, yz, zz),
-        );
+        let rows = [xx, xy, xz, xy, yy, yz, xz, yz, zz];
         Self {
-            link: link.into(),
-            mass_kg,
-            com_m,
-            inertia_kg_m2,
+            inertia_kg_m2: DMat3::from_cols_array(&rows),
+            ..Self::point(link, mass_kg, com_m)
         }
     }
 
@@ -66,10 +60,8 @@ impl Inertial {
         let s = size_m * size_m;
         let diagonal = DVec3::new(s.y + s.z, s.z + s.x, s.x + s.y) * (mass_kg / 12.0);
         Self {
-            link: link.into(),
-            mass_kg,
-            com_m,
             inertia_kg_m2: DMat3::from_diagonal(diagonal),
+            ..Self::point(link, mass_kg, com_m)
         }
     }
 
@@ -102,19 +94,13 @@ impl Inertial {
         ] {
             all_finite(what, values)?;
             // Products of these stay finite.
-            let most = values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+            let most = largest(values);
             that(most <= MOST, what, most, "within 1e9 of zero")?;
         }
         let i = self.inertia_kg_m2;
-        let scale = i
-            .to_cols_array()
-            .into_iter()
-            .fold(0.0, |m: f64, x| m.max(x.abs()));
+        let scale = largest(&inertia);
         let slack = PHYSICAL_TOLERANCE * scale;
-        let asymmetry = (i - i.transpose())
-            .to_cols_array()
-            .into_iter()
-            .fold(0.0, |m: f64, x| m.max(x.abs()));
+        let asymmetry = largest(&(i - i.transpose()).to_cols_array());
         // Σ = tr(I)/2 − I, the second moment of the mass, is positive semi-definite exactly when
         // the principal moments obey the triangle inequality, and then so is I = tr(Σ) − Σ.
         let trace = i.x_axis.x + i.y_axis.y + i.z_axis.z;
@@ -133,6 +119,10 @@ impl Inertial {
             })
         }
     }
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most: f64, x| most.max(x.abs()))
 }
 
 /// True if all principal minors of a symmetric matrix are at least zero, up to rounding.

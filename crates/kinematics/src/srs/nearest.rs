@@ -349,6 +349,15 @@ impl<'a> Problem<'a> {
         candidates.min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
+    fn candidate(&self, q: JointPositions, branch: Branch, place: Place) -> Candidate {
+        Candidate {
+            cost: self.config.cost(&q, self.reference),
+            q,
+            branch,
+            place,
+        }
+    }
+
     /// [`evaluate`](Self::evaluate) in a fifth of the time: angles accurate to 1e-13 rad and at most [`BEYOND_RAD`] outside a limit.
     fn glance(&self, place: Place, branch: Branch) -> Option<Candidate> {
         let Some(angles) = self.circle.glance(place.direction, branch, self.elbow_rad) else {
@@ -365,13 +374,7 @@ impl<'a> Problem<'a> {
                 return None;
             }
         }
-        let cost = self.config.cost(&q, self.reference);
-        Some(Candidate {
-            q,
-            branch,
-            place,
-            cost,
-        })
+        Some(self.candidate(q, branch, place))
     }
 
     fn evaluate(&self, place: Place, branch: Branch) -> Option<Candidate> {
@@ -380,13 +383,7 @@ impl<'a> Problem<'a> {
             branch,
             self.reference,
         )?;
-        let cost = self.config.cost(&q, self.reference);
-        Some(Candidate {
-            q,
-            branch,
-            place,
-            cost,
-        })
+        Some(self.candidate(q, branch, place))
     }
 
     /// Newton's method on the arm angle within an arc, halving each step until the cost falls. The curvature is Gauss-Newton

@@ -1,10 +1,9 @@
 //! Self-motion of the redundant arm, and dexterity.
 
 use crate::joints::{JointPositions, JointVelocities};
-use crate::linalg::{gram, null_vector, roots};
+use crate::linalg::null_vector;
 use crate::srs::forward::Frames;
 use crate::srs::model::SrsArm;
-use hwall_numeric::dense::symmetric_eigen;
 
 /// How well a configuration can move the tool.
 ///
@@ -71,11 +70,7 @@ impl SrsArm {
     /// as that many metres (a board's half width is a good choice).
     #[must_use]
     pub fn dexterity(&self, q: &JointPositions, rotation_length_m: f64) -> Dexterity {
-        let mut rows = self.jacobian(q).to_rows();
-        for row in &mut rows[3..] {
-            *row = row.map(|x| x * rotation_length_m);
-        }
-        let singular_values_m = roots(symmetric_eigen(&gram(&rows)).values);
+        let singular_values_m = self.jacobian(q).singular_values(rotation_length_m);
         Dexterity {
             manipulability: singular_values_m.iter().product(),
             singular_values_m,
@@ -85,16 +80,11 @@ impl SrsArm {
     /// The joint that is nearest to one of its limits.
     #[must_use]
     pub fn nearest_limit(&self, q: &JointPositions) -> NearestLimit {
-        let distances = self
-            .limits()
-            .iter()
-            .zip(q.0)
-            .map(|(limit, q)| limit.distance_rad(q));
-        distances
-            .enumerate()
-            .map(|(joint, distance_rad)| NearestLimit {
+        let limits = self.limits().iter().zip(q.0).enumerate();
+        limits
+            .map(|(joint, (limit, q))| NearestLimit {
                 joint,
-                distance_rad,
+                distance_rad: limit.distance_rad(q),
             })
             .min_by(|a, b| a.distance_rad.total_cmp(&b.distance_rad))
             .expect("seven joints")

@@ -1,38 +1,25 @@
 //! General chains: reference data, identities, hard cases.
 
-use crate::chain_support::{franka, random_chain, random_q, references, shift, ur5e};
+use crate::chain_support::{franka, random_chain, random_q, references, row_major, shift, ur5e};
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{
-    Chain, ChainJoint, JointKind, JointLimit, KinematicsError, Pose, rotation_vector,
+    Chain, ChainJoint, JointKind, JointLimit, JointPositions, KinematicsError, Pose, SrsArm,
+    rotation_vector,
 };
 use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close, central_difference};
 use std::f64::consts::PI;
 
-fn row_major(rows: &[f64]) -> DMat3 {
-    DMat3::from_cols_slice(rows).transpose()
-}
-
 #[test]
 fn iiwa7_agrees_with_pinocchio() {
-    let chain = Chain::iiwa7();
+    let (chain, arm) = (Chain::iiwa7(), SrsArm::iiwa7());
     let mut errors = Vec::new();
     for case in references() {
-        let q = case.numbers("q");
+        let (q, tag) = (case.numbers("q"), case.tag());
+        let place = DVec3::from_slice(&case.numbers("p"));
+        let rotation = row_major(&case.numbers("R"));
         let pose = chain.forward(&q).unwrap();
-        assert_close!(
-            pose.position_m(),
-            DVec3::from_slice(&case.numbers("p")),
-            Tol::abs(1e-14),
-            "{}",
-            case.tag()
-        );
-        assert_close!(
-            pose.rotation(),
-            row_major(&case.numbers("R")),
-            Tol::abs(2e-14),
-            "{}",
-            case.tag()
-        );
+        assert_close!(pose.position_m(), place, Tol::abs(1e-14), "{tag}");
+        assert_close!(pose.rotation(), rotation, Tol::abs(2e-14), "{tag}");
         let jacobian = chain.jacobian(&q).unwrap();
         let expected = case.numbers("Jw");
         for (joint, column) in jacobian.columns.iter().enumerate() {
@@ -40,6 +27,17 @@ fn iiwa7_agrees_with_pinocchio() {
                 errors.push(entry - expected[row * 7 + joint]);
             }
         }
+        // The closed form.
+        let q = JointPositions::from_slice(&q).unwrap();
+        let (pose, jacobian) = arm.forward_and_jacobian(&q);
+        assert_close!(pose.position_m(), place, Tol::abs(1e-12), "{tag}");
+        assert_close!(pose.rotation(), rotation, Tol::abs(1e-12), "{tag}");
+        assert_close!(
+            jacobian.to_rows().concat(),
+            expected,
+            Tol::abs(1e-12),
+            "{tag}"
+        );
     }
     let errors = ErrorStats::from_errors(errors);
     println!("Jacobian entries: {errors}");

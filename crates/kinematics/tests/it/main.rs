@@ -5,8 +5,8 @@ mod chain;
 mod chain_support;
 #[cfg(feature = "dynamics")]
 mod dynamics;
-#[cfg(feature = "dynamics")]
 mod invariances;
+#[cfg(feature = "dynamics")]
 mod momentum;
 mod numeric;
 mod region;

@@ -1,37 +1,14 @@
 //! Generalized momentum and the gradient of the kinetic energy against the mass matrix and central differences.
 
-use hwall_kinematics::glam::{DMat3, DVec3};
-use hwall_kinematics::{Chain, ChainDynamics, ChainJoint, Inertial, JointLimit, Pose};
+use crate::dynamics::random_dynamics;
+use hwall_kinematics::{Chain, ChainDynamics};
 use hwall_testkit::{Sampler, Tol, assert_close};
-
-/// Alternating revolute and prismatic joints along oblique axes.
-fn mixed(sampler: &mut Sampler) -> ChainDynamics {
-    let joints = (0..6).map(|i| {
-        let place = sampler.point_in_box(DVec3::splat(-0.3), DVec3::splat(0.3));
-        let pose = Pose::new(sampler.rotation(), place).unwrap();
-        let (name, axis) = (format!("joint {i}"), sampler.unit_vector());
-        let joint = match i % 2 {
-            0 => ChainJoint::revolute(name, pose, axis, JointLimit::FREE),
-            _ => ChainJoint::prismatic(name, pose, axis, JointLimit::FREE),
-        };
-        let body = Inertial {
-            inertia_kg_m2: DMat3::from_diagonal(DVec3::new(0.02, 0.03, 0.04)),
-            ..Inertial::point("body", 1.5, sampler.unit_vector() * 0.2)
-        };
-        ChainJoint {
-            inertials: vec![body],
-            ..joint
-        }
-    });
-    let chain = Chain::new(joints.collect(), Pose::IDENTITY).unwrap();
-    ChainDynamics::new(&chain).unwrap()
-}
 
 #[test]
 fn momentum_is_the_mass_matrix_times_velocity_and_its_gradient_that_of_the_energy() {
     let mut sampler = Sampler::new(11);
     let mut arms = vec![ChainDynamics::new(&Chain::iiwa7()).unwrap()];
-    arms.extend((0..5).map(|_| mixed(&mut sampler)));
+    arms.extend((2..7).map(|n| random_dynamics(&mut sampler, n, 0.5)));
     for arm in &arms {
         let n = arm.chain().joint_count();
         let mut scratch = arm.scratch();

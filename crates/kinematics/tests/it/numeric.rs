@@ -1,6 +1,6 @@
 //! Numeric inverse of general chains: reachable targets, limits, singular targets, correct failure reports.
 
-use crate::chain_support::{franka, random_chain, random_q, shift, ur5e};
+use crate::chain_support::{excerpt, franka, random_chain, random_q, reach_poses, shift, ur5e};
 use glam::{DMat3, DQuat, DVec3};
 use hwall_kinematics::{
     Chain, ChainJoint, JointLimit, KinematicsError, NumericConfig, NumericScratch, NumericSolution,
@@ -321,21 +321,10 @@ fn same_seed_same_answer_and_scratch_does_not_matter() {
 #[test]
 fn agrees_with_the_exact_verdicts() {
     // Poses down to 1e-7 rad and m from the edge of reach, with verdicts of a closed-form reference.
-    let text = include_str!("../data/reach_poses.json");
-    let data: serde_json::Value = serde_json::from_str(text).unwrap();
     let (chain, config) = (Chain::iiwa7(), NumericConfig::default());
     let (mut reachable, mut unreachable, mut missed) = (0, 0, 0);
-    for case in data["poses"].as_array().unwrap() {
-        let numbers = |key: &str| -> Vec<f64> {
-            case[key]
-                .as_array()
-                .unwrap()
-                .iter()
-                .map(|v| v.as_f64().unwrap())
-                .collect()
-        };
-        let rotation = DMat3::from_cols_slice(&numbers("R")).transpose();
-        let target = Pose::new(rotation, DVec3::from_slice(&numbers("p"))).unwrap();
+    for (target, case) in reach_poses(&excerpt("reach_poses.json")) {
+        let case = &case.0;
         let found = chain
             .inverse_numeric(&target, &[0.0, 0.3, 0.0, 0.9, 0.0, 0.5, 0.0], &config)
             .is_ok();

@@ -38,7 +38,7 @@ fn random_pose(sampler: &mut Sampler) -> Pose {
 fn damped(damping_m: f64) -> WrenchConfig {
     WrenchConfig {
         damping_m,
-        moment_length_m: 0.1,
+        ..WrenchConfig::default()
     }
 }
 

@@ -1,7 +1,6 @@
 //! The motion of a single joint: least time, limits, exact arrival, any start.
 
-use hwall_kinematics::{Chain, ChainArm, JointPositions, Pose};
-use hwall_motion::{JointBounds, JointPoint, JointState, MotionLimits, ReferenceMotion};
+use hwall_motion::{JointBounds, JointPoint};
 use hwall_testkit::Sampler;
 
 const LIMITS: [f64; 3] = [1.7, 8.0, 400.0];
@@ -42,47 +41,6 @@ fn run(start: JointPoint, goal: f64, most_dt_s: f64, sampler: &mut Sampler) -> (
         assert!(t_s < 20.0, "never arrives: {start:?} {goal} {at:?}");
     }
     (t_s, most)
-}
-
-#[test]
-fn least_time_is_that_of_the_solver_from_any_state() {
-    let chain = Chain::iiwa7();
-    let arm = ChainArm::new(Chain::new(chain.joints()[..1].to_vec(), Pose::IDENTITY).unwrap());
-    let arm = arm.expect("an arm");
-    let limits = MotionLimits {
-        velocity_rad_per_s: [LIMITS[0]; 7],
-        acceleration_rad_per_s2: [LIMITS[1]; 7],
-        jerk_rad_per_s3: [LIMITS[2]; 7],
-    };
-    let mut motion = ReferenceMotion::new(&arm, &limits, &JointPositions::default()).unwrap();
-    let mut sampler = Sampler::new(1);
-    let mut slower = 0.0_f64;
-    for _ in 0..5000 {
-        let start = random_state(&mut sampler);
-        let reach = [1.5, 0.1, 1e-3][sampler.index(3)];
-        let goal = start.stopping_point_rad(&bounds()) + sampler.uniform(-reach, reach);
-        let mut state = JointState::default();
-        state.q[0] = start.q_rad;
-        state.qd[0] = start.qd_rad_per_s;
-        state.qdd_rad_per_s2[0] = start.qdd_rad_per_s2;
-        motion.restart(&state).expect("finite");
-        let mut to = JointPositions::default();
-        to[0] = goal;
-        motion.set_goal(&to).expect("inside");
-        let (least_s, mut at) = (motion.left_s(), start);
-        // Just before the least time it cannot be there; just after it, it must be.
-        at = at.towards(goal, &bounds(), least_s + 1e-6);
-        assert!(
-            at.qd_rad_per_s.abs() < 1e-4,
-            "{start:?} {goal} {least_s} {at:?}"
-        );
-        slower = slower.max((at.q_rad - goal).abs());
-        assert_ne!(
-            start.towards(goal, &bounds(), least_s * 0.999 - 1e-5),
-            JointPoint::at_rest(goal)
-        );
-    }
-    assert!(slower < 1e-9, "{slower}");
 }
 
 #[test]
@@ -150,24 +108,6 @@ fn beyond_its_bounds_a_joint_comes_back_and_still_arrives() {
         let goal = sampler.uniform(-1.0, 1.0);
         let (_, most) = run(start, goal, 2e-3, &mut sampler);
         assert!(most[2] <= 1.0 + 1e-6, "{start:?} {most:?}");
-    }
-}
-
-#[test]
-fn braking_ends_at_the_stopping_point() {
-    let mut sampler = Sampler::new(6);
-    for _ in 0..500 {
-        let start = random_state(&mut sampler);
-        let stop = start.stopping_point_rad(&bounds());
-        let mut at = start;
-        for _ in 0..400 {
-            at = at.braked(&bounds(), 1e-3);
-        }
-        assert!(
-            (at.q_rad - stop).abs() < 1e-12 && at.qd_rad_per_s == 0.0,
-            "{at:?} {stop}"
-        );
-        assert_eq!(at.braked(&bounds(), 1e9), at);
     }
 }
 

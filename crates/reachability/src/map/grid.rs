@@ -167,3 +167,14 @@ pub(crate) fn checked_line_count(walls: &[WallGrid]) -> Result<usize> {
     }
     Ok(count as usize)
 }
+
+/// How a map was built.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct BuildReport {
+    /// Lines in the map.
+    pub lines: usize,
+    /// Lines that were solved; the others are images of these.
+    pub solved: usize,
+    /// Lines that symmetry could not decide, each solved separately.
+    pub singly: usize,
+}

@@ -1,6 +1,6 @@
 //! Reachability maps: the intervals of every line of some walls, and look-ups in them.
 
-use super::grid::{GridLines, WallGrid};
+use super::grid::{BuildReport, GridLines, WallGrid};
 use super::keep_out::{Carried, KeepOut, KeepOutBox, Plate, blocked};
 use super::symmetry;
 use crate::error::{ReachabilityError, Result};
@@ -46,17 +46,6 @@ pub struct MapLengths {
     pub reachable_m: f64,
     /// Unproven, m.
     pub unknown_m: f64,
-}
-
-/// How a map was built.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct BuildReport {
-    /// Lines in the map.
-    pub lines: usize,
-    /// Lines that were solved; the others are images of these.
-    pub solved: usize,
-    /// Lines that symmetry could not decide, each solved separately.
-    pub singly: usize,
 }
 
 /// The reachable intervals of every line of some walls.
@@ -119,13 +108,8 @@ impl ReachabilityMap {
         walls: Vec<WallGrid>,
         monitor: &Monitor,
     ) -> Result<Self> {
-        let solved = symmetry::solve(arm, config, &walls, monitor)?;
-        let report = BuildReport {
-            lines: solved.lines.len(),
-            solved: solved.solved,
-            singly: solved.singly,
-        };
-        let mut map = Self::from_lines(arm, config, walls, &solved.lines, Vec::new())?;
+        let (lines, report) = symmetry::solve(arm, config, &walls, monitor)?;
+        let mut map = Self::from_lines(arm, config, walls, &lines, Vec::new())?;
         map.report = report;
         Ok(map)
     }

@@ -3,21 +3,13 @@
 //! A line is solved for the family of arms of all its images (`line/images.rs`). Where the narrowest and the widest of them
 //! agree, which is nearly everywhere, the line represents all of its images; elsewhere each image is solved separately.
 
-use super::grid::{WallGrid, checked_line_count};
+use super::grid::{BuildReport, WallGrid, checked_line_count};
 use crate::error::Result;
 use crate::line::{ExactConfig, ExactSolver, LineReachability, sectors};
 use crate::progress::{Monitor, map_indexed};
 use crate::wall::WallPlane;
 use hwall_kinematics::SrsArm;
 use std::collections::HashMap;
-
-/// Every line of the grids in their order, and the number of lines solved.
-pub(super) struct Solved {
-    pub(super) lines: Vec<LineReachability>,
-    pub(super) solved: usize,
-    /// Lines that symmetry did not decide.
-    pub(super) singly: usize,
-}
 
 /// A line that represents others: its sector (see [`sectors`]), distance and height.
 struct Task {
@@ -32,7 +24,7 @@ pub(super) fn solve(
     config: &ExactConfig,
     walls: &[WallGrid],
     monitor: &Monitor,
-) -> Result<Solved> {
+) -> Result<(Vec<LineReachability>, BuildReport)> {
     let count = checked_line_count(walls)?;
     let direct = ExactSolver::new(arm, config)?;
     // Map each line to its representative.
@@ -114,11 +106,12 @@ pub(super) fn solve(
         }
         next += of_wall.len();
     }
-    Ok(Solved {
-        lines,
+    let report = BuildReport {
+        lines: lines.len(),
         solved: solved + open_count,
         singly: open_count,
-    })
+    };
+    Ok((lines, report))
 }
 
 /// One solver per sector; `None` if the images share no angle of some joint.

@@ -1,11 +1,10 @@
 //! Reachability on a wall does not depend on the heading, the handedness of the world, the unit of length or the order of walls.
 
-use crate::common::{exact_config, line};
+use crate::common::{exact_config, line, wall};
 use glam::DVec3;
 use hwall_kinematics::{JointLimit, Pose, SrsArm, SrsGeometry, SrsParameters};
 use hwall_reachability::{
-    ExactSolver, Interval, LineReachability, Presented, WallFacet, WallMaps, WallMapsConfig,
-    WallPlane,
+    ExactSolver, LineReachability, Presented, WallFacet, WallMaps, WallMapsConfig, WallPlane,
 };
 use hwall_testkit::Sampler;
 
@@ -81,20 +80,6 @@ fn lines_may_be_turned_mirrored_and_measured_otherwise() {
         same(&of(&turning, heading_deg, 1.0), &there, |s| s, 1.0);
     }
     assert!(reached > 100, "{reached}");
-}
-
-fn wall(heading_rad: f64, distance_m: f64) -> WallFacet {
-    let plane = WallPlane::new(heading_rad, distance_m).expect("finite");
-    let middle = plane.normal() * distance_m;
-    WallFacet {
-        point_m: middle,
-        normal: plane.normal(),
-        heights: Interval::new(0.0, 1.4),
-        outline_m: vec![
-            middle - plane.along() * 1.5,
-            middle + plane.along() * 1.5 + DVec3::Z,
-        ],
-    }
 }
 
 #[test]

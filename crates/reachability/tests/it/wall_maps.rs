@@ -1,31 +1,16 @@
 //! The walls of a room: presented points are reachable, substitutes are near.
 
+use crate::common::wall;
 use glam::DVec3;
 use hwall_kinematics::{Pose, SrsArm};
 use hwall_reachability::{
-    ArgumentError, Interval, Presented, ReachabilityError, WallFacet, WallMaps, WallMapsConfig,
-    WallPlane,
+    ArgumentError, Presented, ReachabilityError, WallFacet, WallMaps, WallMapsConfig, WallPlane,
 };
 use hwall_testkit::Sampler;
 use std::f64::consts::FRAC_PI_2;
 
 fn arm() -> SrsArm {
     SrsArm::iiwa7().with_tool(Pose::from_translation(DVec3::Z * 0.1).expect("finite"))
-}
-
-/// A wall at a heading and a distance, 3 m wide, from the floor to 1.4 m.
-fn wall(heading_rad: f64, distance_m: f64) -> WallFacet {
-    let plane = WallPlane::new(heading_rad, distance_m).expect("finite");
-    let middle = plane.normal() * distance_m;
-    WallFacet {
-        point_m: middle + plane.along() * 0.3,
-        normal: plane.normal(),
-        heights: Interval::new(0.0, 1.4),
-        outline_m: vec![
-            middle - plane.along() * 1.5,
-            middle + plane.along() * 1.5 + DVec3::Z,
-        ],
-    }
 }
 
 fn maps(facets: &[WallFacet]) -> WallMaps {

@@ -42,7 +42,7 @@ fn timestamp(w: &mut Writer<'_>, field: u32, t_ns: u64) {
     });
 }
 
-fn vector(w: &mut Writer<'_>, field: u32, v: DVec3) {
+pub(super) fn vector(w: &mut Writer<'_>, field: u32, v: DVec3) {
     w.message(field, |vector| {
         vector.double(1, v.x);
         vector.double(2, v.y);

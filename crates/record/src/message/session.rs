@@ -1,5 +1,6 @@
 //! Inputs and outputs of a session: written, and read back bit by bit.
 
+use super::look::vector;
 use crate::error::RecordError;
 use crate::input::{Input, Request};
 use crate::setup::{ArmSource, Run, Setup};
@@ -53,14 +54,6 @@ fn write_options(writer: &mut Writer<'_>, field: u32, options: &[(String, String
     }
 }
 
-fn write_vector(writer: &mut Writer<'_>, field: u32, v: DVec3) {
-    writer.message(field, |vector| {
-        vector.double(1, v.x);
-        vector.double(2, v.y);
-        vector.double(3, v.z);
-    });
-}
-
 /// First field of arm and controller points in a frame; older recordings do not have them.
 const FIRST_BODY_FIELD: u32 = 11;
 /// Field for a frame that shows another person.
@@ -87,11 +80,11 @@ pub(crate) fn write(writer: &mut Writer<'_>, sequence: u64, input: &Input) {
                 .chain(frame.body_m);
             for (field, point) in (3..).zip(points) {
                 if let Some(point) = point {
-                    write_vector(writer, field, point);
+                    vector(writer, field, point);
                 }
             }
             if let Some(other_hand_m) = frame.other_hand_m {
-                write_vector(writer, OTHER_HAND_FIELD, other_hand_m);
+                vector(writer, OTHER_HAND_FIELD, other_hand_m);
             }
             if frame.is_of_another {
                 writer.uint64(ANOTHER_FIELD, 1);
@@ -99,7 +92,7 @@ pub(crate) fn write(writer: &mut Writer<'_>, sequence: u64, input: &Input) {
         }
         Input::World(world) => {
             writer.double(2, world.t_s);
-            write_vector(writer, 3, world.base_from_world.position_m());
+            vector(writer, 3, world.base_from_world.position_m());
             let columns = world.base_from_world.rotation().to_cols_array();
             writer.packed_doubles(4, &columns);
         }

@@ -1,11 +1,9 @@
 //! The pages: one viewer, with a timeline or with a connection.
 
-mod base64;
-
 use crate::frame::ViewFrame;
 use crate::marker::ViewMarker;
 use crate::scene::ViewScene;
-pub(crate) use base64::push_base64;
+use data_encoding::BASE64;
 use serde_json::{Value, json};
 
 /// The parts of the viewer, in order of dependency.
@@ -58,8 +56,6 @@ pub fn replay_page(scene: &ViewScene, frames: &[ViewFrame], markers: &[ViewMarke
     for frame in frames {
         frame.encode(&mut bytes);
     }
-    let mut encoded = String::new();
-    push_base64(&bytes, &mut encoded);
     let markers: Vec<Value> = markers
         .iter()
         .filter(|marker| marker.t_s.is_finite())
@@ -73,7 +69,7 @@ pub fn replay_page(scene: &ViewScene, frames: &[ViewFrame], markers: &[ViewMarke
             ("script", &script(&REPLAY)),
             ("scene", &inert(&scene.to_json())),
             ("markers", &inert(&Value::from(markers).to_string())),
-            ("frames", &encoded),
+            ("frames", &BASE64.encode(&bytes)),
         ],
     )
 }

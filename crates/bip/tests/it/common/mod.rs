@@ -1,6 +1,7 @@
 //! Reads the reference files and their excerpt; steps of filters.
 
 use hwall_bip::{Basis, Demonstration, Group, MotionFilter, Observation};
+use hwall_testkit::Sampler;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -78,5 +79,51 @@ pub(crate) fn floats(value: &Value) -> Vec<f64> {
         .unwrap()
         .iter()
         .map(|x| x.as_f64().unwrap())
+        .collect()
+}
+
+/// Reaches of `dofs` values towards random targets, of different lengths.
+pub(crate) fn reaches(seed: u64, count: usize, dofs: usize) -> Vec<Demonstration> {
+    let mut sampler = Sampler::new(seed);
+    (0..count)
+        .map(|_| {
+            let samples = 30 + sampler.index(40);
+            let target: Vec<f64> = (0..dofs).map(|_| sampler.uniform(-0.3, 0.3)).collect();
+            let mut values = Vec::new();
+            for k in 0..samples {
+                let t = k as f64 / (samples - 1) as f64;
+                let reached = t * t * t * (10.0 - 15.0 * t + 6.0 * t * t);
+                for (d, goal) in target.iter().enumerate() {
+                    let start = 0.1 * d as f64;
+                    let noise = 1e-3 * sampler.normal();
+                    values.push(start + reached * (0.5 + goal) + noise);
+                }
+            }
+            Demonstration::from_samples(1.0, dofs, values).unwrap()
+        })
+        .collect()
+}
+
+/// Random smooth motions of `dofs` values: a cubic with random coefficients plus noise.
+pub(crate) fn cubics(seed: u64, count: usize, dofs: usize, noise: f64) -> Vec<Demonstration> {
+    let mut sampler = Sampler::new(seed);
+    (0..count)
+        .map(|_| {
+            let samples = 40 + sampler.index(60);
+            let shape: Vec<[f64; 4]> = (0..dofs)
+                .map(|d| {
+                    let x = [0; 4].map(|_| 0.2 * sampler.normal());
+                    [x[0] + d as f64, x[1] + 1.0, x[2], x[3]]
+                })
+                .collect();
+            let mut values = Vec::new();
+            for k in 0..samples {
+                let t = k as f64 / (samples - 1) as f64;
+                for [a, b, c, d] in &shape {
+                    values.push(a + t * (b + t * (c + t * d)) + noise * sampler.normal());
+                }
+            }
+            Demonstration::from_samples(1.0, dofs, values).unwrap()
+        })
         .collect()
 }

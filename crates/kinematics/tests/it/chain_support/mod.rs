@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::Path;
 
 /// One reference configuration; see `tests/data/README.md`.
-pub(crate) struct Reference(Value);
+pub(crate) struct Reference(pub(crate) Value);
 
 impl Reference {
     pub(crate) fn tag(&self) -> &str {
@@ -25,33 +25,50 @@ impl Reference {
     }
 }
 
-/// The excerpt in this crate, and the complete set if it is beside the workspace.
-pub(crate) fn references() -> Vec<Reference> {
-    let crate_dir = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let excerpt = read(&crate_dir.join("tests/data/kinematics_dynamics.json"), 20);
-    match hwall_testkit::shared("reference/kinematics/kinematics_dynamics.json") {
-        Some(complete) => read(&complete, 200),
-        None => excerpt,
-    }
+/// A file of this crate's `tests/data`.
+pub(crate) fn excerpt(name: &str) -> Value {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data");
+    read(&folder.join(name))
 }
 
-fn read(path: &Path, random: usize) -> Vec<Reference> {
+/// The complete set beside the workspace, which is only on some machines.
+pub(crate) fn complete(name: &str) -> Option<Value> {
+    hwall_testkit::shared(&format!("reference/kinematics/{name}")).map(|path| read(&path))
+}
+
+fn read(path: &Path) -> Value {
     let text = std::fs::read_to_string(path).expect("reference file");
-    let mut all: Value = serde_json::from_str(&text).expect("reference JSON");
-    let mut take = |key: &str| match all[key].take() {
-        Value::Array(list) => list,
-        _ => panic!("{key} is missing"),
+    serde_json::from_str(&text).expect("reference JSON")
+}
+
+/// The excerpt in this crate, or the complete set if it is beside the workspace.
+pub(crate) fn references() -> Vec<Reference> {
+    let name = "kinematics_dynamics.json";
+    let (mut all, random) = match complete(name) {
+        Some(all) => (all, 200),
+        None => (excerpt(name), 20),
     };
-    let (hard, mut configurations) = (take("hard"), take("random"));
-    assert_eq!(hard.len(), 111, "hard configurations in {}", path.display());
-    assert_eq!(
-        configurations.len(),
-        random,
-        "random configurations in {}",
-        path.display()
-    );
-    configurations.extend(hard);
-    configurations.into_iter().map(Reference).collect()
+    let mut take = |key: &str, count: usize| match all[key].take() {
+        Value::Array(list) if list.len() == count => list,
+        other => panic!("{count} of {key}: {other}"),
+    };
+    let cases = [take("hard", 111), take("random", random)].concat();
+    cases.into_iter().map(Reference).collect()
+}
+
+/// The poses of a set of verdicts of a closed-form reference, each with the rest of its entry.
+pub(crate) fn reach_poses(set: &Value) -> Vec<(Pose, Reference)> {
+    let poses = set["poses"].as_array().expect("poses").iter().cloned();
+    let with_pose = |entry: Reference| {
+        let at = DVec3::from_slice(&entry.numbers("p"));
+        let pose = Pose::new(row_major(&entry.numbers("R")), at);
+        (pose.expect("a pose"), entry)
+    };
+    poses.map(Reference).map(with_pose).collect()
+}
+
+pub(crate) fn row_major(rows: &[f64]) -> DMat3 {
+    DMat3::from_cols_slice(rows).transpose()
 }
 
 /// Franka Emika Panda to the flange: modified DH table and limits of the published FCI documentation.

@@ -6,8 +6,8 @@ pub(crate) mod solids;
 use glam::DVec3;
 use hwall_kinematics::SrsArm;
 use hwall_reachability::{
-    BoardPart, ExactConfig, ExactSolver, PlacementConfig, PlacementScores, Steps, Target, WallLine,
-    WallPlane, place_base,
+    BoardPart, ExactConfig, ExactSolver, Interval, PlacementConfig, PlacementScores, Steps, Target,
+    WallFacet, WallLine, WallPlane, place_base,
 };
 use hwall_testkit::Sampler;
 use std::f64::consts::PI;
@@ -62,5 +62,20 @@ pub(crate) fn small_config() -> PlacementConfig {
         headings_rad: vec![0.0, 0.9, 1.9, 3.3, -1.0],
         best: 4,
         ..PlacementConfig::new(steps(1.1, 0.27, 5), steps(-0.6, 0.31, 4), 0.7)
+    }
+}
+
+/// A wall at a heading and a distance, 3 m wide, from the floor to 1.4 m.
+pub(crate) fn wall(heading_rad: f64, distance_m: f64) -> WallFacet {
+    let plane = WallPlane::new(heading_rad, distance_m).expect("finite");
+    let middle = plane.normal() * distance_m;
+    WallFacet {
+        point_m: middle + plane.along() * 0.3,
+        normal: plane.normal(),
+        heights: Interval::new(0.0, 1.4),
+        outline_m: vec![
+            middle - plane.along() * 1.5,
+            middle + plane.along() * 1.5 + DVec3::Z,
+        ],
     }
 }
