@@ -294,7 +294,7 @@ fn the_arm_of_a_study_moves_only_while_the_switch_is_held() -> anyhow::Result<()
         enabling_switch: true,
         ..options()
     };
-    let waiting = WaitingArm::prepare(&options, &ProtocolArgs::default().protocol(1)?)?;
+    let waiting = WaitingArm::prepare(&options, &ProtocolArgs::default().protocol(Some(1))?)?;
     let world = World::begin();
     let page = world.page(waiting.server.address())?;
     let controller = world.controller(waiting.fri_address()?)?;
