@@ -58,13 +58,14 @@ impl Target {
 /// Creates a reader; some of its good inputs take time to create.
 type Prepare = fn() -> anyhow::Result<Reader>;
 
-const READERS: [(&str, Prepare); 13] = [
+const READERS: [(&str, Prepare); 14] = [
     ("scene", text::scene),
     ("hand", text::hand),
     ("urdf", text::urdf),
     ("study", text::study),
     ("log", study_log::log),
     ("calibration", text::calibration),
+    ("headset", text::headset),
     ("model", text::model),
     ("regions", text::regions),
     ("map", binary::map),
