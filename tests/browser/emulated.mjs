@@ -36,7 +36,7 @@ export function check(is, what) {
 export const headset = (iwer) => `${LISTEN}\n${readFileSync(join(iwer, "build/iwer.min.js"), "utf8")}\n${HEADSET}`;
 
 export async function ready(page) {
-  await until("the room", () => page.value("Boolean(window.hwall)"), 240000);
+  await until("the room", () => page.value("Boolean(window.hwall)"), 600000);
   await until("a picture of the arm", () => page.value("Boolean(hwall.newest())"), 240000);
 }
 

@@ -80,6 +80,7 @@ pub(crate) fn printed(mut command: Command) -> anyhow::Result<String> {
 /// A session on a simulated arm that a visitor's script touches until it ends.
 fn visited(
     config: BridgeConfig,
+    predictor: &str,
     visit: impl FnOnce(&BridgeServer) -> Command,
 ) -> anyhow::Result<()> {
     let server = BridgeServer::start(config)?;
@@ -89,7 +90,7 @@ fn visited(
         stop.stop();
         printed
     });
-    let flags = LiveFlags::parse_from(["", "--seconds", "600"]);
+    let flags = LiveFlags::parse_from(["", "--seconds", "600", "--predictor", predictor]);
     let prepared = prepare(&server, &flags)?;
     run_simulated(&server, prepared, &flags)?;
     visitor.join().ok().context("the visitor's thread")??;
@@ -110,7 +111,7 @@ fn a_mouse_and_a_hand_in_a_headset_touch_a_board_in_place() -> anyhow::Result<()
     let Some((script, iwer)) = script("reach.mjs") else {
         return Ok(());
     };
-    visited(config()?, |server| {
+    visited(config()?, "fused", |server| {
         let mut command = Command::new("node");
         command.arg(script).arg(server.url()).arg(iwer);
         command
@@ -140,7 +141,7 @@ fn an_emulated_headset_over_tls_calibrates_and_touches_a_board_in_place() -> any
     };
     // Not where the server believes it: half a metre and 20 degrees elsewhere.
     let stands = "1.45,0.35,-0.57,160";
-    visited(config, |server| {
+    visited(config, "ray-led", |server| {
         let invitation = server.invitation();
         let fingerprint = invitation
             .lines()

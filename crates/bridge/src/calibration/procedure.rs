@@ -15,12 +15,12 @@ use std::path::{Path, PathBuf};
 
 /// A touch is the mean of the fingertip over this time, s.
 const TOUCH_S: f64 = 0.5;
-/// Fewest samples of a touch.
-const FEWEST: usize = 10;
+/// Fewest samples of a touch: a headset on a busy network has twice as many.
+const FEWEST: usize = 6;
 /// A fingertip that is farther than this from its mean does not hold still, m.
 const STILL_M: f64 = 0.004;
 /// The newest sample of a touch may be this old, s.
-const NEWEST_S: f64 = 0.15;
+const NEWEST_S: f64 = 0.25;
 
 /// What a page asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -246,7 +246,9 @@ impl Procedure {
         );
         match self.state {
             State::Free => "the headset's space stands as --origin says".to_owned(),
-            State::Needed => "not calibrated yet: the arm stands until it is".to_owned(),
+            State::Needed => {
+                "not calibrated yet: press Calibrate; the arm stands until then".to_owned()
+            }
             State::Unchecked => format!("check: {touch}"),
             State::Touching(_) => touch,
             State::Good(None) => "calibrated: let the arm go".to_owned(),

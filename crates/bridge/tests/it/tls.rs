@@ -169,7 +169,7 @@ fn certificates_and_keys_that_are_none_are_named() {
             &pem.replace("PRIVATE KEY", "ENCRYPTED PRIVATE KEY"),
             "an unencrypted private key",
         ),
-        (&pem[..pem.len() - 40], "an unencrypted private key"),
+        (&pem[..pem.len() - 40], "in PEM was expected"),
     ] {
         std::fs::write(&bad, text).expect("a file");
         let said = refused(Certificate::SelfSigned(bad.clone()));

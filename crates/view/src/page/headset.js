@@ -6,7 +6,7 @@ const vector3 = ({ x, y, z }) => [x, y, z];
 
 class Headset {
   constructor(shown, scene, { send, begins, ends, newest, recentred, pinched }) {
-    Object.assign(this, { shown, scene, send, begins, ends, newest, recentred, pinched, session: null, onFloor: null, marks: [], pinching: {}, seen: {}, tips: {} });
+    Object.assign(this, { shown, scene, send, begins, ends, newest, recentred, pinched, session: null, onFloor: null, marks: [], seen: {}, tips: {} });
     this.place(scene.base_from_headset);
   }
 
@@ -31,6 +31,8 @@ class Headset {
     this.session = session;
     this.onFloor = onFloor;
     this.space.addEventListener("reset", () => this.recentred());
+    // Headsets fire it for a pinch.
+    session.addEventListener("select", ({ inputSource }) => this.pinched(inputSource.handedness));
     session.addEventListener("end", () => { this.session = null; this.onFloor = null; this.hands = []; this.ends(); });
     this.begins(onFloor);
     const step = (ms, frame) => {
@@ -60,7 +62,7 @@ class Headset {
       }) : [];
       const seen = joints.some(Boolean);
       this.tips[side] = joints[joints.length - 16] ?? null;
-      if (seen) { this.seen[side] = performance.now(); this.pinch(side, joints); }
+      if (seen) this.seen[side] = performance.now();
       this.send({
         type: "hand", seq: 0, client_ms: ms, side,
         joints: seen ? joints.map((joint) => joint && rounded(joint)) : null, head: head && rounded(head), gaze: gaze && rounded(gaze),
@@ -69,15 +71,6 @@ class Headset {
       // Show the wearer's hands as they are now, not as the server returns them.
       if (seen) this.hands.push([...(joints.length === 25 ? [null] : []), ...joints].map((joint) => joint && point(this.baseFromSpace, joint)));
     }
-  }
-
-  /** Thumb and index finger meet: told once. */
-  pinch(side, joints) {
-    const [thumb, index] = [4, 9].map((i) => joints[joints.length - 25 + i]);
-    if (!thumb || !index) return;
-    const apart = distance(thumb, index);
-    if (apart < 0.015 && !this.pinching[side]) { this.pinching[side] = true; this.pinched(side); }
-    if (apart > 0.03) this.pinching[side] = false;
   }
 
   /** Marks where the tip of an index finger is now. */
