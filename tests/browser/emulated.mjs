@@ -79,7 +79,7 @@ const REACH = `async (target, seconds) => {
   const wait = async (ms) => { const end = performance.now() + ms; while (performance.now() < end) await frame(); };
   const at = () => [hand.position.x, hand.position.y, hand.position.z];
   // The tip of the index finger beside the place that the emulator moves.
-  const tip = () => headset.hands?.map((joints) => joints[10]).filter(Boolean).sort((a, b) => a[1] - b[1]).at(-1);
+  const tip = () => headset.tips.right && there(headset.tips.right);
   await wait(300);
   const own = there(at()), shown = tip();
   if (!shown) throw new Error("no hand in the headset");

@@ -62,20 +62,17 @@ async function calibrate(page) {
       await page.value("void (window.drawing = false)");
       await page.value(`(${PUT})((${CORNER})(${corner}))`);
     }
-    if (corner === 0) {
-      await page.value(`headsetDevice.hands.left.updatePinchValue(1)`);
-      await pause(300);
-      await page.value(`headsetDevice.hands.left.updatePinchValue(0)`);
-      await until("a pinch that takes the touch", async () => (await told(page)).corner === 1, 10000);
-    } else {
-      // A machine that is busy with other things has too few samples now and then.
-      await until("a touch that is taken", async () => {
-        await page.value(`document.getElementById("take").click()`);
-        await pause(700);
-        const { state, corner: at } = await told(page);
-        return state !== "touching" || at === corner + 1;
-      }, 20000).catch(async () => { throw new Error((await told(page)).text); });
-    }
+    // A machine that is busy with other things has too few samples now and then.
+    await until("a touch that is taken", async () => {
+      if (corner === 0) {
+        await page.value("headsetDevice.hands.left.updatePinchValue(1)");
+        await pause(400);
+        await page.value("headsetDevice.hands.left.updatePinchValue(0)");
+      } else await page.value(`document.getElementById("take").click()`);
+      await pause(700);
+      const { state, corner: at } = await told(page);
+      return state !== "touching" || at === corner + 1;
+    }, 30000).catch(async () => { throw new Error((await told(page)).text); });
   }
   await until("a calibration", async () => (await told(page)).state === "good", 10000).catch(async () => { throw new Error((await told(page)).text); });
   const found = await told(page), { position_m: at } = found.base_from_headset;
@@ -89,7 +86,7 @@ async function calibrate(page) {
 const browser = new Chromium({ names: [name], flags: ["--ignore-certificate-errors"] });
 let status = 0;
 try {
-  const page = await browser.open(url, { width: 1100, height: 760, before: headset(iwer) });
+  const page = await browser.open(url, { width: pictures ? 1100 : 640, height: pictures ? 760 : 400, before: headset(iwer) });
   await ready(page);
   check(await page.value("isSecureContext"), "a secure context");
   const list = Object.fromEntries((await listed(page)).map(([what, state, words]) => [what, [state, words]]));
@@ -97,8 +94,8 @@ try {
   await picture(page, "checks.png");
   await calibrate(page);
   await page.value(`window.confirm = () => true, document.getElementById("release").click()`);
-  await until("an arm that moves again", async () => (await page.value("hwall.newest().state")) !== 8);
   await enter(page);
+  await until("an arm that moves again", async () => (await page.value("hwall.newest().state")) !== 8);
   await page.value(`document.getElementById("checks").open = true`);
   await until("a list without anything to do", async () => (await listed(page)).every(([, state]) => state === "ok"), 20000)
     .catch(async () => console.log(`the list in VR: ${JSON.stringify(await listed(page))}`));

@@ -141,7 +141,7 @@ fn an_emulated_headset_over_tls_calibrates_and_touches_a_board_in_place() -> any
     };
     // Not where the server believes it: half a metre and 20 degrees elsewhere.
     let stands = "1.45,0.35,-0.57,160";
-    visited(config, "ray-led", |server| {
+    visited(config, "fused", |server| {
         let invitation = server.invitation();
         let fingerprint = invitation
             .lines()
