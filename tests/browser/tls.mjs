@@ -80,6 +80,7 @@ async function calibrate(page) {
   console.log(`calibrated: ${found.rms_mm} mm remain, the space stands at ${at.map((v) => v.toFixed(4))}`);
   await page.value("hwall.headset.leave()");
   await until("the end of it", () => page.value("!hwall.headset.session"));
+  if (pictures) await pause(1000);
   await picture(page, "calibrated.png");
 }
 

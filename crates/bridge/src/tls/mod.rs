@@ -18,7 +18,7 @@ pub(crate) use invitation::invitation;
 #[cfg(feature = "tls")]
 pub(crate) use security::{Security, Session};
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Where a server's certificate comes from.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -34,9 +34,10 @@ pub enum Certificate {
     },
 }
 
+#[cfg(feature = "tls")]
 impl Certificate {
     /// The file with the key.
-    pub(crate) fn key_path(&self) -> &Path {
+    pub(crate) fn key_path(&self) -> &std::path::Path {
         match self {
             Self::SelfSigned(path) => path,
             Self::Own { key, .. } => key,
