@@ -28,7 +28,7 @@ struct Args {
     /// Only this run of the loop, once more, with the others on its arm
     #[arg(long, conflicts_with_all = ["inputs", "runs", "reader", "docs"])]
     run: Option<u64>,
-    /// all, or one of scene, hand, urdf, study, log, calibration, model, regions, map, atlas, stl, exr, session, loop
+    /// all, or one of scene, hand, urdf, study, log, calibration, headset, model, regions, map, atlas, stl, exr, session, loop
     #[arg(long, default_value = "all")]
     reader: String,
     /// Seed of the inputs

@@ -49,7 +49,7 @@ fn run(flags: &LiveFlags) -> anyhow::Result<()> {
         }
     };
     ctrlc::set_handler(stops).context("Ctrl-C")?;
-    say(&format!("open {}", server.url()))?;
+    say(&server.invitation())?;
     note("preparing");
     let prepared = live::prepare(&server, flags)?;
     PREPARED.store(true, Ordering::Relaxed);

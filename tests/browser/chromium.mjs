@@ -23,10 +23,10 @@ const FLAGS = [
 ];
 
 export class Chromium {
-  /** `offline`: no name is resolved and no address reached but this machine's. */
-  constructor({ offline = true, flags = [] } = {}) {
+  /** `offline`: no name is resolved and no address reached but this machine's; `names` are this machine, too. */
+  constructor({ offline = true, names = [], flags = [] } = {}) {
     this.folder = mkdtempSync(join(tmpdir(), "hwall-chromium-"));
-    const blocked = offline ? ["--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE localhost, EXCLUDE 127.0.0.1"] : [];
+    const blocked = offline ? [`--host-resolver-rules=${names.map((name) => `MAP ${name} 127.0.0.1, `).join("")}MAP * ~NOTFOUND, EXCLUDE localhost, EXCLUDE 127.0.0.1`] : [];
     this.process = spawn(findChromium(), [...FLAGS, ...blocked, ...flags, `--user-data-dir=${this.folder}`, "about:blank"], { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] });
     this.waiting = new Map();
     this.listeners = [];

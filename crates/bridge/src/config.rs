@@ -1,9 +1,12 @@
 //! Settings of a bridge.
 
 use crate::error::BridgeError;
+use crate::hands::Side;
+use crate::tls::Certificate;
 use hwall::geometry::Pose;
 use hwall::numeric::check::{positive, that};
 use std::net::{Ipv4Addr, SocketAddr};
+use std::path::PathBuf;
 
 /// Which hand the board serves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -18,6 +21,16 @@ pub enum FollowedHand {
     Right,
 }
 
+impl FollowedHand {
+    /// The hand that touches the corners of the board.
+    pub(crate) const fn calibrates(self) -> Side {
+        match self {
+            Self::Left => Side::Left,
+            Self::Right | Self::Either => Side::Right,
+        }
+    }
+}
+
 /// Settings of a [`BridgeServer`](crate::BridgeServer).
 #[derive(Debug, Clone, PartialEq)]
 pub struct BridgeConfig {
@@ -26,8 +39,13 @@ pub struct BridgeConfig {
     /// Names other than this machine's that a browser may use for the server, without a port, such as those of a proxy. Numeric addresses
     /// and `localhost` are always allowed. Default none.
     pub hosts: Vec<String>,
+    /// Serves HTTPS with this certificate; default plain HTTP. Needs the feature `tls`.
+    pub certificate: Option<Certificate>,
     /// Origin of the headset's space (z up, after the change of axes) in the arm's base frame; default the base itself.
     pub base_from_headset: Pose,
+    /// Keeps the calibration of the headset's space in this file. The arm then stands until the space is calibrated, and after a start until one
+    /// touch has checked it. A calibration supersedes `base_from_headset`. Default none.
+    pub calibration: Option<PathBuf>,
     /// Which hand is followed; default the right one.
     pub hand: FollowedHand,
     /// Most clients at a time; default 8.
@@ -57,7 +75,9 @@ impl Default for BridgeConfig {
         Self {
             listen: SocketAddr::from((Ipv4Addr::LOCALHOST, 8080)),
             hosts: Vec::new(),
+            certificate: None,
             base_from_headset: Pose::IDENTITY,
+            calibration: None,
             hand: FollowedHand::Right,
             max_clients: 8,
             max_message_bytes: 65_536,

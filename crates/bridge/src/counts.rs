@@ -60,6 +60,8 @@ counts! {
     pages,
     /// Requests answered with an error: garbage, other paths, foreign origins, too slow.
     refused_requests,
+    /// Connections that did not become encrypted: plain HTTP, a certificate that the browser does not accept, too slow.
+    failed_handshakes,
     /// View frames sent, over all clients.
     views_sent,
     /// View frames dropped for slow clients.
@@ -109,6 +111,10 @@ impl fmt::Display for BridgeCounts {
             (self.takeovers, "times another client took over"),
             (self.refused_clients, "clients too many"),
             (self.refused_requests, "requests refused"),
+            (
+                self.failed_handshakes,
+                "connections that did not become encrypted",
+            ),
         ];
         listed(f, "; ", &others)?;
         write!(f, ".")?;

@@ -1,7 +1,9 @@
 //! Errors of starting a bridge, and of received datagrams.
 
+use crate::calibration::CalibrationError;
 use hwall::numeric::ArgumentError;
 use std::net::SocketAddr;
+use std::path::PathBuf;
 
 /// A bridge that cannot be started, or an invalid datagram.
 #[derive(Debug, thiserror::Error)]
@@ -21,6 +23,40 @@ pub enum BridgeError {
     /// A setting outside its range.
     #[error(transparent)]
     Argument(#[from] ArgumentError),
+    /// HTTPS was asked for, but this build has none.
+    #[error(
+        "this build has no TLS; build it with `cargo run --release --features tls --example bridge -- --tls`"
+    )]
+    NoTls,
+    /// The processor lacks what the encryption is built on.
+    #[error(
+        "the encryption needs a processor with AES and AVX2 instructions (x86-64) or AES and SHA-2 (ARM); put a TLS proxy in front instead"
+    )]
+    Processor,
+    /// A file cannot be read or written.
+    #[error("{}: {source}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// The cause.
+        source: std::io::Error,
+    },
+    /// A calibration's file is none.
+    #[error("{}: {source}", path.display())]
+    Calibration {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: CalibrationError,
+    },
+    /// A certificate or a key is malformed, of an unknown kind, or the two do not belong together.
+    #[error("{}: {reason}", path.display())]
+    Certificate {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// A datagram that does not have the length of five numbers.
     #[error("a datagram of {bytes} bytes, expected 20")]
     DatagramLength {

@@ -1,21 +1,26 @@
 #![doc = include_str!("../README.md")]
 
 mod bridge;
+mod calibration;
 mod config;
 mod counts;
 mod error;
 mod hands;
 mod http;
+mod locked;
 mod pacing;
 mod questions;
 mod server;
+mod tls;
 mod unity;
 
 // The server and its settings.
+pub use calibration::{CHECK_BOUND_M, Calibration, CalibrationError, FIT_BOUND_M, TILT_BOUND_RAD};
 pub use config::{BridgeConfig, FollowedHand};
 pub use counts::BridgeCounts;
 pub use error::BridgeError;
 pub use server::{BridgeServer, Order, Orders, StopHandle};
+pub use tls::Certificate;
 
 // The loop's side.
 pub use bridge::{Bridge, ViewSender};

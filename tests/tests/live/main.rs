@@ -3,6 +3,7 @@
 
 mod bridge_in_a_browser;
 mod browser;
+mod headset_troubles;
 mod live_recording;
 mod study_in_a_browser;
 mod study_over_fri;

@@ -6,6 +6,7 @@ use super::message::{HandMessage, Side};
 use crate::config::{BridgeConfig, FollowedHand};
 use crate::counts::Tally;
 use glam::DVec3;
+use hwall::geometry::Pose;
 use hwall::hand::{HandFrame, HandPoint};
 use std::sync::mpsc::{SyncSender, TrySendError};
 
@@ -112,6 +113,11 @@ impl Intake {
     /// Sends samples to this queue from now on.
     pub(crate) fn connect(&mut self, queue: SyncSender<ReceivedFrame>) {
         self.queue = Some(queue);
+    }
+
+    /// The headset's space stands here from now on.
+    pub(crate) fn place(&mut self, base_from_headset: &Pose) {
+        self.space = HeadsetSpace::new(base_from_headset);
     }
 
     /// A client is gone; any client may lead.

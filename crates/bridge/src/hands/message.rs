@@ -1,8 +1,9 @@
 //! Messages of a page: strict JSON with every number checked.
 
 use super::joints::{Axes, Joints, openxr_joints};
+use crate::calibration::Step;
 use glam::DVec3;
-use hwall::hand::{HandFrame, MAX_COORDINATE_M};
+use hwall::hand::{HandFrame, HandPoint, MAX_COORDINATE_M};
 use serde::Deserialize;
 
 /// Messages of a page.
@@ -20,6 +21,8 @@ pub(crate) enum PageMessage {
     Enable,
     /// Requests the supervisor's parts for a while.
     Parts,
+    /// A step of a calibration.
+    Calibrate(Step),
 }
 
 /// A sample of a hand, its time on the client's clock.
@@ -40,6 +43,27 @@ pub(crate) struct HandMessage {
 pub(crate) enum Side {
     Left,
     Right,
+}
+
+impl Side {
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Left => "left",
+            Self::Right => "right",
+        }
+    }
+}
+
+impl HandMessage {
+    /// The tip of the index finger in the headset's space, if the message is of this hand in a headset.
+    pub(crate) fn touching_m(&self, side: Side) -> Option<DVec3> {
+        let is_of_headset = self.axes == Axes::Webxr && self.side == side;
+        self.joints_m
+            .get(HandPoint::Index.openxr_joint())
+            .copied()
+            .flatten()
+            .filter(|_| is_of_headset)
+    }
 }
 
 /// Why a message was refused.
@@ -65,6 +89,9 @@ enum Text {
     Release {},
     Enable {},
     Parts {},
+    Calibrate {
+        step: Step,
+    },
     Hand {
         seq: u64,
         client_ms: f64,
@@ -97,6 +124,7 @@ impl PageMessage {
             Text::Release {} => Ok(Self::Release),
             Text::Enable {} => Ok(Self::Enable),
             Text::Parts {} => Ok(Self::Parts),
+            Text::Calibrate { step } => Ok(Self::Calibrate(step)),
             Text::Hand {
                 seq,
                 client_ms,

@@ -10,4 +10,4 @@ mod window;
 pub use queue::HandQueue;
 
 pub(crate) use intake::{ClientStream, HAND_QUEUE, Intake};
-pub(crate) use message::{PageMessage, seen};
+pub(crate) use message::{PageMessage, Side, seen};

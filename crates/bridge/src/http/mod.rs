@@ -4,3 +4,4 @@ mod host;
 pub(crate) mod request;
 mod response;
 pub(crate) mod serve;
+pub(crate) mod stream;

@@ -1,8 +1,8 @@
 //! The head of a request: read within limits of time and size, then checked.
 
 use super::host::{host_of, is_allowed_host, is_allowed_origin};
+use super::stream::Stream;
 use std::io::{self, Read};
-use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
 /// Longest head of a request, bytes: that of a browser has about one thousand.
@@ -37,6 +37,10 @@ pub(crate) const TOO_LARGE: Refusal = refusal(
     "the head of the request is too large",
 );
 pub(crate) const TOO_SLOW: Refusal = refusal("408 Request Timeout", "the request came too slowly");
+pub(crate) const NOT_ENCRYPTED: Refusal = refusal(
+    "400 Bad Request",
+    "this server is encrypted: use https://, and wss:// for its WebSocket",
+);
 pub(crate) const BUSY: Refusal = refusal("503 Service Unavailable", "too many connections");
 const GARBAGE: Refusal = refusal("400 Bad Request", "not an HTTP/1.1 request");
 const NO_HOST: Refusal = refusal("400 Bad Request", "one Host is needed");
@@ -56,7 +60,7 @@ pub(crate) struct Head {
 
 /// Reads the head of a request. `Ok(None)`: the connection has ended or is useless, and needs no answer.
 pub(crate) fn read_head(
-    stream: &mut TcpStream,
+    stream: &mut Stream,
     within: Duration,
 ) -> io::Result<Result<Option<Head>, Refusal>> {
     let until = Instant::now() + within;
@@ -72,7 +76,8 @@ pub(crate) fn read_head(
         if left.is_zero() {
             return too_slow;
         }
-        stream.set_read_timeout(Some(left.max(Duration::from_millis(1))))?;
+        let left = left.max(Duration::from_millis(1));
+        stream.tcp().set_read_timeout(Some(left))?;
         let count = match stream.read(&mut chunk) {
             Ok(0) => return Ok(Ok(None)),
             Ok(count) => count,

@@ -19,6 +19,16 @@ pub(crate) fn page(html: &str, host: &str, body: bool) -> Vec<u8> {
     answer
 }
 
+/// The page is at another address. Not for ever: the next start may not be encrypted.
+pub(crate) fn elsewhere(url: &str) -> Vec<u8> {
+    let text = format!("use {url}\n");
+    format!(
+        "HTTP/1.1 307 Temporary Redirect\r\nLocation: {url}\r\nContent-Type: text/plain; charset=utf-8\r\nContent-Length: {}\r\nCache-Control: no-store\r\nConnection: close\r\n\r\n{text}",
+        text.len()
+    )
+    .into_bytes()
+}
+
 /// An empty answer.
 pub(crate) fn no_content() -> Vec<u8> {
     b"HTTP/1.1 204 No Content\r\nConnection: close\r\n\r\n".to_vec()

@@ -2,9 +2,11 @@
 
 use super::request::{self, Refusal, Request};
 use super::response;
+use super::stream::Stream;
 use crate::error::BridgeError;
+use crate::tls::Security;
 use std::io::{self, Read, Write};
-use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::Builder;
@@ -94,15 +96,51 @@ impl Drop for Slot {
     }
 }
 
+/// A TLS connection begins with a record of this type: a handshake.
+const HANDSHAKE: u8 = 22;
+
+/// The connection, encrypted if the server is; the handshake may take as long as a request. `None`: it has ended, or its client spoke plain HTTP
+/// to an encrypted server and was told so.
+pub(crate) fn open(
+    tcp: TcpStream,
+    security: Option<&Security>,
+    within: Duration,
+    hosts: &[String],
+) -> io::Result<Option<Stream>> {
+    tcp.set_write_timeout(Some(ANSWER))?;
+    let Some(security) = security else {
+        return Ok(Some(Stream::plain(tcp)));
+    };
+    tcp.set_read_timeout(Some(within))?;
+    let mut first = [0];
+    if tcp.peek(&mut first)? == 0 {
+        return Ok(None);
+    }
+    if first == [HANDSHAKE] {
+        return Stream::secured(tcp, security, within).map(Some);
+    }
+    let mut stream = Stream::plain(tcp);
+    let asked = match request::read_head(&mut stream, within)? {
+        Ok(None) => return Ok(None),
+        Ok(Some(head)) => request::judge(&head.bytes, hosts).ok(),
+        Err(_) => None,
+    };
+    let answer = match asked {
+        Some(Request::Page { host, .. }) => response::elsewhere(&format!("https://{host}/")),
+        _ => response::refusal(request::NOT_ENCRYPTED),
+    };
+    last_words(&mut stream, &answer)?;
+    Ok(None)
+}
+
 /// Answers the one request of a connection; `judged` gets the result. `Some`: it is now a WebSocket, and these bytes came after the head.
 pub(crate) fn answer(
-    stream: &mut TcpStream,
+    stream: &mut Stream,
     within: Duration,
     hosts: &[String],
     html: &str,
     judged: impl FnOnce(Result<&Request, Refusal>),
 ) -> io::Result<Option<Vec<u8>>> {
-    stream.set_write_timeout(Some(ANSWER))?;
     let (asked, rest) = match request::read_head(stream, within)? {
         Ok(None) => return Ok(None),
         Ok(Some(head)) => (request::judge(&head.bytes, hosts), head.rest),
@@ -118,17 +156,24 @@ pub(crate) fn answer(
         Ok(Request::Icon) => response::no_content(),
         Err(refused) => response::refusal(refused),
     };
-    stream.write_all(&answer)?;
-    stream.shutdown(Shutdown::Write)?;
+    last_words(stream, &answer)?;
+    Ok(None)
+}
+
+/// Sends an answer and ends the connection.
+fn last_words(stream: &mut Stream, answer: &[u8]) -> io::Result<()> {
+    stream.write_all(answer)?;
+    stream.finish()?;
     // Read what the client still sends for a moment: closing a connection with unread bytes can discard the answer.
-    stream.set_read_timeout(Some(Duration::from_millis(200)))?;
+    let mut tcp = stream.tcp();
+    tcp.set_read_timeout(Some(Duration::from_millis(200)))?;
     let mut rest = [0; 1024];
     for _ in 0..64 {
-        if stream.read(&mut rest)? == 0 {
+        if tcp.read(&mut rest)? == 0 {
             break;
         }
     }
-    Ok(None)
+    Ok(())
 }
 
 #[cfg(test)]

@@ -3,7 +3,8 @@
 use super::question::{Question, Said, Told};
 use crate::error::BridgeError;
 use crate::http::serve;
-use crate::server::locked::locked;
+use crate::http::stream::Stream;
+use crate::locked::locked;
 use std::io;
 use std::net::{SocketAddr, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -68,15 +69,14 @@ impl QuestionServer {
         });
         let (own, stops) = (Arc::clone(&board), Arc::clone(&board));
         let is_stopped = move || stops.stopped.load(Ordering::SeqCst);
-        let serve = move |mut stream: TcpStream| match serve::answer(
-            &mut stream,
-            WITHIN,
-            &hosts,
-            PAGE,
-            |_| {},
-        )? {
-            Some(rest) => converse(&own, stream, rest),
-            None => Ok(()),
+        let serve = move |tcp: TcpStream| {
+            let Some(mut stream) = serve::open(tcp, None, WITHIN, &hosts)? else {
+                return Ok(());
+            };
+            match serve::answer(&mut stream, WITHIN, &hosts, PAGE, |_| {})? {
+                Some(rest) => converse(&own, stream, rest),
+                None => Ok(()),
+            }
         };
         let accept = move || serve::accept(&listener, MOST, "question", is_stopped, || {}, serve);
         let thread = Builder::new().name("questions".to_owned()).spawn(accept)?;
@@ -137,8 +137,8 @@ impl Drop for QuestionServer {
 }
 
 /// Sends the display whenever it changes, and takes answers, until the page closes.
-fn converse(board: &Board, stream: TcpStream, rest: Vec<u8>) -> io::Result<()> {
-    stream.set_read_timeout(Some(LOOKS))?;
+fn converse(board: &Board, stream: Stream, rest: Vec<u8>) -> io::Result<()> {
+    stream.tcp().set_read_timeout(Some(LOOKS))?;
     let config = WebSocketConfig::default()
         .max_message_size(Some(LONGEST))
         .max_frame_size(Some(LONGEST));

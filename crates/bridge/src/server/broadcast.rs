@@ -1,8 +1,8 @@
 //! Sends from the loop to all clients.
 
-use super::locked::locked;
 use super::reply::{self, Reply};
 use super::shared::{FromLoop, Shared};
+use crate::locked::locked;
 use hwall_view::ViewFrame;
 use std::time::Duration;
 use tungstenite::{Bytes, Message};
@@ -45,6 +45,9 @@ fn forward(shared: &Shared, from_loop: &FromLoop, now_s: f64, bytes: &mut Vec<u8
     let Some(view) = from_loop.views.try_iter().last() else {
         return;
     };
+    if let Some(face) = from_loop.arm.poses(&view.q).last() {
+        locked(&shared.procedure).see_board(face, &from_loop.board);
+    }
     bytes.clear();
     view.encode(bytes);
     let binary = Message::Binary(Bytes::copy_from_slice(bytes));

@@ -1,9 +1,10 @@
 //! One client: a small queue between its connection and the other threads.
 
-use super::locked::locked;
 use crate::counts::Tally;
+use crate::http::stream::Stream;
+use crate::locked::locked;
 use std::collections::VecDeque;
-use std::net::{Shutdown, TcpStream};
+use std::net::Shutdown;
 use std::sync::{Condvar, Mutex, PoisonError};
 use tungstenite::{Message, Utf8Bytes};
 
@@ -19,7 +20,7 @@ pub(crate) struct Client {
     pub(super) json: bool,
     outbox: Mutex<Outbox>,
     wake: Condvar,
-    stream: TcpStream,
+    stream: Stream,
 }
 
 /// Messages that wait to be sent.
@@ -36,7 +37,7 @@ struct Outbox {
 }
 
 impl Client {
-    pub(super) fn new(id: u64, stream: TcpStream, json: bool) -> Self {
+    pub(super) fn new(id: u64, stream: Stream, json: bool) -> Self {
         Self {
             id,
             json,
@@ -120,6 +121,6 @@ impl Client {
         locked(&self.outbox).ended = true;
         self.wake.notify_one();
         // It may have ended already.
-        let _ = self.stream.shutdown(Shutdown::Both);
+        let _ = self.stream.tcp().shutdown(Shutdown::Both);
     }
 }

@@ -1,13 +1,13 @@
 //! The connection of a client: a thread that reads, a thread that writes.
 
 use super::client::Client;
-use super::locked::locked;
-use super::reply::Reply;
+use super::reply::{Reply, setup};
 use super::shared::Shared;
 use crate::hands::{ClientStream, PageMessage};
+use crate::http::stream::Stream;
+use crate::locked::locked;
 use std::io::{self, Read, Write};
-use std::net::TcpStream;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::Duration;
 use tungstenite::protocol::frame::coding::CloseCode;
 use tungstenite::protocol::{CloseFrame, Role, WebSocketConfig};
@@ -18,26 +18,14 @@ const WRITE: Duration = Duration::from_secs(2);
 /// A client is told about errors in its messages at most once in this time, s.
 const SAY_S: f64 = 1.0;
 
-/// A stream shared by two WebSockets, one reading, one writing: each write is complete.
-struct Half {
-    stream: TcpStream,
-    writing: Arc<Mutex<()>>,
-}
-
-impl Half {
-    fn of(stream: &TcpStream, writing: &Arc<Mutex<()>>) -> io::Result<Self> {
-        Ok(Self {
-            stream: stream.try_clone()?,
-            writing: Arc::clone(writing),
-        })
-    }
-}
+/// A stream shared by two WebSockets, one reading, one writing. A WebSocket writes whole frames, and each write is complete.
+struct Half(Stream);
 
 impl Read for Half {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         loop {
-            // A stopped and resumed program finds its read interrupted; the connection is still good.
-            match self.stream.read(buffer) {
+            // By half of an encrypted record, or because the program was stopped and resumed.
+            match self.0.read(buffer) {
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                 read => return read,
             }
@@ -47,10 +35,7 @@ impl Read for Half {
 
 impl Write for Half {
     fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
-        let _whole = locked(&self.writing);
-        // A WebSocket writes whole frames; the other half must not interleave.
-        self.stream.write_all(buffer)?;
-        Ok(buffer.len())
+        self.0.write(buffer)
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -61,24 +46,24 @@ impl Write for Half {
 /// Serves a WebSocket until it ends. `rest`: bytes received after the head of its request.
 pub(super) fn serve(
     shared: &Arc<Shared>,
-    stream: TcpStream,
+    stream: Stream,
     rest: Vec<u8>,
     json: bool,
 ) -> io::Result<()> {
-    stream.set_nodelay(true)?;
-    stream.set_read_timeout(Some(Duration::from_secs_f64(shared.config.silent_s)))?;
-    stream.set_write_timeout(Some(WRITE))?;
-    let writing = Arc::default();
+    let silent = Duration::from_secs_f64(shared.config.silent_s);
+    stream.tcp().set_nodelay(true)?;
+    stream.tcp().set_read_timeout(Some(silent))?;
+    stream.tcp().set_write_timeout(Some(WRITE))?;
     let limits = WebSocketConfig::default()
         .read_buffer_size(8192)
         // The outbox limits what waits; a scene may be of any size.
         .write_buffer_size(0)
         .max_message_size(Some(shared.config.max_message_bytes))
         .max_frame_size(Some(shared.config.max_message_bytes));
-    let half = Half::of(&stream, &writing)?;
+    let half = Half(stream.clone());
     let mut reader = WebSocket::from_partially_read(half, rest, Role::Server, Some(limits));
     let id = shared.new_client_id();
-    let client = Arc::new(Client::new(id, stream.try_clone()?, json));
+    let client = Arc::new(Client::new(id, stream.clone(), json));
     if !join(shared, &client) {
         shared.tally.refused_clients.add(1);
         let text = "too many clients; try again when one has left";
@@ -88,8 +73,7 @@ pub(super) fn serve(
     }
     let joined = Joined { shared, client };
     let client = &joined.client;
-    let half = Half::of(&stream, &writing)?;
-    let mut writer = WebSocket::from_raw_socket(half, Role::Server, Some(limits));
+    let mut writer = WebSocket::from_raw_socket(Half(stream), Role::Server, Some(limits));
     let sender = {
         let (shared, client) = (Arc::clone(shared), Arc::clone(client));
         std::thread::Builder::new()
@@ -130,7 +114,10 @@ fn join(shared: &Shared, client: &Arc<Client>) -> bool {
         return false;
     }
     // Under the lock, so that a new scene reaches both current and joining clients.
+    client.say(&setup(shared.security.as_ref()), &shared.tally);
     client.say(&locked(&shared.greeting), &shared.tally);
+    let calibration = locked(&shared.procedure).to_json();
+    client.say(&calibration, &shared.tally);
     clients.push(Arc::clone(client));
     true
 }
@@ -166,6 +153,9 @@ fn read(shared: &Shared, client: &Client, socket: &mut WebSocket<Half>, hands: &
                     client.say(&pong.to_json(), tally);
                 }
                 Ok(PageMessage::Hand(hand)) => {
+                    if let Some(tip_m) = hand.touching_m(shared.config.hand.calibrates()) {
+                        locked(&shared.procedure).see_tip(now_s, tip_m);
+                    }
                     locked(&shared.intake).take(hands, &hand, now_s, tally);
                     if hands.in_seconds {
                         complain(0, "stamps look like seconds, not milliseconds", now_s);
@@ -175,6 +165,7 @@ fn read(shared: &Shared, client: &Client, socket: &mut WebSocket<Half>, hands: &
                 Ok(PageMessage::Release) => shared.orders.let_go(),
                 Ok(PageMessage::Enable) => shared.orders.enable(),
                 Ok(PageMessage::Parts) => shared.parts.say(),
+                Ok(PageMessage::Calibrate(step)) => shared.calibrate(step, now_s),
                 Err(refused) => complain(1, &format!("message refused: {refused}"), now_s),
             },
             Ok(Message::Binary(_)) => complain(1, "binary messages have no meaning", now_s),

@@ -3,20 +3,21 @@
 mod broadcast;
 mod client;
 mod connection;
-pub(crate) mod locked;
 mod reply;
 pub(crate) mod shared;
 
 use crate::bridge::{Bridge, ViewSender};
+use crate::calibration::Procedure;
 use crate::config::BridgeConfig;
 use crate::counts::BridgeCounts;
 use crate::error::BridgeError;
 use crate::hands::{HAND_QUEUE, HandQueue};
 use crate::http::request::{self, Refusal, Request};
 use crate::http::serve;
+use crate::locked::locked;
 use crate::pacing::Pacing;
+use crate::tls::{Security, invitation};
 use hwall_view::{ViewScene, live_page};
-use locked::locked;
 use shared::{FromLoop, Shared};
 use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
@@ -61,11 +62,23 @@ impl BridgeServer {
     /// Listens and serves the page.
     ///
     /// # Errors
-    /// A setting outside its range; the server cannot listen on the address.
-    pub fn start(config: BridgeConfig) -> Result<Self, BridgeError> {
+    /// A setting outside its range; the server cannot listen on the address; a certificate or a calibration that cannot be read or is malformed;
+    /// a certificate in a build without the feature `tls`.
+    pub fn start(mut config: BridgeConfig) -> Result<Self, BridgeError> {
         config.validate()?;
+        let security = config.certificate.as_ref().map(Security::open);
+        let security = security.transpose()?;
+        if let Some(security) = &security {
+            config.hosts.extend(security.names());
+        }
+        let procedure = Procedure::open(
+            config.calibration.as_deref(),
+            config.hand.calibrates().name(),
+        )?;
         let (listener, address) = serve::listen(config.listen)?;
-        let shared = Arc::new(Shared::new(config, &reply::preparing("preparing")));
+        let preparing = reply::preparing("preparing");
+        let shared = Shared::new(config, security, procedure, &preparing);
+        let shared = Arc::new(shared);
         let thread = |name: &str| Builder::new().name(name.to_owned());
         let speaks = Arc::clone(&shared);
         let broadcast = thread("bridge-view").spawn(move || broadcast::broadcast(&speaks))?;
@@ -89,7 +102,18 @@ impl BridgeServer {
     /// The URL to open in a browser on this machine.
     #[must_use]
     pub fn url(&self) -> String {
-        format!("http://{}/", serve::reachable(self.address))
+        let secure = if self.shared.security.is_some() {
+            "s"
+        } else {
+            ""
+        };
+        format!("http{secure}://{}/", serve::reachable(self.address))
+    }
+
+    /// For a person: which address to open. Encrypted, all addresses for other devices, what a browser asks, and a QR code.
+    #[must_use]
+    pub fn invitation(&self) -> String {
+        invitation(&self.url(), self.shared.security.as_ref(), self.address)
     }
 
     /// Tells all clients what is being prepared before there is a scene.
@@ -106,8 +130,12 @@ impl BridgeServer {
         let (view_sender, views) = sync_channel(VIEW_QUEUE);
         let (event_sender, events) = sync_channel(EVENT_QUEUE);
         locked(&self.shared.intake).connect(hand_sender);
-        let arm = scene.arm.clone();
-        *locked(&self.shared.from_loop) = Some(FromLoop { views, events, arm });
+        *locked(&self.shared.from_loop) = Some(FromLoop {
+            views,
+            events,
+            arm: scene.arm.clone(),
+            board: scene.board,
+        });
         let placed = ViewScene {
             base_from_headset: config.base_from_headset,
             ..scene.clone()
@@ -170,8 +198,14 @@ fn accept(shared: &Arc<Shared>, listener: &TcpListener) {
         "bridge-client",
         || shared.is_stopped(),
         || shared.tally.refused_requests.add(1),
-        move |mut stream| {
+        move |tcp| {
             let within = Duration::from_secs_f64(own.config.request_s);
+            let security = own.security.as_ref();
+            let opened = serve::open(tcp, security, within, &own.config.hosts);
+            let Ok(Some(mut stream)) = opened else {
+                own.tally.failed_handshakes.add(1);
+                return opened.map(drop);
+            };
             let mut json = false;
             let judged = |asked: Result<&Request, Refusal>| match asked {
                 Ok(Request::Page { .. }) => own.tally.pages.add(1),

@@ -1,6 +1,7 @@
 //! Messages of the server, as text.
 
 use crate::counts::BridgeCounts;
+use crate::tls::Security;
 use hwall::hand::Tracking;
 use hwall::{Event, EventKind};
 use serde::Serialize;
@@ -31,6 +32,12 @@ pub(super) enum Reply<'a> {
     Error {
         text: &'a str,
     },
+    Setup {
+        encrypted: bool,
+        self_signed: bool,
+        /// SHA-256 of the certificate.
+        fingerprint: Option<&'a str>,
+    },
 }
 
 impl Reply<'_> {
@@ -38,6 +45,16 @@ impl Reply<'_> {
         // Numbers and text always have a JSON form.
         serde_json::to_string(self).unwrap_or_default()
     }
+}
+
+/// How this server is reached.
+pub(super) fn setup(security: Option<&Security>) -> String {
+    Reply::Setup {
+        encrypted: security.is_some(),
+        self_signed: security.is_some_and(Security::is_self_signed),
+        fingerprint: security.map(Security::fingerprint),
+    }
+    .to_json()
 }
 
 /// The walls and the predictor are not ready.

@@ -1,11 +1,14 @@
 //! State shared by the threads of a server.
 
 use super::client::Client;
-use super::locked::locked;
+use crate::calibration::{Procedure, Step};
 use crate::config::BridgeConfig;
 use crate::counts::{BridgeCounts, Tally};
 use crate::hands::Intake;
+use crate::locked::locked;
+use crate::tls::Security;
 use hwall::Event;
+use hwall::haptics::Board;
 use hwall_view::{ViewArm, ViewFrame};
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 use std::sync::mpsc::Receiver;
@@ -30,6 +33,8 @@ struct Asked {
     order: AtomicU8,
     /// The enabling switch is held.
     enabled: LastSaid,
+    /// The headset's space is not known well enough.
+    uncalibrated: AtomicBool,
 }
 
 /// When a statement that holds for a while was last made.
@@ -90,6 +95,12 @@ impl Orders {
         self.0.enabled.is_within(within)
     }
 
+    /// Must the arm stand until the headset's space is calibrated or checked?
+    #[must_use]
+    pub fn is_uncalibrated(&self) -> bool {
+        self.0.uncalibrated.load(Ordering::SeqCst)
+    }
+
     /// Takes the pending order.
     #[must_use]
     pub fn take(&self) -> Option<Order> {
@@ -104,9 +115,12 @@ impl Orders {
 /// State shared by the threads of a server. The loop uses only the tally and the flags, which are atomic.
 pub(crate) struct Shared {
     pub(crate) config: BridgeConfig,
+    /// Encrypts the connections.
+    pub(crate) security: Option<Security>,
     pub(crate) tally: Tally,
     pub(crate) start: Instant,
     pub(crate) intake: Mutex<Intake>,
+    pub(crate) procedure: Mutex<Procedure>,
     /// Sent to every new client: the scene, or that it is being prepared.
     pub(crate) greeting: Mutex<Arc<str>>,
     pub(crate) clients: Mutex<Vec<Arc<Client>>>,
@@ -124,13 +138,20 @@ pub(crate) struct FromLoop {
     pub(crate) views: Receiver<ViewFrame>,
     pub(crate) events: Receiver<Event>,
     pub(crate) arm: ViewArm,
+    pub(crate) board: Board,
 }
 
 impl Shared {
-    pub(crate) fn new(config: BridgeConfig, greeting: &str) -> Self {
-        Self {
+    pub(crate) fn new(
+        config: BridgeConfig,
+        security: Option<Security>,
+        procedure: Procedure,
+        greeting: &str,
+    ) -> Self {
+        let shared = Self {
             intake: Mutex::new(Intake::new(&config)),
             config,
+            security,
             tally: Tally::default(),
             start: Instant::now(),
             greeting: Mutex::new(Arc::from(greeting)),
@@ -138,9 +159,29 @@ impl Shared {
             from_loop: Mutex::default(),
             orders: Orders::default(),
             parts: LastSaid::default(),
+            procedure: Mutex::new(procedure),
             next_client: AtomicU64::new(1),
             stopped: AtomicBool::new(false),
+        };
+        shared.heed(&locked(&shared.procedure));
+        shared
+    }
+
+    /// A step of the calibration; all pages are told what came of it.
+    pub(crate) fn calibrate(&self, step: Step, now_s: f64) {
+        let mut procedure = locked(&self.procedure);
+        procedure.act(step, now_s);
+        self.heed(&procedure);
+        self.say(&procedure.to_json());
+    }
+
+    /// What a calibration means for the hands and the arm.
+    fn heed(&self, procedure: &Procedure) {
+        if let Some(base_from_headset) = procedure.base_from_headset() {
+            locked(&self.intake).place(&base_from_headset);
         }
+        let uncalibrated = &self.orders.0.uncalibrated;
+        uncalibrated.store(procedure.must_stand(), Ordering::SeqCst);
     }
 
     /// Time on the server's clock, s.

@@ -65,6 +65,7 @@ const READERS: [(&str, Prepare); 14] = [
     ("study", text::study),
     ("log", study_log::log),
     ("calibration", text::calibration),
+    ("headset", text::headset),
     ("model", text::model),
     ("regions", text::regions),
     ("map", binary::map),

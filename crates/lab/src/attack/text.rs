@@ -7,7 +7,7 @@ use hwall_bip::{
     Basis, BipError, Demonstration, Filter, FilterConfig, Group, Model, Observation, TrainingConfig,
 };
 use hwall_contact::{ContactError, RegionModel};
-use hwall_hand::{LabelConfig, Recording, labelled_reaches, read_recordings};
+use hwall_hand::{LabelConfig, PointPair, Pose, Recording, labelled_reaches, read_recordings};
 use hwall_kinematics::{Chain, KinematicsError};
 use hwall_psychophysics::{AnalysisConfig, Columns, Study, analyse};
 use hwall_scene::{Facet, Scene, SurfaceId};
@@ -200,6 +200,30 @@ fn read_calibration(bytes: &[u8]) -> Verdict {
             }
         }
         Ok(())
+    })
+}
+
+pub(super) fn headset() -> anyhow::Result<Reader> {
+    let corners = [[0.62, -0.1, 0.6], [0.62, 0.1, 0.6], [0.62, 0.1, 0.4]].map(DVec3::from);
+    let space = Pose::from_yaw(2.5, DVec3::new(1.4, 0.2, -0.6))? * Pose::Z_UP_FROM_Y_UP;
+    let touches = corners.map(|corner_m| PointPair {
+        in_a_m: corner_m,
+        in_b_m: space.inverse_transform_point(corner_m),
+    });
+    let good = hwall_bridge::Calibration::from_touches(touches)?.to_json();
+    Reader::new(vec![good.into_bytes()], read_headset)
+}
+
+fn read_headset(bytes: &[u8]) -> Verdict {
+    let read = hwall_bridge::Calibration::from_json;
+    judged_text(bytes, read, |calibration| {
+        let off_m = calibration.rms_m();
+        promise(
+            off_m <= hwall_bridge::FIT_BOUND_M,
+            "touches that do not fit",
+        )?;
+        let again = read(&calibration.to_json());
+        promise(again.as_ref() == Ok(&calibration), "not its own file")
     })
 }
 

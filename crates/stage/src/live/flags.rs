@@ -13,7 +13,7 @@ use crate::setting::load_scene;
 use anyhow::Context;
 use clap::ValueEnum;
 use hwall::geometry::Pose;
-use hwall_bridge::{BridgeConfig, FollowedHand};
+use hwall_bridge::{BridgeConfig, Certificate, FollowedHand};
 use hwall_fri::FriVersion;
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
@@ -40,15 +40,43 @@ impl From<HandChoice> for FollowedHand {
     }
 }
 
+/// Where a program keeps what belongs to its user.
+fn user_data() -> anyhow::Result<PathBuf> {
+    let folder = |name: &str| {
+        let named = std::env::var_os(name).filter(|value| !value.is_empty());
+        named.map(PathBuf::from).filter(|path| path.is_absolute())
+    };
+    let home = || folder("HOME").map(|home| home.join(".local/share"));
+    let found = folder("XDG_DATA_HOME").or_else(|| folder("LOCALAPPDATA"));
+    found
+        .or_else(home)
+        .context("no folder for the user's data: name a file with --tls-file")
+}
+
 /// Where hands come from, which arm is led and what is kept, as flags.
 #[derive(Debug, Clone, clap::Parser)]
 pub struct LiveFlags {
-    /// Where to listen; another address than 127.0.0.1 lets other machines in
-    #[arg(long, default_value = "127.0.0.1:8080", value_parser = socket_address)]
+    /// Where to listen; another address than 127.0.0.1 lets other machines in. With --tls, which is for other devices, 0.0.0.0:8443 unless said otherwise
+    #[arg(long, default_value = "127.0.0.1:8080", default_value_if("tls", "true", "0.0.0.0:8443"), value_parser = socket_address)]
     pub listen: SocketAddr,
     /// Name of a proxy by which browsers reach the page; may be given more than once
     #[arg(long = "host")]
     pub hosts: Vec<String>,
+    /// The page over HTTPS, as headsets on the network want it, with a certificate that is made at the first start. Needs a build with the feature `tls`
+    #[arg(long)]
+    pub tls: bool,
+    /// File of that certificate and its key [default: hwall/bridge.pem among the user's data]
+    #[arg(long, requires = "tls", conflicts_with = "tls_cert")]
+    pub tls_file: Option<PathBuf>,
+    /// A certificate of your own, its chain as PEM
+    #[arg(long, requires = "tls", requires = "tls_key")]
+    pub tls_cert: Option<PathBuf>,
+    /// Its key, as PEM
+    #[arg(long, requires = "tls_cert")]
+    pub tls_key: Option<PathBuf>,
+    /// Keeps in this file where the headset's space stands, found by touching three corners of the board. The arm then stands until that is done, and after a start until one touch has checked it
+    #[arg(long)]
+    pub calibration: Option<PathBuf>,
     /// The scene.
     #[command(flatten)]
     pub scene: SceneFlags,
@@ -100,15 +128,32 @@ impl LiveFlags {
     /// The server's settings.
     ///
     /// # Errors
-    /// An origin that is not a rigid motion.
+    /// An origin that is not a rigid motion; no place for a certificate.
     pub fn server(&self) -> anyhow::Result<BridgeConfig> {
         Ok(BridgeConfig {
             listen: self.listen,
             hosts: self.hosts.clone(),
+            certificate: self.certificate()?,
+            calibration: self.calibration.clone(),
             hand: self.hand.into(),
             base_from_headset: Pose::from_affine(&self.origin.outer_from_here())?,
             ..BridgeConfig::default()
         })
+    }
+
+    fn certificate(&self) -> anyhow::Result<Option<Certificate>> {
+        if let (Some(certificates), Some(key)) = (&self.tls_cert, &self.tls_key) {
+            return Ok(Some(Certificate::Own {
+                certificates: certificates.clone(),
+                key: key.clone(),
+            }));
+        }
+        let file = match &self.tls_file {
+            _ if !self.tls => return Ok(None),
+            Some(file) => file.clone(),
+            None => user_data()?.join("hwall/bridge.pem"),
+        };
+        Ok(Some(Certificate::SelfSigned(file)))
     }
 
     pub(super) fn real_room(&self) -> anyhow::Result<Option<RealRoom>> {
@@ -124,7 +169,10 @@ impl LiveFlags {
     pub fn check(&self) -> anyhow::Result<()> {
         let plan = FilePlan::default()
             .read_scene("--scene", self.scene.scene.as_deref())
-            .read("--room", self.room.as_deref());
+            .read("--room", self.room.as_deref())
+            .read("--tls-cert", self.tls_cert.as_deref())
+            .read("--tls-key", self.tls_key.as_deref())
+            .write("--calibration", self.calibration.as_deref());
         recording::planned(plan, "--record", self.record.as_deref()).check()?;
         load_scene(self.scene.file())?;
         self.real_room()?;

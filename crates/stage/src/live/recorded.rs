@@ -38,17 +38,23 @@ pub(super) fn begin(
 const ENABLED: Duration = Duration::from_millis(250);
 
 /// The person's request to the arm in this cycle. `switch`: the arm moves only while an enabling switch is held; releasing it or
-/// losing its signal stops the arm.
+/// losing its signal stops the arm. So does a headset's space that is not calibrated.
 #[must_use]
 pub fn asked(orders: &Orders, is_latched: bool, switch: bool) -> Option<Order> {
-    let is_enabled = !switch || orders.is_enabled(ENABLED);
-    match orders.take() {
-        Some(Order::LetGo) if !is_enabled => {
-            note("nobody holds the enabling switch: the arm is not let go");
+    let obstacle = if orders.is_uncalibrated() {
+        Some("the headset is not calibrated, or its calibration not checked")
+    } else if switch && !orders.is_enabled(ENABLED) {
+        Some("nobody holds the enabling switch")
+    } else {
+        None
+    };
+    match (orders.take(), obstacle) {
+        (Some(Order::LetGo), Some(obstacle)) => {
+            note(format_args!("{obstacle}: the arm is not let go"));
             (!is_latched).then_some(Order::Stop)
         }
-        None if !is_enabled && !is_latched => Some(Order::Stop),
-        order => order,
+        (None, Some(_)) if !is_latched => Some(Order::Stop),
+        (order, _) => order,
     }
 }
 

@@ -9,10 +9,13 @@ class Connection {
   constructor(url, { text, bytes, state }) {
     Object.assign(this, { url, text, bytes, state, pause: PAUSE_MS, seq: 0, pings: 0, trip: null, offset: null, left_out: 0 });
     setInterval(() => this.watch(), 1000);
+    // A headset that was taken off and put on again need not wait for the next attempt.
+    document.addEventListener("visibilitychange", () => { if (!document.hidden && !this.socket) this.open(); });
     this.open();
   }
 
   open() {
+    clearTimeout(this.attempt);
     this.state("connecting");
     this.heard = performance.now();
     const socket = new WebSocket(this.url);
@@ -35,7 +38,7 @@ class Connection {
     const ms = this.pause * (0.75 + 0.5 * Math.random());
     this.pause = Math.min(2 * this.pause, LONGEST_PAUSE_MS);
     this.state("lost", ms);
-    setTimeout(() => this.open(), ms);
+    this.attempt = setTimeout(() => this.open(), ms);
   }
 
   watch() {
@@ -67,8 +70,8 @@ class Connection {
     return true;
   }
 
-  /** What a person asks of the arm: "stop" or "release". */
-  order(type) { return this.put({ type }); }
+  /** What a person asks of the arm: "stop" or "release"; `more`: a step of a calibration. */
+  order(type, more = {}) { return this.put({ type, ...more }); }
 
   /** A sample of a hand; numbers rise over all sources. */
   hand(sample) { return this.put({ ...sample, seq: ++this.seq }); }

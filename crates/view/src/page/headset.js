@@ -5,26 +5,35 @@ const Z_UP = [0, -1, 0, 0, 0, 0, 1, 0, -1, 0, 0, 0, 0, 0, 0, 1];
 const vector3 = ({ x, y, z }) => [x, y, z];
 
 class Headset {
-  constructor(shown, scene, { send, begins, ends, newest }) {
-    Object.assign(this, { shown, scene, send, begins, ends, newest, session: null });
-    this.baseFromSpace = multiply(scene.base_from_headset ? poseMatrix(scene.base_from_headset) : IDENTITY, Z_UP);
+  constructor(shown, scene, { send, begins, ends, newest, recentred, pinched }) {
+    Object.assign(this, { shown, scene, send, begins, ends, newest, recentred, pinched, session: null, onFloor: null, marks: [], seen: {}, tips: {} });
+    this.place(scene.base_from_headset);
   }
 
-  static async offered() {
-    try { return (await navigator.xr?.isSessionSupported("immersive-vr")) === true; } catch { return false; }
+  /** The space stands here in the frame of the base. */
+  place(pose) { this.baseFromSpace = multiply(pose ? poseMatrix(pose) : IDENTITY, Z_UP); }
+
+  static async offered(kind = "immersive-vr") {
+    try { return (await navigator.xr?.isSessionSupported(kind)) === true; } catch { return false; }
   }
 
-  async enter() {
+  async enter(kind = "immersive-vr") {
     const { gl } = this.shown.viewer;
-    const session = await navigator.xr.requestSession("immersive-vr", { optionalFeatures: ["local-floor", "hand-tracking"] });
+    const session = await navigator.xr.requestSession(kind, { optionalFeatures: ["local-floor", "hand-tracking"] });
     await gl.makeXRCompatible();
+    // The real room shows through where there is one to be seen.
+    this.isThrough = (session.environmentBlendMode ?? "opaque") !== "opaque";
     this.layer = new XRWebGLLayer(session, gl, { stencil: true });
     session.updateRenderState({ baseLayer: this.layer, depthNear: 0.03, depthFar: 80 });
     // At the floor if the headset knows it; the server's settings give its pose.
     let onFloor = true;
     this.space = await session.requestReferenceSpace("local-floor").catch(() => { onFloor = false; return session.requestReferenceSpace("local"); });
     this.session = session;
-    session.addEventListener("end", () => { this.session = null; this.ends(); });
+    this.onFloor = onFloor;
+    this.space.addEventListener("reset", () => this.recentred());
+    // Headsets fire it for a pinch.
+    session.addEventListener("select", ({ inputSource }) => this.pinched(inputSource.handedness));
+    session.addEventListener("end", () => { this.session = null; this.onFloor = null; this.hands = []; this.ends(); });
     this.begins(onFloor);
     const step = (ms, frame) => {
       if (!this.session) return;
@@ -44,15 +53,18 @@ class Headset {
     // Without an eye tracker, gaze is the direction of the head: its -z axis.
     const gaze = viewer && unit(scale([...viewer.transform.matrix].slice(8, 11), -1));
     this.hands = [];
-    for (const source of this.session.inputSources) {
-      if (!source.hand) continue;
-      const joints = [...source.hand.values()].map((joint) => {
+    // A hand out of view is told as such, with the head: some headsets then have no source for it.
+    for (const side of ["left", "right"]) {
+      const source = [...this.session.inputSources].find((one) => one.hand && one.handedness === side);
+      const joints = source ? [...source.hand.values()].map((joint) => {
         const pose = joint && frame.getJointPose(joint, this.space);
         return pose ? vector3(pose.transform.position) : null;
-      });
+      }) : [];
       const seen = joints.some(Boolean);
+      this.tips[side] = joints[joints.length - 16] ?? null;
+      if (seen) this.seen[side] = performance.now();
       this.send({
-        type: "hand", seq: 0, client_ms: ms, side: source.handedness === "left" ? "left" : "right",
+        type: "hand", seq: 0, client_ms: ms, side,
         joints: seen ? joints.map((joint) => joint && rounded(joint)) : null, head: head && rounded(head), gaze: gaze && rounded(gaze),
         axes: "webxr", source: "webxr",
       });
@@ -61,24 +73,27 @@ class Headset {
     }
   }
 
+  /** Marks where the tip of an index finger is now. */
+  mark(side) { if (this.tips[side]) this.marks.push(this.tips[side]); }
+
   draw(frame) {
     const pose = frame.getViewerPose(this.space), seen = this.newest();
-    if (!pose || !seen) return;
     const { viewer } = this.shown, { gl } = viewer;
-    // The wearer sees the room and their hands, but no predictions.
-    viewer.compose({ ...seen, head: null, gaze: null, predicted: null, goal: null, force: null }, this.hands);
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.layer.framebuffer);
-    gl.clearColor(...viewer.theme.sky, 1);
+    // Never black: the sky is there before the first picture of the arm.
+    gl.clearColor(...(this.isThrough ? [0, 0, 0, 0] : [...viewer.theme.sky, 1]));
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT | gl.STENCIL_BUFFER_BIT);
+    if (!pose || !(seen || this.isThrough)) return;
+    if (this.isThrough) viewer.bare(this.hands, this.marks.map((mark) => point(this.baseFromSpace, mark)));
+    // The wearer sees the room and their hands, but no predictions.
+    else viewer.compose({ ...seen, head: null, gaze: null, predicted: null, goal: null, force: null }, this.hands);
     const spaceFromBase = inverseRigid(this.baseFromSpace);
     for (const view of pose.views) {
       const { x, y, width, height } = this.layer.getViewport(view);
       gl.viewport(x, y, width, height);
       const eye = point(this.baseFromSpace, vector3(view.transform.position));
-      viewer.draw(
-        { projection: [...view.projectionMatrix], view: multiply([...view.transform.inverse.matrix], spaceFromBase), eye },
-        { solidWalls: true, showArm: true },
-      );
+      const eyes = { projection: [...view.projectionMatrix], view: multiply([...view.transform.inverse.matrix], spaceFromBase), eye };
+      if (this.isThrough) viewer.drawBare(eyes); else viewer.draw(eyes, { solidWalls: true, showArm: true });
     }
   }
 }

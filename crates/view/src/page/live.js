@@ -6,7 +6,7 @@ const DROPPED = ["stale", "out_of_order", "duplicate", "malformed", "looking_on"
 function live() {
   const address = `${location.protocol === "https:" ? "wss:" : "ws:"}//${location.host}/ws`;
   let shown = null, scene = null, sceneText = null, pointer = null, headset = null, newest = null, fresh = false;
-  let preparing = "waiting for the room", connection = null, state = "connecting", retry = 0, leads = true, framed = 0;
+  let preparing = "waiting for the room", connection = null, setup = null, offered = null, sent = 0, rate = 0, state = "connecting", retry = 0, leads = true, framed = 0;
 
   const tell = (t, text) => {
     const line = document.createElement("li"), time = document.createElement("time");
@@ -23,7 +23,9 @@ function live() {
     const send = (sample) => connection.hand(sample);
     pointer = new PointerHand(shown, scene, send);
     headset = new Headset(shown, scene, {
-      send, newest: () => newest,
+      send: (sample) => { sent += sample.side === "right" ? 1 : 0; return send(sample); }, newest: () => newest,
+      recentred: () => connection.order("calibrate", { step: "recentred" }),
+      pinched: (side) => calibration.pinch(side),
       begins: (onFloor) => {
         pointer.on = false;
         $("vr").textContent = "Leave VR";
@@ -32,9 +34,20 @@ function live() {
       ends: () => { pointer.on = touching; $("vr").textContent = "Enter VR"; shown.stale.is = true; },
     });
     mode(true);
-    Headset.offered().then((is) => { $("vr").hidden = !is; });
+    Headset.offered().then((is) => {
+      offered = is;
+      $("vr").hidden = !is;
+      $("checks").open = is || !isSecureContext;
+    });
+    if (calibration.told) calibration.tell(calibration.told);
+    shown.canvas.addEventListener("webglcontextlost", (event) => {
+      event.preventDefault();
+      tell(newest?.t, "the picture was lost; it is made again");
+    });
+    // What was uploaded is gone with the old picture.
+    shown.canvas.addEventListener("webglcontextrestored", () => location.reload());
     requestAnimationFrame(tick);
-    window.hwall = { ...shown, pointer, headset, connection: () => connection, newest: () => newest };
+    window.hwall = { ...shown, pointer, headset, calibration, connection: () => connection, newest: () => newest };
   };
 
   let touching = true, held = "somebody stopped it, or an input is missing or wrong";
@@ -95,7 +108,34 @@ function live() {
     try { await headset.enter(); } catch (error) { tell(null, `VR: ${error.message}`); }
   });
 
+  const enters = async () => {
+    if (headset?.session || !offered) return;
+    try { await headset.enter((await Headset.offered("immersive-ar")) ? "immersive-ar" : "immersive-vr"); } catch (error) { tell(null, `VR: ${error.message}`); }
+  };
+  const calibration = new Calibration({
+    order: (step) => connection.order("calibrate", { step }),
+    enters,
+    placed: (pose) => headset?.place(pose),
+    touched: (count) => {
+      if (!headset) return;
+      if (count === "none") headset.marks = [];
+      if (count === "one more") headset.mark(calibration.told.side);
+    },
+  });
+  const checks = new Checks();
+  const check = () => {
+    const now = performance.now(), { trip, offset } = connection, session = headset?.session ?? null;
+    const hands = ["left", "right"].map((side) => now - (headset?.seen[side] ?? -Infinity));
+    checks.show(checksOf({
+      secure: isSecureContext, protocol: location.protocol, setup, offered, session, onFloor: headset?.onFloor ?? null, hands, trip, offset, rate,
+      calibration: calibration.told,
+    }));
+  };
+  setInterval(() => { rate = 0.5 * rate + 0.5 * sent; sent = 0; check(); }, 1000);
+
   const says = {
+    setup: (message) => { setup = message; },
+    calibration: (message) => calibration.tell(message),
     event: ({ t, kind, text }) => {
       if (kind === "held" || kind === "safe") held = text;
       tell(t, text ? `${kind}: ${text}` : kind);
@@ -107,7 +147,9 @@ function live() {
       const dropped = DROPPED.reduce((sum, name) => sum + (counts[name] ?? 0), 0);
       $("counts").textContent = `${counts.accepted ?? 0} taken, ${dropped} dropped`;
     },
-    scene: (message, text) => {
+    scene: (message) => {
+      // A calibration may have moved the headset's space since.
+      const text = JSON.stringify({ ...message, base_from_headset: null });
       if (!shown) { sceneText = text; begin(message); }
       // Another room: start anew.
       else if (text !== sceneText) location.reload();

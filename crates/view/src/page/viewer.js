@@ -4,7 +4,7 @@ const THEMES = {
   light: { sky: [0.949, 0.957, 0.969], wall: [0.70, 0.76, 0.84], floor: [0.83, 0.85, 0.875], edge: [0.25, 0.32, 0.42, 0.75], grid: [0.35, 0.42, 0.5, 0.28], link: [0.93, 0.945, 0.955], housing: [0.98, 0.50, 0.11], ink: [0.13, 0.16, 0.2] },
   dark: { sky: [0.075, 0.09, 0.115], wall: [0.36, 0.44, 0.55], floor: [0.15, 0.17, 0.20], edge: [0.62, 0.72, 0.85, 0.65], grid: [0.6, 0.7, 0.8, 0.16], link: [0.80, 0.83, 0.86], housing: [0.95, 0.47, 0.10], ink: [0.9, 0.93, 0.97] },
 };
-const SKIN = [0.87, 0.64, 0.50], BONE = [0.80, 0.56, 0.43], GAZE = [0.55, 0.36, 0.85], FORCE = [0.84, 0.15, 0.20], DOOR = [0.66, 0.49, 0.33];
+const SKIN = [0.87, 0.64, 0.50], BONE = [0.80, 0.56, 0.43], GAZE = [0.55, 0.36, 0.85], FORCE = [0.84, 0.15, 0.20], MARK = [0.18, 0.62, 0.36], DOOR = [0.66, 0.49, 0.33];
 const BONES = [0, 1, 2, 3, 4].flatMap((f) => (f ? [[1, 5 * f + 1], [5 * f + 1, 5 * f + 2], [5 * f + 2, 5 * f + 3], [5 * f + 3, 5 * f + 4], [5 * f + 4, 5 * f + 5]] : [[1, 2], [2, 3], [3, 4], [4, 5]]));
 /** Parts as the supervisor has them: of the arm, head, torso, arm of the person. */
 const PARTS = [[0.12, 0.47, 0.86, 0.3], [0.84, 0.15, 0.20, 0.3], [0.84, 0.15, 0.20, 0.3], [0.93, 0.60, 0.10, 0.3]];
@@ -17,7 +17,7 @@ const LEAST_FORCE = 1.5;
 
 class Viewer {
   constructor(canvas, scene) {
-    const gl = canvas.getContext("webgl2", { antialias: true, stencil: true, alpha: false, preserveDrawingBuffer: false });
+    const gl = canvas.getContext("webgl2", { antialias: true, stencil: true, alpha: false, preserveDrawingBuffer: false, xrCompatible: true });
     if (!gl) throw new Error("This browser offers no WebGL 2, which the picture needs.");
     this.canvas = canvas;
     this.gl = gl;
@@ -75,6 +75,15 @@ class Viewer {
     if (frame.force && norm(frame.force) > LEAST_FORCE) this.arrow(frame);
     if (this.showsParts) frame.parts.forEach(({ what, from, to, radius }, i) => parts.add(from, to, radius, i === frame.inFront?.link ? IN_FRONT : PARTS[what]));
     [thick, thin, parts].forEach((set) => set.upload());
+  }
+
+  /** Collects hands and marks alone, where the real room is seen. */
+  bare(hands, marks) {
+    const { thick } = this;
+    thick.clear();
+    hands.forEach((hand) => this.hand(hand));
+    marks.forEach((mark) => thick.add(mark, mark, 0.01, MARK));
+    thick.upload();
   }
 
   hand(joints) {
@@ -141,6 +150,20 @@ class Viewer {
   label(place, text, kind) { this.labels.push({ place, text, kind }); }
 
   colour(state) { return (this.scene.states[state]?.rgb ?? [128, 128, 128]).map((c) => c / 255); }
+
+  /** Draws what `bare` collected. */
+  drawBare({ projection, view, eye }) {
+    const { gl, capsule } = this;
+    gl.enable(gl.DEPTH_TEST);
+    gl.disable(gl.STENCIL_TEST);
+    gl.depthMask(true);
+    gl.useProgram(capsule.made);
+    gl.uniformMatrix4fv(capsule.at.u_clip, false, multiply(projection, view));
+    gl.uniform3fv(capsule.at.u_eye ?? null, eye);
+    gl.uniform4f(capsule.at.u_flatten, 0, 0, 0, 0);
+    gl.uniform1f(capsule.at.u_shadow, 0);
+    this.thick.draw();
+  }
 
   /** Draws what was composed: into the canvas, or one eye of a headset. */
   draw({ projection, view, eye }, { solidWalls = false, showArm = true } = {}) {

@@ -1,0 +1,8 @@
+//! Where the headset's space stands, from corners of the board that a person touches.
+
+mod face;
+mod fit;
+mod procedure;
+
+pub use fit::{CHECK_BOUND_M, Calibration, CalibrationError, FIT_BOUND_M, TILT_BOUND_RAD};
+pub(crate) use procedure::{Procedure, Step};

@@ -1,0 +1,46 @@
+//! What a person needs to open the page on another device.
+
+use super::Security;
+use super::made::{addresses, names};
+use qrcode::QrCode;
+use qrcode::render::unicode::Dense1x2;
+use std::fmt::Write;
+use std::net::SocketAddr;
+
+/// The addresses, what the browser asks, and the first address as a QR code.
+pub(crate) fn invitation(url: &str, security: Option<&Security>, bound: SocketAddr) -> String {
+    let Some(security) = security else {
+        return format!("open {url}");
+    };
+    let port = bound.port();
+    let mut urls: Vec<String> = Vec::new();
+    if bound.ip().is_unspecified() {
+        let all = addresses().into_iter().map(|ip| SocketAddr::new(ip, port));
+        urls.extend(all.map(|address| format!("https://{address}/")));
+        urls.extend(names().iter().map(|name| format!("https://{name}:{port}/")));
+    }
+    urls.push(url.to_owned());
+    let first = urls.remove(0);
+    let mut text = format!("open {first}");
+    if !urls.is_empty() {
+        let _ = write!(text, "\n  or {}", urls.join(", "));
+    }
+    if security.is_self_signed() {
+        let _ = write!(
+            text,
+            "\nThe browser will say that the connection is not private: this computer signed the certificate itself. Choose \
+             Advanced, then Proceed. It asks once for each device and address. The certificate's SHA-256 fingerprint is\n{}",
+            security.fingerprint()
+        );
+    }
+    if let Ok(code) = QrCode::new(&first) {
+        // Dark modules dark, whatever the colours of the console: with its own light margin.
+        let mut code = code.render::<Dense1x2>();
+        let picture = code
+            .dark_color(Dense1x2::Dark)
+            .light_color(Dense1x2::Light)
+            .build();
+        let _ = write!(text, "\n{picture}");
+    }
+    text
+}

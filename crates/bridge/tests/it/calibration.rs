@@ -1,0 +1,357 @@
+//! Where the headset's space stands, from three touched corners of the board, over the protocol.
+
+use crate::common::{Socket, hand, joints, scene, server, text_of, wait_for};
+use glam::DVec3;
+use hwall::geometry::Pose;
+use hwall::hand::PointPair;
+use hwall::kinematics::{JointPositions, SrsArm};
+use hwall_bridge::view::ViewFrame;
+use hwall_bridge::{
+    BridgeConfig, BridgeError, BridgeServer, CHECK_BOUND_M, Calibration, CalibrationError,
+    FIT_BOUND_M,
+};
+use hwall_testkit::Sampler;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// Corners of a board of 0.2 m, upright, in the base frame: upper left, upper right, lower right of a person at larger x.
+const CORNERS: [DVec3; 3] = [
+    DVec3::new(0.62, -0.1, 0.6),
+    DVec3::new(0.62, 0.1, 0.6),
+    DVec3::new(0.62, 0.1, 0.4),
+];
+
+/// A headset's space somewhere on the floor, as the base sees it in WebXR's axes.
+fn truth(sampler: &mut Sampler) -> Pose {
+    let place = DVec3::new(
+        sampler.uniform(0.5, 2.5),
+        sampler.uniform(-1.0, 1.0),
+        sampler.uniform(-1.0, 0.2),
+    );
+    let yaw = sampler.uniform(-3.1, 3.1);
+    Pose::from_yaw(yaw, place).expect("a pose") * Pose::Z_UP_FROM_Y_UP
+}
+
+fn touched(truth: &Pose, corners: [DVec3; 3], touches: [DVec3; 3]) -> [PointPair; 3] {
+    std::array::from_fn(|i| PointPair {
+        in_a_m: corners[i],
+        in_b_m: truth.inverse_transform_point(touches[i]),
+    })
+}
+
+#[test]
+fn three_exact_corners_give_the_exact_pose() {
+    let mut sampler = Sampler::new(1);
+    for _ in 0..1000 {
+        let truth = truth(&mut sampler);
+        let found = Calibration::from_touches(touched(&truth, CORNERS, CORNERS)).expect("a pose");
+        let pose = found.base_from_headset() * Pose::Z_UP_FROM_Y_UP;
+        let off = pose.distance(&truth);
+        assert!(off.position_m < 1e-9 && off.angle_rad < 1e-7, "{off:?}");
+        assert!(found.rms_m() < 1e-12);
+        let again = Calibration::from_json(&found.to_json()).expect("its own file");
+        assert_eq!(again, found);
+    }
+}
+
+#[test]
+fn noise_moves_the_pose_as_little_as_stated() {
+    let mut sampler = Sampler::new(2);
+    let mut taken = 0;
+    for _ in 0..1000 {
+        let truth = truth(&mut sampler);
+        // Up to 5 mm in each coordinate: 8.7 mm at most.
+        let mut off = || DVec3::from_array(std::array::from_fn(|_| sampler.uniform(-5e-3, 5e-3)));
+        let touches = CORNERS.map(|corner| corner + off());
+        let Ok(found) = Calibration::from_touches(touched(&truth, CORNERS, touches)) else {
+            continue;
+        };
+        taken += 1;
+        let pose = found.base_from_headset() * Pose::Z_UP_FROM_Y_UP;
+        let there = truth.inverse_transform_point(DVec3::new(0.62, 0.0, 0.5));
+        let middle_m = pose
+            .transform_point(there)
+            .distance(DVec3::new(0.62, 0.0, 0.5));
+        assert!(middle_m < 0.0087 * 1.5, "{middle_m}");
+        let turn = pose.distance(&truth).angle_rad;
+        assert!(turn < 0.0087 / 0.07, "{turn}");
+        assert!(found.rms_m() < 0.0087);
+    }
+    assert!(taken > 990, "{taken}");
+}
+
+#[test]
+fn corners_in_another_order_are_refused() {
+    let mut sampler = Sampler::new(3);
+    let [a, b, c] = CORNERS;
+    let d = DVec3::new(0.62, -0.1, 0.4);
+    for _ in 0..200 {
+        let truth = truth(&mut sampler);
+        // Exchanged ends of a square are congruent: the turned vertical tells them. So are three corners from another one on.
+        for order in [[c, b, a], [b, c, d], [c, d, a], [d, a, b]] {
+            let refused = Calibration::from_touches(touched(&truth, CORNERS, order));
+            assert!(
+                matches!(refused, Err(CalibrationError::Tilted { .. })),
+                "{refused:?}"
+            );
+        }
+        for order in [[b, a, c], [a, c, b], [b, c, a], [c, a, b]] {
+            let refused = Calibration::from_touches(touched(&truth, CORNERS, order));
+            let Err(CalibrationError::Misfit { rms_m, .. }) = refused else {
+                panic!("{refused:?}");
+            };
+            assert!(rms_m > 2.0 * FIT_BOUND_M, "{rms_m}");
+        }
+    }
+}
+
+#[test]
+fn degenerate_corners_and_touches_are_refused() {
+    let truth = truth(&mut Sampler::new(4));
+    let [a, b, c] = CORNERS;
+    let refused = |corners, touches| {
+        let found = Calibration::from_touches(touched(&truth, corners, touches));
+        found.expect_err("no calibration")
+    };
+    for touches in [[a, a, a], [a, b, b], [a, b, a], [a, b, 2.0 * b - a]] {
+        let error = refused(CORNERS, touches);
+        assert!(
+            matches!(
+                error,
+                CalibrationError::Misfit { .. } | CalibrationError::Points(_)
+            ),
+            "{error:?}"
+        );
+    }
+    // A board without extent, or seen on edge.
+    for corners in [[a, a, a], [a, b, 2.0 * b - a]] {
+        let error = refused(corners, corners);
+        assert!(matches!(error, CalibrationError::Points(_)), "{error:?}");
+    }
+    for wrong in [f64::NAN, f64::INFINITY, 1e7] {
+        for at in 0..2 {
+            let mut pairs = touched(&truth, [a, b, c], [a, b, c]);
+            match at {
+                0 => pairs[1].in_a_m.y = wrong,
+                _ => pairs[2].in_b_m.z = wrong,
+            }
+            assert_eq!(
+                Calibration::from_touches(pairs),
+                Err(CalibrationError::Range)
+            );
+        }
+    }
+}
+
+#[test]
+fn no_text_of_a_file_makes_it_panic() {
+    let mut sampler = Sampler::new(5);
+    let truth = truth(&mut sampler);
+    let good = Calibration::from_touches(touched(&truth, CORNERS, CORNERS)).expect("a pose");
+    let good = good.to_json();
+    for wrong in [
+        "",
+        "{}",
+        "[1,2]",
+        &good.replace("\"version\": 1", "\"version\": 2"),
+        &good.replace("base_m", "bass_m"),
+        &good.replacen("0.62", "1e400", 1),
+        &good.replacen("0.62", "null", 1),
+    ] {
+        let error = Calibration::from_json(wrong).expect_err("no calibration");
+        assert!(
+            matches!(error, CalibrationError::File { .. }),
+            "{wrong}: {error:?}"
+        );
+    }
+    for _ in 0..20_000 {
+        let mut bytes = good.clone().into_bytes();
+        for _ in 0..=sampler.index(4) {
+            let at = sampler.index(bytes.len());
+            bytes[at] = sampler.index(128) as u8;
+        }
+        if let Ok(found) = Calibration::from_json(&String::from_utf8_lossy(&bytes)) {
+            assert!(found.rms_m() <= FIT_BOUND_M);
+            assert!(found.base_from_headset().position_m().is_finite());
+        }
+    }
+}
+
+/// A headset before a board that stands.
+struct Wearer<'a> {
+    socket: Socket,
+    truth: Pose,
+    stops: &'a AtomicBool,
+}
+
+/// Where the board stands, and its corners as the server asks for them.
+fn face() -> (JointPositions, [DVec3; 3]) {
+    let q = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 0.0]);
+    let tool = hwall::haptics::Board::default()
+        .flange_from_board_face()
+        .expect("a board");
+    let base_from_face = SrsArm::iiwa7().with_tool(tool).forward(&q);
+    let [x, y, out] = [DVec3::X, DVec3::Y, DVec3::Z].map(|v| base_from_face.transform_vector(v));
+    let edge = if y.z.abs() >= x.z.abs() { y } else { x };
+    let up = edge * edge.z.signum();
+    let right = up.cross(out);
+    let corners = [[-0.1, 0.1], [0.1, 0.1], [0.1, -0.1]];
+    let middle_m = base_from_face.position_m();
+    (q, corners.map(|[r, u]| middle_m + r * right + u * up))
+}
+
+impl Wearer<'_> {
+    /// Holds the finger on a place of the base frame, then says so. Returns what the server says of it.
+    fn touches(&mut self, at_m: DVec3) -> Value {
+        let there_m = self.truth.inverse_transform_point(at_m);
+        for _ in 0..50 {
+            self.sample(there_m);
+        }
+        self.asks("take")
+    }
+
+    fn sample(&mut self, there_m: DVec3) {
+        static SEQ: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(1);
+        let seq = SEQ.fetch_add(1, Ordering::Relaxed);
+        let text = hand(
+            seq,
+            14.0 * seq as f64,
+            &joints(25, there_m.to_array()),
+            "webxr",
+        );
+        self.socket.text(&text);
+        std::thread::sleep(Duration::from_millis(14));
+    }
+
+    fn asks(&mut self, step: &str) -> Value {
+        self.socket
+            .text(&format!(r#"{{"type":"calibrate","step":"{step}"}}"#));
+        self.socket.wait_for("calibration")
+    }
+}
+
+/// Runs a server with this file and a board that stands, and lets a wearer do things.
+fn worn(file: &Path, truth: Pose, act: impl FnOnce(&mut Wearer<'_>, &BridgeServer)) {
+    let server = server(BridgeConfig {
+        calibration: Some(file.to_owned()),
+        ..BridgeConfig::default()
+    });
+    let mut bridge = server.connect(&scene());
+    let stops = AtomicBool::new(false);
+    let orders = bridge.view.orders();
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            while !stops.load(Ordering::SeqCst) {
+                let now_s = bridge.pacing.wait();
+                let _ = bridge.hands.next_frame(now_s);
+                bridge.view.send(&ViewFrame::new(now_s, face().0));
+                std::thread::sleep(Duration::from_millis(5));
+            }
+        });
+        let mut wearer = Wearer {
+            socket: Socket::open(&server),
+            truth,
+            stops: &stops,
+        };
+        let greeted = wearer.socket.wait_for("calibration");
+        assert_eq!(orders.is_uncalibrated(), greeted["state"] != "good");
+        // The board is known once it was shown.
+        wait_for("the board", || {
+            wearer.asks("cancel")["corners_mm"].is_array()
+        });
+        act(&mut wearer, &server);
+        wearer.stops.store(true, Ordering::SeqCst);
+        drop(wearer);
+    });
+}
+
+fn file(name: &str) -> PathBuf {
+    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_file(&file);
+    file
+}
+
+#[test]
+fn three_touches_calibrate_and_one_checks_at_the_next_start() {
+    let file = file("headset.json");
+    let truth = truth(&mut Sampler::new(6));
+    let (_, corners) = face();
+    worn(&file, truth, |wearer, _| {
+        assert_eq!(wearer.asks("cancel")["state"], "needed");
+        assert_eq!(wearer.asks("begin")["corner"], 0);
+        // A moving finger is no touch.
+        for i in 0..40 {
+            wearer.sample(DVec3::splat(1.0 + 1e-3 * f64::from(i)));
+        }
+        let moving = wearer.asks("take");
+        assert!(text_of(&moving, "text").contains("still"), "{moving}");
+        assert_eq!(moving["corner"], 0);
+        for (i, corner) in corners.iter().enumerate() {
+            let told = wearer.touches(*corner);
+            let state = if i == 2 { "good" } else { "touching" };
+            assert_eq!(told["state"], state, "{told}");
+        }
+        // A space that the headset moved has to be checked again.
+        assert_eq!(wearer.asks("recentred")["state"], "unchecked");
+    });
+    let kept = std::fs::read_to_string(&file).expect("a file");
+    let kept = Calibration::from_json(&kept).expect("a calibration");
+    let off = (kept.base_from_headset() * Pose::Z_UP_FROM_Y_UP).distance(&truth);
+    assert!(off.position_m < 1e-3 && off.angle_rad < 1e-3, "{off:?}");
+    let aside = DVec3::new(0.0, 1.2 * CHECK_BOUND_M, 0.0);
+    worn(&file, truth, |wearer, _| {
+        let off = wearer.touches(corners[0] + aside);
+        assert_eq!(off["state"], "off", "{off}");
+        assert!(
+            (off["off_mm"].as_f64().expect("mm") - 24.0).abs() < 1.0,
+            "{off}"
+        );
+        let good = wearer.touches(corners[0] + 0.5 * aside);
+        assert_eq!(good["state"], "good", "{good}");
+    });
+}
+
+#[test]
+fn touches_in_the_wrong_order_begin_again() {
+    let file = file("headset_order.json");
+    let (_, [a, b, c]) = face();
+    worn(&file, truth(&mut Sampler::new(7)), |wearer, _| {
+        wearer.asks("begin");
+        let told = [c, b, a].map(|corner| wearer.touches(corner));
+        let told = &told[2];
+        assert_eq!(
+            (&told["state"], &told["corner"]),
+            (&"touching".into(), &0.into())
+        );
+        assert!(text_of(told, "text").contains("order"), "{told}");
+    });
+    assert!(!file.exists());
+}
+
+#[test]
+fn a_file_that_is_no_calibration_is_named() {
+    let file = file("headset_bad.json");
+    std::fs::write(&file, "{}").expect("a file");
+    let started = BridgeServer::start(BridgeConfig {
+        calibration: Some(file.clone()),
+        listen: ([127, 0, 0, 1], 0).into(),
+        ..BridgeConfig::default()
+    });
+    let error = started.err().expect("an error");
+    assert!(matches!(error, BridgeError::Calibration { .. }));
+    assert!(error.to_string().contains("headset_bad.json"), "{error}");
+}
+
+/// Without the feature, HTTPS is refused with the command that builds it.
+#[test]
+#[cfg(not(feature = "tls"))]
+fn https_without_the_feature_names_the_build() {
+    let started = BridgeServer::start(BridgeConfig {
+        certificate: Some(hwall_bridge::Certificate::SelfSigned("x.pem".into())),
+        ..BridgeConfig::default()
+    });
+    let error = started.err().expect("an error");
+    assert!(error.to_string().contains("--features tls"), "{error}");
+}

@@ -1,0 +1,271 @@
+//! HTTPS: pages and sockets over it, certificates that are kept, and what clients do wrong.
+
+use crate::common::{hand_at, scene, server, until, wait_for};
+use glam::DVec3;
+use hwall_bridge::{BridgeConfig, BridgeError, BridgeServer, Certificate};
+use hwall_testkit::Sampler;
+use rustls::pki_types::pem::PemObject;
+use rustls::pki_types::{CertificateDer, ServerName};
+use rustls::{ClientConfig, ClientConnection, RootCertStore, StreamOwned};
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use tungstenite::Message;
+
+/// An empty folder of a test.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
+fn config(file: &Path) -> BridgeConfig {
+    BridgeConfig {
+        certificate: Some(Certificate::SelfSigned(file.to_owned())),
+        request_s: 0.5,
+        ..BridgeConfig::default()
+    }
+}
+
+type Secured = StreamOwned<ClientConnection, TcpStream>;
+
+/// A client that trusts the certificate in this file, and nothing else, for this name.
+fn client(server: &BridgeServer, file: &Path, name: &str) -> Secured {
+    let mut roots = RootCertStore::empty();
+    let certificate = CertificateDer::from_pem_file(file).expect("a certificate");
+    roots.add(certificate).expect("a root");
+    let config = ClientConfig::builder_with_provider(Arc::new(rustls_graviola::default_provider()))
+        .with_protocol_versions(&[&rustls::version::TLS13])
+        .expect("TLS 1.3")
+        .with_root_certificates(roots)
+        .with_no_client_auth();
+    let name = ServerName::try_from(name.to_owned()).expect("a name");
+    let connection = ClientConnection::new(Arc::new(config), name).expect("a client");
+    let tcp = TcpStream::connect(server.address()).expect("a connection");
+    tcp.set_read_timeout(Some(Duration::from_secs(60)))
+        .expect("a socket");
+    StreamOwned::new(connection, tcp)
+}
+
+fn page(mut stream: Secured) -> String {
+    stream
+        .write_all(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        .expect("a request");
+    let mut text = String::new();
+    // To the farewell: a connection that was cut would be an error.
+    stream.read_to_string(&mut text).expect("a whole page");
+    text
+}
+
+#[test]
+fn a_page_and_a_socket_over_tls() {
+    let file = folder("tls_page").join("new/bridge.pem");
+    let server = server(config(&file));
+    assert!(server.url().starts_with("https://127.0.0.1:"));
+    let mut bridge = server.connect(&scene());
+    for name in ["localhost", "127.0.0.1"] {
+        let page = page(client(&server, &file, name));
+        assert!(page.starts_with("HTTP/1.1 200") && page.ends_with("</html>\n"));
+    }
+    let stream = client(&server, &file, "localhost");
+    let (mut socket, _) = tungstenite::client("ws://localhost/ws", stream).expect("a handshake");
+    let mut seq = 0;
+    let seen = until("a hand", || {
+        seq += 1;
+        let text = hand_at(seq, 20.0 * seq as f64, DVec3::splat(0.4));
+        socket.send(Message::text(text)).expect("a message");
+        std::thread::sleep(Duration::from_millis(5));
+        bridge.hands.next_frame(bridge.pacing.wait())
+    });
+    assert_eq!(seen.palm_m, Some(DVec3::splat(0.4)));
+    // Both ways at once, for more than a record of 16 kB.
+    let mut bytes = 0;
+    while bytes < 60_000 {
+        let view = hwall_bridge::view::ViewFrame::new(bridge.pacing.wait(), Default::default());
+        bridge.view.send(&view);
+        seq += 1;
+        let text = hand_at(seq, 20.0 * seq as f64, DVec3::splat(0.4));
+        socket.send(Message::text(text)).expect("a message");
+        bytes += socket.read().expect("a message").len();
+    }
+    assert!(server.invitation().contains("fingerprint"));
+}
+
+#[test]
+fn a_certificate_is_kept_and_its_key_is_the_owners_alone() {
+    let file = folder("tls_kept").join("bridge.pem");
+    drop(server(config(&file)));
+    let first = std::fs::read(&file).expect("a certificate");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let mode = std::fs::metadata(&file)
+            .expect("a file")
+            .permissions()
+            .mode();
+        assert_eq!(mode & 0o777, 0o600);
+    }
+    drop(server(config(&file)));
+    assert_eq!(first, std::fs::read(&file).expect("a certificate"));
+    // As one's own, from two files.
+    let own = Certificate::Own {
+        certificates: file.clone(),
+        key: file.clone(),
+    };
+    let server = server(BridgeConfig {
+        certificate: Some(own),
+        ..BridgeConfig::default()
+    });
+    assert!(page(client(&server, &file, "localhost")).starts_with("HTTP/1.1 200"));
+    assert!(!server.invitation().contains("fingerprint"));
+}
+
+fn refused(certificate: Certificate) -> String {
+    let started = BridgeServer::start(BridgeConfig {
+        listen: ([127, 0, 0, 1], 0).into(),
+        certificate: Some(certificate),
+        ..BridgeConfig::default()
+    });
+    match started {
+        Err(error @ (BridgeError::File { .. } | BridgeError::Certificate { .. })) => {
+            error.to_string()
+        }
+        Err(other) => panic!("{other}"),
+        Ok(_) => panic!("it was taken"),
+    }
+}
+
+#[test]
+fn certificates_and_keys_that_are_none_are_named() {
+    let folder = folder("tls_bad");
+    let [good, other, bad] = ["good.pem", "other.pem", "bad.pem"].map(|name| folder.join(name));
+    drop(server(config(&good)));
+    drop(server(config(&other)));
+    let own = |certificates: &Path, key: &Path| {
+        refused(Certificate::Own {
+            certificates: certificates.to_owned(),
+            key: key.to_owned(),
+        })
+    };
+    let mismatch = own(&good, &other);
+    assert!(
+        mismatch.contains("other.pem: the key does not fit"),
+        "{mismatch}"
+    );
+    let missing = own(&folder.join("none.pem"), &good);
+    assert!(missing.contains("none.pem"), "{missing}");
+    assert!(own(&folder, &good).contains("tls_bad"));
+    let pem = std::fs::read_to_string(&good).expect("a certificate");
+    let at = pem.find("-----BEGIN PRIVATE").expect("a key");
+    for (text, expected) in [
+        ("", "a certificate in PEM was expected"),
+        ("no PEM at all", "a certificate in PEM was expected"),
+        (&pem[at..], "a certificate in PEM was expected"),
+        (&pem[..at], "an unencrypted private key in PEM was expected"),
+        (
+            &pem.replace("PRIVATE KEY", "ENCRYPTED PRIVATE KEY"),
+            "an unencrypted private key",
+        ),
+        (&pem[..pem.len() - 40], "in PEM was expected"),
+    ] {
+        std::fs::write(&bad, text).expect("a file");
+        let said = refused(Certificate::SelfSigned(bad.clone()));
+        assert!(
+            said.contains("bad.pem") && said.contains(expected),
+            "{said}"
+        );
+    }
+    // Well-formed PEM around anything: an error, no panic.
+    let mut sampler = Sampler::new(5);
+    for _ in 0..300 {
+        let mut bytes = pem.clone().into_bytes();
+        for _ in 0..=sampler.index(4) {
+            let at = sampler.index(bytes.len());
+            bytes[at] = b"ABCab09+/=-\n"[sampler.index(12)];
+        }
+        std::fs::write(&bad, bytes).expect("a file");
+        let _ = BridgeServer::start(BridgeConfig {
+            listen: ([127, 0, 0, 1], 0).into(),
+            ..config(&bad)
+        });
+    }
+}
+
+fn plainly(server: &BridgeServer, request: &[u8]) -> String {
+    let mut stream = TcpStream::connect(server.address()).expect("a connection");
+    stream.write_all(request).expect("a request");
+    let mut answer = Vec::new();
+    let _ = stream.read_to_end(&mut answer);
+    String::from_utf8_lossy(&answer).into_owned()
+}
+
+#[test]
+fn plain_http_is_told_to_use_https() {
+    let file = folder("tls_plain").join("bridge.pem");
+    let server = server(config(&file));
+    let answer = plainly(&server, b"GET / HTTP/1.1\r\nHost: localhost:8443\r\n\r\n");
+    assert!(answer.starts_with("HTTP/1.1 307"), "{answer}");
+    assert!(answer.contains("Location: https://localhost:8443/\r\n"));
+    for request in [
+        "GET /ws HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\n\r\n",
+        "GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n",
+        "hello\r\n\r\n",
+        "\r\n\r\n\r\n",
+    ] {
+        let answer = plainly(&server, request.as_bytes());
+        assert!(answer.starts_with("HTTP/1.1 400"), "{request}: {answer}");
+        assert!(answer.contains("https://") && !answer.contains("evil"));
+    }
+    wait_for("the count", || server.counts().failed_handshakes == 5);
+}
+
+#[test]
+fn a_stalled_handshake_blocks_nobody_and_ends() {
+    let file = folder("tls_stalled").join("bridge.pem");
+    let server = server(config(&file));
+    let stalled: Vec<TcpStream> = (0..20_usize)
+        .map(|count| {
+            let mut stream = TcpStream::connect(server.address()).expect("a connection");
+            // Nothing, or the beginning of a record that does not go on.
+            let begins = [22, 3, 1, 2, 0, 1];
+            stream.write_all(&begins[..count % 7]).expect("a beginning");
+            stream
+        })
+        .collect();
+    assert!(page(client(&server, &file, "localhost")).starts_with("HTTP/1.1 200"));
+    let began = Instant::now();
+    for mut stream in stalled {
+        let mut rest = Vec::new();
+        let _ = stream.read_to_end(&mut rest);
+    }
+    assert!(began.elapsed() < Duration::from_secs(60), "they were ended");
+    // A record by single bytes, without end: the request still has its limit.
+    let mut slow = TcpStream::connect(server.address()).expect("a connection");
+    let mut count: usize = 0;
+    wait_for("its end", || {
+        count += 1;
+        std::thread::sleep(Duration::from_millis(10));
+        let byte = [22, 3, 1, 64, 0].get(count - 1).copied().unwrap_or(7);
+        slow.write_all(&[byte]).is_err()
+    });
+}
+
+#[test]
+fn no_bytes_of_a_handshake_end_the_server() {
+    let file = folder("tls_bytes").join("bridge.pem");
+    let server = server(config(&file));
+    let mut sampler = Sampler::new(11);
+    for _ in 0..100 {
+        let length = sampler.index(600);
+        let mut bytes: Vec<u8> = (0..length).map(|_| sampler.index(256) as u8).collect();
+        for (byte, begins) in bytes.iter_mut().zip([22, 3, 1, 1]) {
+            *byte = begins;
+        }
+        let mut stream = TcpStream::connect(server.address()).expect("a connection");
+        let _ = stream.write_all(&bytes);
+    }
+    assert!(page(client(&server, &file, "localhost")).starts_with("HTTP/1.1 200"));
+}
