@@ -58,7 +58,7 @@ impl Target {
 /// Creates a reader; some of its good inputs take time to create.
 type Prepare = fn() -> anyhow::Result<Reader>;
 
-const READERS: [(&str, Prepare); 14] = [
+const READERS: [(&str, Prepare); 15] = [
     ("scene", text::scene),
     ("hand", text::hand),
     ("urdf", text::urdf),
