@@ -20,7 +20,7 @@ pub struct BaseChoiceConfig {
     /// Further touches that are missed in every second until the base stands where the next one is expected; default 0.15: a touch every 3 to 4 s,
     /// about every second one of them there. So a base that is late for one touch still goes there.
     pub touches_per_s: f64,
-    /// The last choice is kept unless another saves this much; default 0.05.
+    /// The last choice is kept unless another saves this much; default 0.03.
     pub least_gain: f64,
     /// Radius of the robot from above while it drives, m: for the estimate of how much a person slows it down; default 0.45.
     pub robot_radius_m: f64,
@@ -33,7 +33,7 @@ impl Default for BaseChoiceConfig {
             scale_s: 0.4,
             onset_share: 0.4,
             touches_per_s: 0.15,
-            least_gain: 0.05,
+            least_gain: 0.03,
             robot_radius_m: 0.45,
         }
     }
@@ -189,7 +189,10 @@ impl<'a> BaseChooser<'a> {
             } else {
                 let onwards_s = nearest_m / SLOW_M_PER_S + STARTS_S + c.arm_s;
                 let missed = late(onwards_s, c.onset_share * h.touch_s);
-                (missed.max(late(there_s, h.touch_s)), arrival_s + onwards_s)
+                (
+                    missed.max(late(there_s, h.touch_s)),
+                    arrival_s.max(h.touch_s) + onwards_s,
+                )
             };
             h.probability * (missed + c.touches_per_s * served_s.min(LONGEST_S))
         };

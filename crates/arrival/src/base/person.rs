@@ -17,10 +17,10 @@ pub struct BaseSafety {
     pub latency_s: f64,
     /// Distance left between the person and the stopped base, m; default 0.02, as for the arm.
     pub clearance_m: f64,
-    /// Approach speed of a hand, m/s; default 2, that of [ISO 13855] for parts of the body.
+    /// Speed of a hand, m/s; default 1.6: reaches of plain people peak at about 1 m/s.
     pub hand_m_per_s: f64,
-    /// The base stands while a hand is closer than this to the middle of the board, m, plus what the hand covers until it stands; default 0.2: half a
-    /// diagonal of the board and 6 cm.
+    /// The base stands while a hand is closer than this to the middle of the board, m, plus what the hand covers until it stands; default 0.15: half a
+    /// diagonal of the board and 1 cm.
     pub hand_m: f64,
 }
 
@@ -31,8 +31,8 @@ impl Default for BaseSafety {
             person_radius_m: 0.25,
             latency_s: 0.045,
             clearance_m: 0.02,
-            hand_m_per_s: 2.0,
-            hand_m: 0.2,
+            hand_m_per_s: 1.6,
+            hand_m: 0.15,
         }
     }
 }

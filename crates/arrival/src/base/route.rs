@@ -11,8 +11,8 @@ pub struct KeepOutArea {
     pub high_m: DVec2,
 }
 
-/// Ways pass the corners at this distance, along both axes, m.
-const BESIDE_M: f64 = 0.1;
+/// Ways pass the corners at this distance along both axes, m: as far as a base stands behind a wall that it serves.
+const BESIDE_M: f64 = 0.55;
 
 impl KeepOutArea {
     /// Is a place inside?

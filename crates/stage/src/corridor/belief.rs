@@ -28,19 +28,25 @@ const STANDS_M: f64 = 0.7;
 /// Speed of the head above which a person walks, m/s.
 const WALKS_M_PER_S: f64 = 0.35;
 /// Weight of the touches after the next one, their time after it, s, and where they are: aside of the person, m, and above the base, m.
-const LATER: f64 = 0.4;
+const LATER: f64 = 0.6;
 const NEXT_S: f64 = 3.0;
 const ASIDE_M: [f64; 5] = [-0.4, -0.2, 0.0, 0.2, 0.4];
 const HEIGHTS_M: [f64; 3] = [0.1, 0.4, 0.8];
+
+/// Weight of the next place, its distance along the wall, m, and its time after the present one, s.
+const AHEAD: f64 = 0.3;
+const AHEAD_M: f64 = 1.6;
+const GOES_ON_S: f64 = 8.0;
 
 /// The predictor's probabilities, by the cells of the room's walls, averaged over a short time.
 #[derive(Default)]
 pub(super) struct Belief {
     weights: BTreeMap<usize, f64>,
     last_s: f64,
-    /// The head from above, m, and its mean speed, m/s.
+    /// The head from above, m, its mean velocity, m/s, and the direction of the last walk.
     head_m: Option<DVec2>,
-    speed_m_per_s: f64,
+    velocity_m_per_s: DVec2,
+    came: DVec2,
 }
 
 impl Belief {
@@ -53,11 +59,13 @@ impl Belief {
         let dt_s = frame.t_s - self.last_s;
         if let Some((last_m, head_m)) = last.filter(|_| dt_s > 0.0) {
             let new = 1.0 - (-dt_s / MEMORY_S).exp();
-            // The noise of the tracker alone averages to 0.1 m/s.
-            let speed = last_m.distance(head_m) / dt_s;
-            self.speed_m_per_s += new * (speed - self.speed_m_per_s);
+            self.velocity_m_per_s += new * ((head_m - last_m) / dt_s - self.velocity_m_per_s);
         }
-        self.speed_m_per_s > WALKS_M_PER_S
+        let walks = self.velocity_m_per_s.length() > WALKS_M_PER_S;
+        if walks {
+            self.came = self.velocity_m_per_s.normalize_or_zero();
+        }
+        walks
     }
 
     /// Takes a frame and its predictions. Who walks, or looks at something beyond the reach of the hand, is taken to go where the eyes are; the
@@ -150,6 +158,15 @@ impl Belief {
                 });
             }
         }
+        // People go on in the direction in which they came.
+        let ahead = along * AHEAD_M.copysign(along.dot(self.came.extend(0.0)));
+        found.push(BaseHypothesis {
+            point_m: (middle_m + ahead).with_z(HEIGHTS_M[1]),
+            probability: AHEAD,
+            touch_s: first.touch_s + GOES_ON_S,
+            stands_m: stands_m + ahead.truncate(),
+            ..first
+        });
         found
     }
 }

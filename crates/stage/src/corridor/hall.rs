@@ -5,7 +5,7 @@ use anyhow::Context;
 use glam::{DVec2, dvec2};
 use hwall::arrival::WaitingConfig;
 use hwall::arrival::base::{BaseInversion, BaseInversionConfig, KeepOutArea};
-use hwall::arrival::reachability::{ReachabilityMap, WallFacet};
+use hwall::arrival::reachability::{ReachabilityMap, Steps, WallFacet};
 use hwall::{Walls, WallsConfig};
 use hwall_scene::Scene;
 use hwall_testkit::Sampler;
@@ -51,9 +51,9 @@ pub(super) struct Hall {
 }
 
 /// The base stands this far behind a wall in the atlas, m, as in the built-in room.
-const BEHIND_M: f64 = 0.62;
+pub(super) const BEHIND_M: f64 = 0.62;
 /// The board waits this far behind the wall, m: a base that does not reach towards the person may drive faster beside that person.
-const STANDOFF_M: f64 = 0.2;
+const STANDOFF_M: f64 = 0.12;
 /// Half of the width of that wall, m.
 const HALF_M: f64 = 0.9;
 
@@ -63,7 +63,11 @@ impl Hall {
         let closed = arm.closed_form();
         let closed =
             closed.context("--base drives: needs an arm with a closed form, such as iiwa7")?;
-        let config = BaseInversionConfig::default();
+        // The atlas holds at this distance alone; without it the arm takes twice as long.
+        let config = BaseInversionConfig {
+            behind: Steps::new(BEHIND_M, 0.04, 1)?,
+            ..BaseInversionConfig::default()
+        };
         let map = BaseInversion::map(closed, &config)?;
         let mut sampler = Sampler::new(seed);
         let rooms = (0..rooms).map(|number| Room::new(number, &map, &config, &mut sampler));

@@ -1,6 +1,7 @@
 //! The base in the hall, and the world that is turned around the person.
 
-use super::hall::Room;
+use super::hall::{BEHIND_M, Room};
+use super::visits::{BEFORE_M, Visit};
 use super::walker::{Body, shorter};
 use glam::{DVec2, DVec3, dvec2};
 use hwall::arrival::base::{
@@ -19,8 +20,8 @@ const LINK_M: f64 = 0.14;
 const BOARD_M: f64 = 0.142;
 /// A room is left when the base is this far outside, m.
 const OUTSIDE_M: f64 = 0.4;
-/// The base that does not drive stands this far behind the middle of the first room's southern wall, m.
-const BEHIND_M: f64 = 0.62;
+/// A base this near to the person's head serves what the person touches, m: 1.3 m straight ahead, 0.7 m aside.
+const NEAR_M: f64 = 1.5;
 /// Speeds below are rest, m/s.
 const RESTS_M_PER_S: f64 = 1e-3;
 
@@ -66,11 +67,11 @@ pub(super) struct MovingBase {
 }
 
 impl MovingBase {
-    pub(super) fn new(room: &Room) -> anyhow::Result<Self> {
-        let middle_x = 0.5 * (room.area.low_m.x + room.area.high_m.x);
+    /// Behind the place that is visited first.
+    pub(super) fn new(first: &Visit) -> anyhow::Result<Self> {
         let start = BasePose {
-            at_m: dvec2(middle_x, room.area.low_m.y - BEHIND_M),
-            yaw_rad: FRAC_PI_2,
+            at_m: first.stands_m + first.facing * (BEFORE_M + BEHIND_M),
+            yaw_rad: (-first.facing).to_angle(),
         };
         Ok(Self {
             drive: BaseDrive::new(BaseLimits::default(), start)?,
@@ -119,22 +120,9 @@ impl MovingBase {
         !grown.contains(self.place().at_m)
     }
 
-    pub(super) fn debug(&self) -> String {
-        // DEBUG
-        let p = self.place();
-        format!(
-            "({:.2} {:.2} {:.0}) v {:.2} goal {:?}",
-            p.at_m.x,
-            p.at_m.y,
-            p.yaw_rad.to_degrees(),
-            self.drive.state().velocity_m_per_s().length(),
-            self.goal.map(|g| format!(
-                "{:.2} {:.2} {:.0}",
-                g.at_m.x,
-                g.at_m.y,
-                g.yaw_rad.to_degrees()
-            ))
-        )
+    /// Can it serve what is before a person?
+    pub(super) fn is_near(&self, person_m: DVec2) -> bool {
+        self.place().at_m.distance(person_m) <= NEAR_M
     }
 
     pub(super) fn forget_goal(&mut self) {

@@ -45,7 +45,6 @@ pub(super) struct Sample {
     /// In the frame of the corridor, m.
     pub(super) person_m: DVec2,
     pub(super) base_m: DVec2,
-    pub(super) board_m: DVec2,
     pub(super) visit: usize,
 }
 
@@ -134,16 +133,17 @@ impl<'a> Rig<'a> {
         let session = corridor.session(0)?;
         let model = Arc::clone(session.control().arm());
         let start = corridor.hall.walls.waiting.unwrap_or(corridor.arm.start());
+        let walker = Walker::new(corridor.visits, corridor.person, corridor.seed)?;
         let arm = SimulatedArm::new(ArmLevel::Servo, corridor.arm, model, start, corridor.seed)?;
         Ok(Self {
             corridor,
             kind,
-            walker: Walker::new(corridor.visits, corridor.person, corridor.seed)?,
+            base: MovingBase::new(walker.visit())?,
+            walker,
             session,
             room: 0,
             arm,
             finger: Finger::new(corridor.arm.board()),
-            base: MovingBase::new(&corridor.hall.rooms[0])?,
             belief: Belief::default(),
             watch: TouchWatch::default(),
             frame: HandFrame::empty(0.0),
@@ -223,9 +223,14 @@ impl<'a> Rig<'a> {
             t_s,
             base_from_world,
         })?;
-        // A session takes a hand that is carried along for one that reaches.
+        // A session takes a hand that is carried along for one that reaches, and learns from touches that it cannot serve that nobody leaves it time.
         let walks = self.belief.walks(&frame);
-        let told = if walks { without_hand(frame) } else { frame };
+        let is_far = !self.base.is_near(body.at_m);
+        let told = if walks || is_far {
+            without_hand(frame)
+        } else {
+            frame
+        };
         self.session.frame(&told.transformed(&base_from_world));
         {
             let perception = self.session.perception();
@@ -239,64 +244,16 @@ impl<'a> Rig<'a> {
             let next = next.filter(|_| self.walker.waits());
             self.base.choose(room, next, &hypotheses)?;
             self.samples.push(self.sample(t_s, body.at_m));
-            // DEBUG
-            if self.kind == BaseKind::Drives
-                && std::env::var("DBG").is_ok()
-                && self.samples.len() % 4 == 0
-            {
-                let next = self.walker.touches().and_then(|(b, t)| {
-                    t.iter()
-                        .find(|t| b + t.contact_s > t_s)
-                        .map(|t| (b + t.contact_s, t.target_m))
-                });
-                let visit = self.walker.visit();
-                eprintln!(
-                    "{t_s:.1} v{} {} head {:.2},{:.2} target {:?} base {} hyps {:?} | state {:?} contact {:?}",
-                    self.walker.number(),
-                    if self.walker.touches().is_some() {
-                        "T"
-                    } else {
-                        "W"
-                    },
-                    body.at_m.x,
-                    body.at_m.y,
-                    next.map_or_else(
-                        || format!(
-                            "({:.2} {:.2} {:.2})",
-                            visit.touches[0].target_m.x,
-                            visit.touches[0].target_m.y,
-                            visit.touches[0].target_m.z
-                        ),
-                        |(c, p)| format!("{:.2} ({:.2} {:.2} {:.2})", c, p.x, p.y, p.z)
-                    ),
-                    self.base.debug(),
-                    hypotheses
-                        .iter()
-                        .take(3)
-                        .map(|h| format!(
-                            "{:.2} at ({:.2} {:.2} {:.2}) in {:.1}",
-                            h.probability, h.point_m.x, h.point_m.y, h.point_m.z, h.touch_s
-                        ))
-                        .collect::<Vec<_>>(),
-                    self.session.state(),
-                    self.session
-                        .perception()
-                        .contact()
-                        .map(|c| (c.surface.0, c.probability))
-                );
-            }
         }
         Ok(())
     }
 
     fn sample(&self, t_s: f64, person_m: DVec2) -> Sample {
         let corridor_from_base = self.base.base_from_corridor().inverse();
-        let board_m = corridor_from_base.transform_point(self.arm.pose().position_m());
         Sample {
             t_s,
             person_m,
             base_m: corridor_from_base.position_m().truncate(),
-            board_m: board_m.truncate(),
             visit: self.walker.number(),
         }
     }

@@ -1,6 +1,6 @@
 //! What a walker touches: places in every room, and a few touches at each.
 
-use super::hall::{DOOR_Y_M, Hall, Room};
+use super::hall::{DOOR_Y_M, Hall, Room, SIDE_M};
 use crate::person::kinds::PersonKind;
 use crate::person::touches::{Standing, at_hand};
 use anyhow::Context;
@@ -13,12 +13,16 @@ use hwall_testkit::Sampler;
 const EYES_M: f64 = 0.7;
 /// Distance of the eyes from the touched surface, m, as in the built-in room.
 pub(super) const BEFORE_M: f64 = 0.68;
-/// Walkers visit both shelves, this many other places of the walls, and the door out of the room.
-const WALLS: usize = 3;
-/// Touches of a visit, but one of a door.
-const MOST_TOUCHES: usize = 4;
-/// Distance of these places from the corners, m; touches lie this far aside at most.
-const FROM_CORNER_M: f64 = 0.9;
+/// Distances between the places of a walk along the walls, m: from one step to three.
+const APART_M: [f64; 2] = [1.2, 2.2];
+/// Most touches at a place; a door is touched once.
+const MOST_TOUCHES: usize = 5;
+/// Distance of the places from corners and from the middle of a door, m.
+const FROM_CORNER_M: f64 = 0.7;
+const FROM_DOOR_M: f64 = 0.9;
+/// Who comes this near to the middle of a shelf stands before it, m.
+const SHELF_NEAR_M: f64 = 0.6;
+/// Touches lie this far aside of the place at most, m.
 const ASIDE_M: f64 = 0.45;
 /// A point this near to a surface is on it, m.
 const ON_SURFACE_M: f64 = 1e-3;
@@ -90,13 +94,12 @@ impl Visit {
     }
 }
 
-/// The visits until so many touches are made. Places are random; from each the nearest one left is next, and the door is the last.
+/// The visits until so many touches are made: along the walls of one side of each room, drawn by lot, and at last its door.
 pub(super) fn visits(hall: &Hall, touches: usize, seed: u64) -> anyhow::Result<Vec<Visit>> {
     let mut sampler = Sampler::new(seed ^ 0x7769_7369_7473);
     let (mut visits, mut made) = (Vec::new(), 0);
-    let mut at_m = dvec2(0.0, DOOR_Y_M);
     for (number, room) in hall.rooms.iter().enumerate() {
-        for place in round(room, at_m, &mut sampler) {
+        for place in round(room, &mut sampler) {
             if made == touches {
                 return Ok(visits);
             }
@@ -107,7 +110,6 @@ pub(super) fn visits(hall: &Hall, touches: usize, seed: u64) -> anyhow::Result<V
             };
             let visit = visit(number, room, &place, most.min(touches - made), &mut sampler)?;
             made += visit.touches.len();
-            at_m = visit.stands_m;
             visits.push(visit);
         }
     }
@@ -124,42 +126,53 @@ struct Place {
     leaves: bool,
 }
 
-fn round(room: &Room, from_m: DVec2, sampler: &mut Sampler) -> Vec<Place> {
+/// Along the walls of one side, from the open door in the west to the one in the east.
+fn round(room: &Room, sampler: &mut Sampler) -> Vec<Place> {
     let (low, high) = (room.area.low_m, room.area.high_m);
-    let place = |on_wall_m, normal, before_m| Place {
-        on_wall_m,
-        normal,
+    let north = sampler.bool();
+    let beside_door_m = DOOR_Y_M - FROM_DOOR_M;
+    let mirrored = |at: DVec2| {
+        if north {
+            dvec2(at.x, high.y - at.y)
+        } else {
+            at
+        }
+    };
+    let place = |at: DVec2, normal: DVec2, before_m: f64| Place {
+        on_wall_m: mirrored(at),
+        normal: if north {
+            dvec2(normal.x, -normal.y)
+        } else {
+            normal
+        },
         before_m,
         leaves: false,
     };
-    let [south, north] = room.shelves_m;
-    let mut left = vec![
-        place(south, DVec2::Y, 0.12),
-        place(north, DVec2::NEG_Y, 0.12),
-    ];
-    while left.len() < 2 + WALLS {
-        let along = sampler.uniform(FROM_CORNER_M, high.y - low.y - FROM_CORNER_M);
-        let [on_wall_m, normal] = [
-            [dvec2(low.x + along, low.y), DVec2::Y],
-            [dvec2(low.x + along, high.y), DVec2::NEG_Y],
-            [dvec2(low.x, low.y + along), DVec2::X],
-            [dvec2(high.x, low.y + along), DVec2::NEG_X],
-        ][sampler.index(4)];
-        let in_door = normal.y == 0.0 && (along - DOOR_Y_M).abs() < FROM_CORNER_M;
-        let twice = left
+    let shelf_x = room.shelves_m[usize::from(north)].x;
+    let corners = [beside_door_m, beside_door_m + SIDE_M];
+    let end = corners[1] + beside_door_m;
+    let (mut found, mut s) = (Vec::new(), sampler.uniform(0.0, 0.8));
+    loop {
+        if let Some(corner) = corners
             .iter()
-            .any(|other: &Place| other.on_wall_m.distance(on_wall_m) < FROM_CORNER_M);
-        if !in_door && !twice {
-            left.push(place(on_wall_m, normal, 0.0));
+            .find(|corner| (s - **corner).abs() < FROM_CORNER_M)
+        {
+            s = corner + FROM_CORNER_M;
         }
-    }
-    let (mut at_m, mut found) = (from_m, Vec::new());
-    while !left.is_empty() {
-        let far = |place: &Place| (place.on_wall_m + place.normal * BEFORE_M).distance(at_m);
-        let nearest = (0..left.len()).min_by(|a, b| far(&left[*a]).total_cmp(&far(&left[*b])));
-        let next = left.swap_remove(nearest.unwrap_or(0));
-        at_m = next.on_wall_m + next.normal * BEFORE_M;
-        found.push(next);
+        if s > end {
+            break;
+        }
+        found.push(if s < corners[0] {
+            place(dvec2(low.x, low.y + corners[0] - s), DVec2::X, 0.0)
+        } else if s > corners[1] {
+            place(dvec2(high.x, low.y + s - corners[1]), DVec2::NEG_X, 0.0)
+        } else {
+            let x = low.x + s - corners[0];
+            let at_shelf = (x - shelf_x).abs() < SHELF_NEAR_M;
+            let (x, before_m) = if at_shelf { (shelf_x, 0.12) } else { (x, 0.0) };
+            place(dvec2(x, low.y), DVec2::Y, before_m)
+        });
+        s += sampler.uniform(APART_M[0], APART_M[1]);
     }
     found.push(Place {
         leaves: true,

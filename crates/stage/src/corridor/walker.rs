@@ -279,3 +279,56 @@ fn yaw_of(direction: DVec2) -> f64 {
 pub(super) fn shorter(angle_rad: f64) -> f64 {
     (angle_rad + PI).rem_euclid(TAU) - PI
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::corridor::hall::Hall;
+    use crate::corridor::visits::visits;
+    use crate::input::arms::BoardArm;
+    use hwall_haptics::Board;
+
+    const PERIOD_S: f64 = 0.01;
+
+    #[test]
+    fn a_walker_makes_all_touches_at_a_natural_speed_and_the_same_again() {
+        let arm = BoardArm::named("iiwa7", &Board::default()).unwrap();
+        let hall = Hall::new(&arm, 3, 4).unwrap();
+        let planned = visits(&hall, 15, 4).unwrap();
+        let again = visits(&hall, 15, 4).unwrap();
+        let targets = |visits: &[Visit]| -> Vec<DVec3> {
+            let touches = visits.iter().flat_map(|visit| &visit.touches);
+            touches.map(|touch| touch.target_m).collect()
+        };
+        assert_eq!(targets(&planned), targets(&again));
+        assert_eq!(targets(&planned).len(), 15);
+        let mut walker = Walker::new(&planned, PersonKind::Plain, 4).unwrap();
+        let (mut made, mut waited, mut last) = (0, 0, walker.body(0.0));
+        let mut step = 0;
+        while !walker.is_done() {
+            let t_s = f64::from(step) * PERIOD_S;
+            // Every door opens after three seconds.
+            waited = if walker.waits() { waited + 1 } else { 0 };
+            walker.advance(t_s, waited > 300).unwrap();
+            let body = walker.body(t_s);
+            assert!(body.at_m.distance(last.at_m) <= 1.001 * WALK[0] * PERIOD_S);
+            // Half a turn in 1.2 s peaks at 4.9 rad/s; a corner of the way may add to it.
+            assert!(
+                shorter(body.yaw_rad - last.yaw_rad).abs() <= 8.0 * PERIOD_S,
+                "{t_s}"
+            );
+            let inside = hall.rooms[walker.visit().room].area;
+            assert!(walker.waits() || walker.visit().leaves || body.at_m.x > inside.low_m.x - 1.0);
+            last = body;
+            if let Some((begins_s, touches)) = walker.touches() {
+                let due = |touch: &&TouchTruth| {
+                    (t_s - PERIOD_S..t_s).contains(&(begins_s + touch.contact_s))
+                };
+                made += touches.iter().filter(due).count();
+            }
+            step += 1;
+            assert!(step < 100_000, "it does not end");
+        }
+        assert_eq!(made, 15);
+    }
+}

@@ -70,3 +70,24 @@ impl BaseFlag {
         )?))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_base_is_a_place_or_the_name_of_a_kind() {
+        for kind in BaseKind::ALL {
+            let parsed = BaseFlag::parse(kind.name()).unwrap();
+            assert!(matches!(parsed, BaseFlag::Corridor(found) if found == kind));
+        }
+        assert!(matches!(
+            BaseFlag::parse("0.1,0,-0.2,90"),
+            Ok(BaseFlag::At(_))
+        ));
+        for wrong in ["drive", "", "1,2,3", "0,0,NaN,0"] {
+            let error = format!("{:#}", BaseFlag::parse(wrong).unwrap_err());
+            assert!(error.contains("drives"), "{error}");
+        }
+    }
+}
