@@ -144,29 +144,33 @@ impl Belief {
         } else {
             person_m
         };
+        found.extend(self.later(&first, stands_m));
+        found
+    }
+
+    /// Touches after the next one: around the place where the person stands, m, and at the next one on the way.
+    fn later(&self, first: &BaseHypothesis, stands_m: DVec2) -> Vec<BaseHypothesis> {
         let along = first.normal.cross(DVec3::Z);
         let middle_m = first.point_m + along * along.dot(stands_m.extend(0.0) - first.point_m);
-        let count = (ASIDE_M.len() * HEIGHTS_M.len()) as f64;
-        for aside_m in ASIDE_M {
-            for z in HEIGHTS_M {
-                found.push(BaseHypothesis {
-                    point_m: (middle_m + along * aside_m).with_z(z),
-                    probability: LATER / count,
-                    touch_s: first.touch_s + NEXT_S,
-                    stands_m,
-                    ..first
-                });
-            }
-        }
         // People go on in the direction in which they came.
         let ahead = along * AHEAD_M.copysign(along.dot(self.came.extend(0.0)));
-        found.push(BaseHypothesis {
+        let mut found = vec![BaseHypothesis {
             point_m: (middle_m + ahead).with_z(HEIGHTS_M[1]),
             probability: AHEAD,
             touch_s: first.touch_s + GOES_ON_S,
             stands_m: stands_m + ahead.truncate(),
-            ..first
-        });
+            ..*first
+        }];
+        let count = (ASIDE_M.len() * HEIGHTS_M.len()) as f64;
+        for aside_m in ASIDE_M {
+            found.extend(HEIGHTS_M.map(|z| BaseHypothesis {
+                point_m: (middle_m + along * aside_m).with_z(z),
+                probability: LATER / count,
+                touch_s: first.touch_s + NEXT_S,
+                stands_m,
+                ..*first
+            }));
+        }
         found
     }
 }

@@ -172,6 +172,12 @@ fn obj(low: DVec2, high: DVec2, shelves_m: [DVec2; 2]) -> anyhow::Result<String>
         [at(high.x, high_y), at(high.x, low_y)],
         [FLOOR_M, DOOR_TOP_M],
     )?;
+    shelves(&mut obj, shelves_m)?;
+    Ok(obj)
+}
+
+/// The front and the cheeks of both shelves.
+fn shelves(obj: &mut String, shelves_m: [DVec2; 2]) -> anyhow::Result<()> {
     for (name, middle, out, right) in [
         ("south", shelves_m[0], DVec2::Y, DVec2::NEG_X),
         ("north", shelves_m[1], DVec2::NEG_Y, DVec2::X),
@@ -182,25 +188,25 @@ fn obj(low: DVec2, high: DVec2, shelves_m: [DVec2; 2]) -> anyhow::Result<String>
         );
         let front = out * SHELF_DEPTH_M;
         quad(
-            &mut obj,
+            obj,
             &format!("shelf_{name}"),
             [begin + front, end + front],
             SHELF_Z_M,
         )?;
         quad(
-            &mut obj,
+            obj,
             &format!("shelf_{name}_a"),
             [begin, begin + front],
             SHELF_Z_M,
         )?;
         quad(
-            &mut obj,
+            obj,
             &format!("shelf_{name}_b"),
             [end + front, end],
             SHELF_Z_M,
         )?;
     }
-    Ok(obj)
+    Ok(())
 }
 
 /// An upright rectangle from one place of the floor to another; its normal points to the right of that way.
