@@ -10,6 +10,7 @@ mod surfaces;
 mod target;
 
 pub mod atlas;
+pub mod base;
 pub mod placement;
 pub mod waiting;
 

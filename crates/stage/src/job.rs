@@ -1,7 +1,9 @@
 //! The main job: from its options to its tables, figures and recordings.
 
 use crate::console::note;
+use crate::corridor::{self, CorridorRequest};
 use crate::input::arms::{BoardArm, NamedArm};
+use crate::input::base_flag::{BaseFlag, BaseKind};
 use crate::input::file_plan::FilePlan;
 use crate::input::numbers::{counted, up_to};
 use crate::person::predictors::{PredictorKind, Predictors};
@@ -103,8 +105,11 @@ pub enum Adapt {
 pub fn run(
     options: &JobOptions,
     out: &mut impl Write,
-    mut progress: impl FnMut(f64),
+    mut progress: impl FnMut(f64) + Send,
 ) -> anyhow::Result<()> {
+    if let Some(BaseFlag::Corridor(kind)) = options.setting.base {
+        return corridor::run(&in_corridor(options, kind)?, out, progress);
+    }
     let period_ms = options.period_ms;
     ensure!(
         (0.1..=20.0).contains(&period_ms),
@@ -193,6 +198,43 @@ pub fn run(
     let written = outputs.write(&table, &runs, &stage, setting.participants[0].hand.span_s())?;
     writeln!(out, "{written}")?;
     Ok(())
+}
+
+/// The flags that a corridor has.
+///
+/// # Errors
+/// A flag that it does not have.
+fn in_corridor(options: &JobOptions, kind: BaseKind) -> anyhow::Result<CorridorRequest> {
+    let setting = &options.setting;
+    for (flag, given) in [
+        ("--scene", setting.scene.scene.is_some()),
+        ("--hand", setting.hand.is_some()),
+        ("--base-from", setting.base_from.is_some()),
+        ("--place", setting.place.is_some()),
+        ("--hand-origin", setting.hand_origin.is_some()),
+        ("--fri-bursts", options.fri_bursts.is_some()),
+        ("--explain", options.explain.is_some()),
+        ("--glb", options.glb),
+        ("--mcap", options.mcap.is_some()),
+        ("--arm-level torque", options.arm_level != ArmLevel::Servo),
+        ("--adapt off", options.adapt == Adapt::Off),
+    ] {
+        let name = kind.name();
+        ensure!(
+            !given,
+            "--base {name} excludes {flag}: the corridor has its own rooms, walker and files"
+        );
+    }
+    Ok(CorridorRequest {
+        kind,
+        arm: options.arm.clone(),
+        person: setting.person,
+        touches: setting.touches as usize,
+        seed: setting.seed,
+        predictor: options.predictor,
+        out: options.out.clone(),
+        json: options.json.clone(),
+    })
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 mod board_body;
 pub mod built_in_room;
 pub mod console;
+pub mod corridor;
 pub mod input;
 pub mod job;
 pub mod live;

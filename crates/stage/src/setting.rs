@@ -2,6 +2,7 @@
 
 use crate::console::note;
 use crate::input::arms::BoardArm;
+use crate::input::base_flag::BaseFlag;
 use crate::input::floor_pose::FloorPose;
 use crate::input::numbers::{counted, whole_within};
 use crate::input::place::{self, Contacts};
@@ -33,6 +34,14 @@ const LONGEST_RECORDING_S: f64 = 1800.0;
 /// A head that ends earlier than the recording by more than this is reported, s.
 const LONGEST_WITHOUT_HEAD_S: f64 = 0.5;
 
+/// Touches in a corridor, by the value of `--base`.
+const IN_CORRIDOR: [(&str, &str, &str); 4] = [
+    ("base", "fixed", "60"),
+    ("base", "redirected", "60"),
+    ("base", "drives", "60"),
+    ("base", "both", "60"),
+];
+
 /// Where everything stands and who touches, as flags.
 #[derive(Debug, Clone, clap::Parser)]
 pub struct SettingFlags {
@@ -54,9 +63,10 @@ pub struct SettingFlags {
     /// auto: stand arm and recording before the nearest suitable wall; none: as --base and --hand-origin say [default: auto with --hand, else none]
     #[arg(long, value_enum)]
     pub place: Option<Place>,
-    /// The arm's base in the scene: x,y,z in metres, yaw in degrees about z, counter-clockwise from the scene's x axis; with auto placing the nearest wall to it is taken [default: 0,0,0,0 without auto placing]
-    #[arg(long, value_parser = FloorPose::parse, allow_hyphen_values = true)]
-    pub base: Option<FloorPose>,
+    /// The arm's base in the scene: x,y,z in metres, yaw in degrees about z, counter-clockwise from the scene's x axis; with auto placing the nearest wall to it is taken [default: 0,0,0,0 without auto placing].
+    /// Or drives, both, redirected or fixed: somebody walks through a corridor of rooms and touches 60 times, and the four kinds of base are compared; the figure is of the one named
+    #[arg(long, value_parser = BaseFlag::parse, allow_hyphen_values = true)]
+    pub base: Option<BaseFlag>,
     /// arrival: stand the arm's base near the origin of the scene where most touches are in time; takes a minute and a half
     #[arg(long, value_enum, conflicts_with_all = ["base", "hand"])]
     pub base_from: Option<BaseFrom>,
@@ -70,11 +80,30 @@ pub struct SettingFlags {
     #[arg(long, value_enum, default_value_t, conflicts_with = "hand")]
     pub person: PersonKind,
     /// Touches of the simulated people: one makes a dozen, for more there are more people
-    #[arg(long, default_value_t = 12, conflicts_with = "hand", value_parser = whole_within::<1, 100_000>, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 12, default_value_ifs = IN_CORRIDOR, conflicts_with = "hand", value_parser = whole_within::<1, 100_000>, allow_negative_numbers = true)]
     pub touches: u64,
     /// Seed of the simulated people and the sensors' noise
     #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     pub seed: u64,
+}
+
+impl SettingFlags {
+    /// Where the base stands, if that is given.
+    ///
+    /// # Errors
+    /// A kind of base in a corridor, which has no place in this scene.
+    fn base_pose(&self) -> anyhow::Result<Option<FloorPose>> {
+        match self.base {
+            None => Ok(None),
+            Some(BaseFlag::At(pose)) => Ok(Some(pose)),
+            Some(BaseFlag::Corridor(kind)) => {
+                bail!(
+                    "--base {}: only the main job walks through a corridor",
+                    kind.name()
+                )
+            }
+        }
+    }
 }
 
 /// Axes of a recording.
@@ -158,7 +187,7 @@ impl Setting {
                 training_people = training_people.seen_from(base);
                 base
             }
-            None => flags.base.unwrap_or(FloorPose::ORIGIN),
+            None => flags.base_pose()?.unwrap_or(FloorPose::ORIGIN),
         };
         let scene = base.scene_seen(&scene)?;
         // With a given base, people stand at the default place in front of it.
@@ -195,7 +224,7 @@ impl Setting {
         check_times(&recording).map_err(|e| named_text(path, &e.to_string()))?;
         remarks.extend(unused_columns(&recording));
         let contacts = place::reaches_to_contact(&recording, flags.rigid_hand);
-        let (base, hand) = match (flags.place, flags.base, flags.hand_origin) {
+        let (base, hand) = match (flags.place, flags.base_pose()?, flags.hand_origin) {
             // Both are given; a recording without a reach then has no touch to evaluate.
             (_, Some(base), Some(hand)) => (base, hand),
             (None | Some(Place::Auto), base, hand) => {

@@ -3,6 +3,7 @@
 pub mod address;
 pub mod arms;
 mod assumed_limits;
+pub mod base_flag;
 pub mod counted;
 pub mod file_plan;
 pub mod floor_pose;

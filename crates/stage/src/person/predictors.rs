@@ -162,11 +162,11 @@ pub struct PredictionRecord {
 }
 
 /// A predictor that can be cloned.
-trait CopiedPredictor: Predictor {
+trait CopiedPredictor: Predictor + Sync {
     fn copied(&self) -> Box<dyn CopiedPredictor>;
 }
 
-impl<P: Predictor + Clone + 'static> CopiedPredictor for P {
+impl<P: Predictor + Clone + Sync + 'static> CopiedPredictor for P {
     fn copied(&self) -> Box<dyn CopiedPredictor> {
         Box::new(self.clone())
     }
@@ -279,6 +279,12 @@ impl Predictors {
     #[must_use]
     pub const fn leader(&self) -> PredictorKind {
         self.leader
+    }
+
+    /// All predictions of the leader from the last sample, the most probable first, in the frame of the scene.
+    #[must_use]
+    pub fn ranked(&self) -> &[ContactPrediction] {
+        &self.answers
     }
 
     /// What each of them predicted from every sample so far.

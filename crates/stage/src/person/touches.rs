@@ -57,7 +57,7 @@ impl Standing {
 const BELOW_EYES_M: f64 = 0.85;
 const ABOVE_EYES_M: f64 = 0.3;
 /// Largest distance from the resting hand, m: beyond this people would walk.
-const FAR_M: f64 = 1.1;
+pub(crate) const FAR_M: f64 = 1.1;
 
 /// Chooses points for a simulated person: surfaces in turn, five of six touches within reach.
 ///
@@ -128,7 +128,7 @@ pub fn plan_clear(
 }
 
 /// Is a point near enough to touch, and at a height where people touch things?
-pub(super) fn at_hand(places: &Standing, point_m: DVec3) -> bool {
+pub(crate) fn at_hand(places: &Standing, point_m: DVec3) -> bool {
     let Standing { head_m, hand_m } = *places;
     point_m.distance(hand_m) < FAR_M
         && (head_m.z - BELOW_EYES_M..head_m.z + ABOVE_EYES_M).contains(&point_m.z)
@@ -239,7 +239,7 @@ pub(super) fn inside(patch: &Facet, sampler: &mut Sampler) -> Option<DVec3> {
     clear.then_some(point)
 }
 
-pub(super) fn facing(normal: DVec3, towards: DVec3) -> DVec3 {
+pub(crate) fn facing(normal: DVec3, towards: DVec3) -> DVec3 {
     if normal.dot(towards) < 0.0 {
         -normal
     } else {

@@ -1,0 +1,194 @@
+//! Where the next touch is expected, for a base that has seconds to get there.
+
+use super::hall::Room;
+use super::visits::BEFORE_M;
+use crate::person::touches::{FAR_M, facing};
+use glam::{DVec2, DVec3};
+use hwall::arrival::base::{BaseHypothesis, BaseInversion};
+use hwall_contact::ContactPrediction;
+use hwall_hand::HandFrame;
+use hwall_scene::Scene;
+use std::collections::BTreeMap;
+
+/// Predictions are averaged over this time, s: the gaze trembles, and glances are short.
+const MEMORY_S: f64 = 0.3;
+/// Cells with less belief are forgotten, and at most so many are weighed.
+const LEAST: f64 = 0.02;
+const MOST: usize = 10;
+/// A person at rest before a place touches it after this time, s: looking takes 0.3 s, the reach about 0.9 s.
+const AT_PLACE_S: f64 = 1.2;
+/// On the way there, the pause before that comes on top, s.
+const PAUSE_S: f64 = 0.8;
+/// Speed at which the way is walked, m/s, and the time to begin and end it, s.
+const WALK_M_PER_S: f64 = 1.2;
+const STARTS_S: f64 = 1.2;
+/// Nearer to the standing place the person does not walk, m.
+const STANDS_M: f64 = 0.7;
+
+/// Speed of the head above which a person walks, m/s.
+const WALKS_M_PER_S: f64 = 0.35;
+/// Weight of the touches after the next one, their time after it, s, and where they are: aside of the person, m, and above the base, m.
+const LATER: f64 = 0.6;
+const NEXT_S: f64 = 3.0;
+const ASIDE_M: [f64; 5] = [-0.4, -0.2, 0.0, 0.2, 0.4];
+const HEIGHTS_M: [f64; 3] = [0.1, 0.4, 0.8];
+
+/// Weight of the next place, its distance along the wall, m, and its time after the present one, s.
+const AHEAD: f64 = 0.3;
+const AHEAD_M: f64 = 1.6;
+const GOES_ON_S: f64 = 8.0;
+
+/// The predictor's probabilities, by the cells of the room's walls, averaged over a short time.
+#[derive(Default)]
+pub(super) struct Belief {
+    weights: BTreeMap<usize, f64>,
+    last_s: f64,
+    /// The head from above, m, its mean velocity, m/s, and the direction of the last walk.
+    head_m: Option<DVec2>,
+    velocity_m_per_s: DVec2,
+    came: DVec2,
+}
+
+impl Belief {
+    /// Does the person walk, as of this frame? Frames come in order.
+    pub(super) fn walks(&mut self, frame: &HandFrame) -> bool {
+        let head_m = frame
+            .head_m
+            .map_or(self.head_m, |head_m| Some(head_m.truncate()));
+        let last = std::mem::replace(&mut self.head_m, head_m).zip(head_m);
+        let dt_s = frame.t_s - self.last_s;
+        if let Some((last_m, head_m)) = last.filter(|_| dt_s > 0.0) {
+            let new = 1.0 - (-dt_s / MEMORY_S).exp();
+            self.velocity_m_per_s += new * ((head_m - last_m) / dt_s - self.velocity_m_per_s);
+        }
+        let walks = self.velocity_m_per_s.length() > WALKS_M_PER_S;
+        if walks {
+            self.came = self.velocity_m_per_s.normalize_or_zero();
+        }
+        walks
+    }
+
+    /// Takes a frame and its predictions. Who walks, or looks at something beyond the reach of the hand, is taken to go where the eyes are; the
+    /// predictor only knows people who stand before what they touch.
+    pub(super) fn see(
+        &mut self,
+        frame: &HandFrame,
+        walks: bool,
+        ranked: &[ContactPrediction],
+        room: &Room,
+    ) -> anyhow::Result<()> {
+        let new = 1.0 - ((self.last_s - frame.t_s) / MEMORY_S).exp().clamp(0.0, 1.0);
+        self.last_s = frame.t_s;
+        let far = looked_at(frame, &room.scene, if walks { 0.0 } else { FAR_M })?;
+        let ranked = match (&far, walks) {
+            (Some(far), _) => std::slice::from_ref(far),
+            (None, true) => &[],
+            (None, false) => ranked,
+        };
+        if ranked.is_empty() {
+            return Ok(());
+        }
+        for weight in self.weights.values_mut() {
+            *weight *= 1.0 - new;
+        }
+        for contact in ranked {
+            if let Some(cell) = room.inversion.cell(contact.point_m, contact.normal) {
+                *self.weights.entry(cell).or_default() += new * contact.probability;
+            }
+        }
+        self.weights.retain(|_, weight| *weight >= 1e-4);
+        Ok(())
+    }
+
+    /// Forgets everything, in another room.
+    pub(super) fn forget(&mut self) {
+        self.weights.clear();
+    }
+
+    /// The most probable places for a person whose eyes are above a place of the floor, m.
+    pub(super) fn hypotheses(
+        &self,
+        inversion: &BaseInversion,
+        person_m: DVec2,
+    ) -> Vec<BaseHypothesis> {
+        let mut cells: Vec<(usize, f64)> = self.weights.iter().map(|(c, w)| (*c, *w)).collect();
+        cells.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let likely = cells
+            .into_iter()
+            .take(MOST)
+            .filter(|(_, weight)| *weight >= LEAST);
+        let of = |(cell, probability): (usize, f64)| {
+            let (point_m, normal) = inversion.middle(cell)?;
+            let stands_m = (point_m + normal * BEFORE_M).truncate();
+            let way_m = stands_m.distance(person_m);
+            let walk_s = if way_m > STANDS_M {
+                STARTS_S + PAUSE_S + way_m / WALK_M_PER_S
+            } else {
+                0.0
+            };
+            Some(BaseHypothesis {
+                point_m,
+                normal,
+                probability: probability * (1.0 - LATER),
+                touch_s: AT_PLACE_S + walk_s,
+                stands_m,
+            })
+        };
+        let mut found: Vec<BaseHypothesis> = likely.filter_map(of).collect();
+        let Some(first) = found.first().copied() else {
+            return found;
+        };
+        // Who stands there will touch more of what is at hand there.
+        let stands_m = if first.touch_s > AT_PLACE_S {
+            first.stands_m
+        } else {
+            person_m
+        };
+        found.extend(self.later(&first, stands_m));
+        found
+    }
+
+    /// Touches after the next one: around the place where the person stands, m, and at the next one on the way.
+    fn later(&self, first: &BaseHypothesis, stands_m: DVec2) -> Vec<BaseHypothesis> {
+        let along = first.normal.cross(DVec3::Z);
+        let middle_m = first.point_m + along * along.dot(stands_m.extend(0.0) - first.point_m);
+        // People go on in the direction in which they came.
+        let ahead = along * AHEAD_M.copysign(along.dot(self.came.extend(0.0)));
+        let mut found = vec![BaseHypothesis {
+            point_m: (middle_m + ahead).with_z(HEIGHTS_M[1]),
+            probability: AHEAD,
+            touch_s: first.touch_s + GOES_ON_S,
+            stands_m: stands_m + ahead.truncate(),
+            ..*first
+        }];
+        let count = (ASIDE_M.len() * HEIGHTS_M.len()) as f64;
+        for aside_m in ASIDE_M {
+            found.extend(HEIGHTS_M.map(|z| BaseHypothesis {
+                point_m: (middle_m + along * aside_m).with_z(z),
+                probability: LATER / count,
+                touch_s: first.touch_s + NEXT_S,
+                stands_m,
+                ..*first
+            }));
+        }
+        found
+    }
+}
+
+/// The place on a touchable surface that the eyes are on, if it is this far from the hand.
+fn looked_at(
+    frame: &HandFrame,
+    scene: &Scene,
+    far_m: f64,
+) -> anyhow::Result<Option<ContactPrediction>> {
+    let (Some(ray), Some(hand)) = (frame.gaze_ray(), frame.contact_point()) else {
+        return Ok(None);
+    };
+    let hit = scene.ray_cast(ray.origin_m, ray.direction)?;
+    let hit = hit.filter(|hit| scene.surface(hit.surface).touchable());
+    let hit = hit.filter(|hit| hit.point_m.distance(hand.position_m) > far_m);
+    Ok(hit.map(|hit| {
+        let normal = facing(hit.normal, ray.origin_m - hit.point_m);
+        ContactPrediction::of_place(hit.surface, hit.point_m, normal)
+    }))
+}

@@ -1,0 +1,225 @@
+//! A corridor of rooms: walls, shelves and doors, and from where a base serves them.
+
+use crate::input::arms::BoardArm;
+use anyhow::Context;
+use glam::{DVec2, dvec2};
+use hwall::arrival::WaitingConfig;
+use hwall::arrival::base::{BaseInversion, BaseInversionConfig, KeepOutArea};
+use hwall::arrival::reachability::{ReachabilityMap, Steps, WallFacet};
+use hwall::{Walls, WallsConfig};
+use hwall_scene::Scene;
+use hwall_testkit::Sampler;
+use std::fmt::Write as _;
+
+/// Side of a room, m.
+pub(super) const SIDE_M: f64 = 6.0;
+/// Floor and ceiling above the base of the arm, m: it stands 0.95 m above the floor, in the middle of the heights that people touch.
+pub(super) const FLOOR_M: f64 = -0.95;
+const CEILING_M: f64 = 1.55;
+/// The doors: width, height and the place of their middle along the wall, m.
+const DOOR_M: f64 = 0.9;
+const DOOR_TOP_M: f64 = FLOOR_M + 2.1;
+pub(super) const DOOR_Y_M: f64 = 0.5 * SIDE_M;
+/// The shelves: width, depth, underside and top, m.
+const SHELF_M: f64 = 0.8;
+const SHELF_DEPTH_M: f64 = 0.12;
+const SHELF_Z_M: [f64; 2] = [0.0, 0.45];
+/// Distance of a shelf's middle from the corners, m.
+const SHELF_FROM_CORNER_M: f64 = 1.2;
+/// Narrower pieces are not served, m.
+const NARROW_M: f64 = 0.3;
+
+/// One room in the frame of the corridor: x along it, z up, its height zero at the base of the arm.
+pub(super) struct Room {
+    /// Its surfaces, all facing inwards: `wall_*`, `shelf_*`, `door`.
+    pub(super) scene: Scene,
+    /// Its floor, which the base stays out of while a person is in it.
+    pub(super) area: KeepOutArea,
+    /// From where the base serves its walls.
+    pub(super) inversion: BaseInversion,
+    /// Time to invert the map, s.
+    pub(super) inverted_s: f64,
+    /// The middles of its shelves, on the wall.
+    pub(super) shelves_m: [DVec2; 2],
+}
+
+/// Rooms in a row, and what all of them share.
+pub(super) struct Hall {
+    pub(super) rooms: Vec<Room>,
+    /// The walls of the session: one wide wall before the base, because the atlas holds for every wall that the base faces so.
+    pub(super) walls: Walls,
+}
+
+/// The base stands this far behind a wall in the atlas, m, as in the built-in room.
+pub(super) const BEHIND_M: f64 = 0.62;
+/// The board waits this far behind the wall, m: a base that does not reach towards the person may drive faster beside that person.
+const STANDOFF_M: f64 = 0.12;
+/// Half of the width of that wall, m.
+const HALF_M: f64 = 0.9;
+
+impl Hall {
+    /// As many rooms as asked for; the shelves stand where the seed says.
+    pub(super) fn new(arm: &BoardArm, rooms: usize, seed: u64) -> anyhow::Result<Self> {
+        let closed = arm.closed_form();
+        let closed =
+            closed.context("--base drives: needs an arm with a closed form, such as iiwa7")?;
+        // The atlas holds at this distance alone; without it the arm takes twice as long.
+        let config = BaseInversionConfig {
+            behind: Steps::new(BEHIND_M, 0.04, 1)?,
+            ..BaseInversionConfig::default()
+        };
+        let map = BaseInversion::map(closed, &config)?;
+        let mut sampler = Sampler::new(seed);
+        let rooms = (0..rooms).map(|number| Room::new(number, &map, &config, &mut sampler));
+        let mut obj = String::new();
+        quad(
+            &mut obj,
+            "wall",
+            [dvec2(BEHIND_M, -HALF_M), dvec2(BEHIND_M, HALF_M)],
+            [FLOOR_M, CEILING_M],
+        )?;
+        let (wall, _) = Scene::from_obj_str(&obj, None)?;
+        let walls = WallsConfig {
+            waiting: WaitingConfig {
+                standoff_m: STANDOFF_M,
+                ..WaitingConfig::default()
+            },
+            texture: false,
+            ..WallsConfig::default()
+        };
+        Ok(Self {
+            rooms: rooms.collect::<anyhow::Result<_>>()?,
+            walls: Walls::of(&wall, &**arm.kinematics(), arm.board(), &walls)?,
+        })
+    }
+}
+
+impl Room {
+    fn new(
+        number: usize,
+        map: &ReachabilityMap,
+        config: &BaseInversionConfig,
+        sampler: &mut Sampler,
+    ) -> anyhow::Result<Self> {
+        let low_m = dvec2(number as f64 * SIDE_M, 0.0);
+        let high_m = low_m + SIDE_M;
+        let mut along =
+            || low_m.x + sampler.uniform(SHELF_FROM_CORNER_M, SIDE_M - SHELF_FROM_CORNER_M);
+        let shelves_m = [dvec2(along(), low_m.y), dvec2(along(), high_m.y)];
+        let (scene, _) = Scene::from_obj_str(&obj(low_m, high_m, shelves_m)?, None)?;
+        let facets: Vec<WallFacet> = hwall::facets_of(&scene);
+        let wide = |facet: &WallFacet| {
+            let ends = facet.outline_m.iter();
+            let (low, high) = ends.fold(
+                (glam::DVec3::INFINITY, glam::DVec3::NEG_INFINITY),
+                |(low, high), p| (low.min(*p), high.max(*p)),
+            );
+            (high - low).truncate().length() > NARROW_M
+        };
+        let facets: Vec<WallFacet> = facets.into_iter().filter(wide).collect();
+        let began = std::time::Instant::now();
+        let inversion = BaseInversion::of_room(map, &facets, config.clone())?;
+        Ok(Self {
+            scene,
+            area: KeepOutArea { low_m, high_m },
+            inversion,
+            inverted_s: began.elapsed().as_secs_f64(),
+            shelves_m,
+        })
+    }
+}
+
+/// The surfaces of a room. A door leads into it in the west and out of it in the east; the first stands open.
+fn obj(low: DVec2, high: DVec2, shelves_m: [DVec2; 2]) -> anyhow::Result<String> {
+    let mut obj = String::new();
+    let whole = [FLOOR_M, CEILING_M];
+    let (low_y, high_y) = (DOOR_Y_M - 0.5 * DOOR_M, DOOR_Y_M + 0.5 * DOOR_M);
+    let at = |x: f64, y: f64| dvec2(x, y);
+    let corners = [at(high.x, low.y), low, at(low.x, high.y), high];
+    quad(&mut obj, "wall_south", [corners[0], corners[1]], whole)?;
+    quad(&mut obj, "wall_north", [corners[2], corners[3]], whole)?;
+    for (name, x, from, to) in [
+        ("west", low.x, low_y, high_y),
+        ("east", high.x, high_y, low_y),
+    ] {
+        let (begin, end) = if from < to {
+            (low.y, high.y)
+        } else {
+            (high.y, low.y)
+        };
+        quad(
+            &mut obj,
+            &format!("wall_{name}_a"),
+            [at(x, begin), at(x, from)],
+            whole,
+        )?;
+        quad(
+            &mut obj,
+            &format!("wall_{name}_b"),
+            [at(x, to), at(x, end)],
+            whole,
+        )?;
+        quad(
+            &mut obj,
+            &format!("wall_{name}_above"),
+            [at(x, from), at(x, to)],
+            [DOOR_TOP_M, CEILING_M],
+        )?;
+    }
+    quad(
+        &mut obj,
+        "door",
+        [at(high.x, high_y), at(high.x, low_y)],
+        [FLOOR_M, DOOR_TOP_M],
+    )?;
+    shelves(&mut obj, shelves_m)?;
+    Ok(obj)
+}
+
+/// The front and the cheeks of both shelves.
+fn shelves(obj: &mut String, shelves_m: [DVec2; 2]) -> anyhow::Result<()> {
+    for (name, middle, out, right) in [
+        ("south", shelves_m[0], DVec2::Y, DVec2::NEG_X),
+        ("north", shelves_m[1], DVec2::NEG_Y, DVec2::X),
+    ] {
+        let (begin, end) = (
+            middle - right * 0.5 * SHELF_M,
+            middle + right * 0.5 * SHELF_M,
+        );
+        let front = out * SHELF_DEPTH_M;
+        quad(
+            obj,
+            &format!("shelf_{name}"),
+            [begin + front, end + front],
+            SHELF_Z_M,
+        )?;
+        quad(
+            obj,
+            &format!("shelf_{name}_a"),
+            [begin, begin + front],
+            SHELF_Z_M,
+        )?;
+        quad(
+            obj,
+            &format!("shelf_{name}_b"),
+            [end + front, end],
+            SHELF_Z_M,
+        )?;
+    }
+    Ok(())
+}
+
+/// An upright rectangle from one place of the floor to another; its normal points to the right of that way.
+fn quad(
+    obj: &mut String,
+    name: &str,
+    [from, to]: [DVec2; 2],
+    [low, high]: [f64; 2],
+) -> anyhow::Result<()> {
+    writeln!(obj, "o {name}")?;
+    for (at, z) in [(from, low), (to, low), (to, high), (from, high)] {
+        writeln!(obj, "v {} {} {z}", at.x, at.y)?;
+    }
+    writeln!(obj, "f -4 -3 -2\nf -4 -2 -1")?;
+    Ok(())
+}

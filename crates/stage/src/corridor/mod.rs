@@ -1,0 +1,115 @@
+//! A corridor of rooms in which somebody walks and touches: what a fixed base presents of it, and what one that drives.
+
+mod belief;
+mod figure;
+mod hall;
+mod moving;
+mod report;
+mod run;
+mod touches;
+mod visits;
+mod walker;
+
+use crate::console::note;
+use crate::input::arms::{BoardArm, NamedArm};
+use crate::input::base_flag::BaseKind;
+use crate::input::file_plan::FilePlan;
+use crate::person::kinds::PersonKind;
+use crate::person::predictors::{PredictorKind, Predictors, TrainingPeople};
+use anyhow::Context;
+use hall::Hall;
+use hwall_haptics::Board;
+use hwall_numeric::parallel;
+use run::Corridor;
+use std::io::Write;
+use std::path::PathBuf;
+use std::sync::Mutex;
+
+/// What to run.
+#[derive(Debug, Clone)]
+pub struct CorridorRequest {
+    /// The base of the figure and of the list of touches; all four are compared.
+    pub kind: BaseKind,
+    /// The arm.
+    pub arm: NamedArm,
+    /// What the walker is like.
+    pub person: PersonKind,
+    /// Number of touches.
+    pub touches: usize,
+    /// Of rooms, walker and sensors.
+    pub seed: u64,
+    /// Who leads the board; `None`: the fused predictor.
+    pub predictor: Option<PredictorKind>,
+    /// Output folder.
+    pub out: PathBuf,
+    /// Also write everything to this file.
+    pub json: Option<PathBuf>,
+}
+
+const FIGURE: &str = "corridor.svg";
+const TABLE: &str = "corridor.md";
+/// A room sees at least this many touches: five visits.
+const LEAST_OF_ROOM: usize = 5;
+
+/// Walks through the corridor with every kind of base, and prints and writes what became of the touches.
+///
+/// # Errors
+/// An arm without a closed form, files that cannot be written, a configuration that a crate refuses.
+pub fn run(
+    request: &CorridorRequest,
+    out: &mut impl Write,
+    progress: impl FnMut(f64) + Send,
+) -> anyhow::Result<()> {
+    let plan = FilePlan::default()
+        .read_arm("--arm", &request.arm.name)
+        .write_into("--out", Some(&request.out), &[FIGURE, TABLE])
+        .write("--json", request.json.as_deref());
+    plan.check()?;
+    std::fs::create_dir_all(&request.out).with_context(|| request.out.display().to_string())?;
+    let arm = BoardArm::named(request.arm.clone(), &Board::default())?;
+    let people = TrainingPeople::default();
+    // Predictions do not depend on where a room stands, so people of the built-in room teach them.
+    let (built_in, _) = crate::setting::load_scene(None)?;
+    let (predictors, learnt) = Predictors::train(&built_in, &arm, &people, request.predictor)?;
+    note(learnt);
+    let rooms = request.touches.div_ceil(LEAST_OF_ROOM);
+    let hall = Hall::new(&arm, rooms, request.seed)?;
+    let visits = visits::visits(&hall, request.touches, request.seed)?;
+    let corridor = Corridor {
+        hall: &hall,
+        visits: &visits,
+        arm: &arm,
+        people: &people,
+        predictors: &predictors,
+        person: request.person,
+        seed: request.seed,
+    };
+    let shares = Mutex::new(([0.0; BaseKind::ALL.len()], progress));
+    let walks = parallel::map(BaseKind::ALL.len(), |i| {
+        corridor.walk(BaseKind::ALL[i], |share| {
+            if let Ok(mut all) = shares.lock() {
+                all.0[i] = share;
+                let done = all.0.iter().sum::<f64>() / BaseKind::ALL.len() as f64;
+                (all.1)(done);
+            }
+        })
+    });
+    let walks = walks.into_iter().collect::<anyhow::Result<Vec<_>>>()?;
+    let table = report::table(&hall, &walks);
+    writeln!(out, "{table}")?;
+    let written = |name: &str| request.out.join(name);
+    hwall_files::write(written(TABLE), &table).with_context(|| TABLE)?;
+    let shown = walks.iter().find(|walk| walk.kind == request.kind);
+    let shown = shown.context("no walk")?;
+    figure::draw(&written(FIGURE), &hall, shown)?;
+    if let Some(path) = &request.json {
+        let text = report::json(&hall, &walks)?;
+        hwall_files::write(path, text).with_context(|| path.display().to_string())?;
+    }
+    writeln!(
+        out,
+        "wrote {FIGURE} and {TABLE} to {}",
+        request.out.display()
+    )?;
+    Ok(())
+}

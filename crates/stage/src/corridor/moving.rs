@@ -1,0 +1,285 @@
+//! The base in the hall, and the world that is turned around the person.
+
+use super::hall::{BEHIND_M, Room};
+use super::visits::{BEFORE_M, Visit};
+use super::walker::{Body, shorter};
+use glam::{DVec2, DVec3, dvec2};
+use hwall::arrival::base::{
+    BaseChoiceConfig, BaseChooser, BaseDrive, BaseHypothesis, BaseLimits, BasePose, BaseSafety,
+    Circle, KeepOutArea, Surroundings,
+};
+use hwall_hand::Pose;
+use hwall_redirection::{AvatarTurn, PersonMotion, TurnConfig};
+use std::f64::consts::FRAC_PI_2;
+
+/// The base from above, m: a platform of half a metre.
+const CHASSIS_M: f64 = 0.35;
+/// Radius of the links, and of the points between the joints that stand for them: 0.1 m of arm and half of the distance between points, m.
+const LINK_M: f64 = 0.14;
+/// Half a diagonal of the board, m.
+const BOARD_M: f64 = 0.142;
+/// A room is left when the base is this far outside, m.
+const OUTSIDE_M: f64 = 0.4;
+/// A base this near to the person's head serves what the person touches, m: 1.3 m straight ahead, 0.7 m aside.
+const NEAR_M: f64 = 1.5;
+/// Speeds below are rest, m/s.
+const RESTS_M_PER_S: f64 = 1e-3;
+
+/// What the base sees, in the frame of the corridor or of the base.
+pub(super) struct Seen<'a> {
+    pub(super) person_m: DVec2,
+    pub(super) hands_m: &'a [DVec3],
+    pub(super) skeleton_m: &'a [DVec3],
+    pub(super) board_m: DVec3,
+    pub(super) touched: bool,
+}
+
+/// What the base did.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct BaseRecord {
+    /// Length of its way, m, and time in motion, s.
+    pub(super) way_m: f64,
+    pub(super) moves_s: f64,
+    /// While it moves: least distance between the surfaces of robot and person, m, and what the rule asked for then.
+    pub(super) closest_m: f64,
+    pub(super) asked_m: f64,
+    /// The same distance also while it stands.
+    pub(super) closest_standing_m: f64,
+    /// Least margin beyond what the person can come until the base stands, m.
+    pub(super) margin_m: f64,
+    /// Steps in motion with a negative margin, and while the board was touched.
+    pub(super) too_near: u64,
+    pub(super) moved_touched: u64,
+}
+
+/// The base, and the pose of the corridor in the hall.
+pub(super) struct MovingBase {
+    drive: BaseDrive,
+    safety: BaseSafety,
+    /// The pose that it goes to, in the frame of the corridor.
+    goal: Option<BasePose>,
+    hall_from_corridor: Pose,
+    turn: AvatarTurn,
+    /// Where the world should turn, rad, and the person's last heading in the hall.
+    wanted_rad: f64,
+    last_yaw_rad: Option<f64>,
+    pub(super) record: BaseRecord,
+}
+
+impl MovingBase {
+    /// Behind the place that is visited first.
+    pub(super) fn new(first: &Visit) -> anyhow::Result<Self> {
+        let start = BasePose {
+            at_m: first.stands_m + first.facing * (BEFORE_M + BEHIND_M),
+            yaw_rad: (-first.facing).to_angle(),
+        };
+        Ok(Self {
+            drive: BaseDrive::new(BaseLimits::default(), start)?,
+            safety: BaseSafety::default(),
+            goal: None,
+            hall_from_corridor: Pose::IDENTITY,
+            // The hall is as large as the corridor, so the total turn does not matter.
+            turn: AvatarTurn::new(TurnConfig {
+                most_rad: f64::MAX,
+                ..TurnConfig::default()
+            })?,
+            wanted_rad: 0.0,
+            last_yaw_rad: None,
+            record: BaseRecord {
+                way_m: 0.0,
+                moves_s: 0.0,
+                closest_m: f64::INFINITY,
+                asked_m: f64::NAN,
+                closest_standing_m: f64::INFINITY,
+                margin_m: f64::INFINITY,
+                too_near: 0,
+                moved_touched: 0,
+            },
+        })
+    }
+
+    /// The place of the base in the frame of the corridor.
+    fn place(&self) -> BasePose {
+        self.drive
+            .state()
+            .pose()
+            .seen_from(&self.hall_from_corridor)
+    }
+
+    /// The world as the session is to see it.
+    pub(super) fn base_from_corridor(&self) -> Pose {
+        self.place().floor_from_base().inverse()
+    }
+
+    /// Is it outside an area, with room to spare?
+    pub(super) fn is_out_of(&self, area: &KeepOutArea) -> bool {
+        let grown = KeepOutArea {
+            low_m: area.low_m - OUTSIDE_M,
+            high_m: area.high_m + OUTSIDE_M,
+        };
+        !grown.contains(self.place().at_m)
+    }
+
+    /// Can it serve what is before a person?
+    pub(super) fn is_near(&self, person_m: DVec2) -> bool {
+        self.place().at_m.distance(person_m) <= NEAR_M
+    }
+
+    pub(super) fn forget_goal(&mut self) {
+        self.goal = None;
+    }
+
+    /// Chooses where to go for what may be touched. `next`: the room behind a closed door that the person waits at.
+    pub(super) fn choose(
+        &mut self,
+        room: &Room,
+        next: Option<&Room>,
+        hypotheses: &[BaseHypothesis],
+    ) -> anyhow::Result<()> {
+        let area = KeepOutArea {
+            low_m: room.area.low_m,
+            high_m: next.map_or(room.area.high_m, |next| next.area.high_m),
+        };
+        let here = self.drive.seen_from(&self.hall_from_corridor);
+        let chosen = match next {
+            // Out of the room behind the door, by the nearer side.
+            Some(_) if area.contains(self.place().at_m) => {
+                let at_m = self.place().at_m;
+                let y = if at_m.y < 0.5 * (area.low_m.y + area.high_m.y) {
+                    area.low_m.y - BEHIND_M
+                } else {
+                    area.high_m.y + BEHIND_M
+                };
+                let to = BasePose {
+                    at_m: dvec2(at_m.x, y),
+                    yaw_rad: FRAC_PI_2.copysign(-y),
+                };
+                Some((to, vec![to.at_m]))
+            }
+            Some(_) => None,
+            None => {
+                let config = BaseChoiceConfig::default();
+                let chooser = BaseChooser::new(config, self.safety, &room.inversion, area)?;
+                chooser.choose(&here, self.goal, hypotheses)
+            }
+        };
+        let Some((goal, way)) = chosen else {
+            return Ok(());
+        };
+        self.goal = Some(goal);
+        let hall_m = |at_m: &DVec2| {
+            self.hall_from_corridor
+                .transform_point(at_m.extend(0.0))
+                .truncate()
+        };
+        let way: Vec<DVec2> = way.iter().map(hall_m).collect();
+        let yaw_rad = goal.placed(&self.hall_from_corridor).yaw_rad;
+        self.drive.set_route(&way, yaw_rad);
+        Ok(())
+    }
+
+    /// Turns the world around a walking person, as far as it goes unnoticed, so that the goal comes nearer to the base.
+    pub(super) fn turn_avatar(&mut self, body: &Body, dt_s: f64) -> anyhow::Result<()> {
+        let x = self.hall_from_corridor.rotation().x_axis;
+        let yaw_rad = body.yaw_rad + x.y.atan2(x.x);
+        let turned_rad = self
+            .last_yaw_rad
+            .map_or(0.0, |last| shorter(yaw_rad - last));
+        self.last_yaw_rad = Some(yaw_rad);
+        if let Some(goal) = self.goal {
+            let angle = |at_m: DVec2| (at_m - body.at_m).to_angle();
+            // About the person, the world turns against the avatar.
+            let towards = shorter(angle(self.place().at_m) - angle(goal.at_m));
+            self.wanted_rad = self.turn.turned_rad() - towards;
+        }
+        let motion = PersonMotion {
+            turn_rad_per_s: turned_rad / dt_s,
+            speed_m_per_s: body.speed_m_per_s,
+            ..PersonMotion::default()
+        };
+        let by = -self.turn.step(self.wanted_rad, &motion, dt_s)?.injected_rad;
+        let about_m = body.at_m.extend(0.0);
+        let turn = Pose::from_yaw(by, DVec3::ZERO)?;
+        let fixed = Pose::from_yaw(by, about_m - turn.transform_point(about_m))?;
+        let turned = self.hall_from_corridor.to_affine() * fixed.to_affine();
+        self.hall_from_corridor = Pose::from_affine(&turned)?;
+        self.last_yaw_rad = self.last_yaw_rad.map(|yaw| yaw + by);
+        Ok(())
+    }
+
+    /// Moves the base by a time, s, if it may.
+    pub(super) fn step(&mut self, dt_s: f64, seen: &Seen<'_>) {
+        let parts = parts(seen);
+        let hall = &self.hall_from_corridor;
+        let hands_m: Vec<DVec3> = seen
+            .hands_m
+            .iter()
+            .map(|m| hall.transform_point(*m))
+            .collect();
+        let around = Surroundings {
+            person_m: hall.transform_point(seen.person_m.extend(0.0)).truncate(),
+            hands_m: &hands_m,
+            board_m: seen.board_m,
+            touched: seen.touched,
+            parts: &parts,
+        };
+        let before_m = self.drive.state().pose().at_m;
+        self.drive.step(dt_s, |drive, state| {
+            self.safety.allows(drive, state, &around)
+        });
+        self.keep(dt_s, before_m, &around);
+    }
+
+    fn keep(&mut self, dt_s: f64, before_m: DVec2, around: &Surroundings<'_>) {
+        let (state, record) = (*self.drive.state(), &mut self.record);
+        let pose = state.pose();
+        let gap_m = |part: &Circle| {
+            pose.floor_m(part.at_m).distance(around.person_m)
+                - part.radius_m
+                - self.safety.person_radius_m
+        };
+        let gap_m = around.parts.iter().map(gap_m).fold(f64::INFINITY, f64::min);
+        record.closest_standing_m = record.closest_standing_m.min(gap_m);
+        record.way_m += pose.at_m.distance(before_m);
+        let speed = state.velocity_m_per_s().length();
+        if speed < RESTS_M_PER_S && state.turning()[0].abs() < RESTS_M_PER_S {
+            return;
+        }
+        // What the rule guarantees, without the reserve for the latency.
+        let bare = BaseSafety {
+            latency_s: 0.0,
+            clearance_m: 0.0,
+            ..self.safety
+        };
+        let margin_m = bare.left_m(&self.drive, &state, around.person_m, around.parts);
+        record.moves_s += dt_s;
+        record.margin_m = record.margin_m.min(margin_m);
+        record.too_near += u64::from(margin_m < 0.0);
+        record.moved_touched += u64::from(around.touched);
+        if gap_m < record.closest_m {
+            record.closest_m = gap_m;
+            record.asked_m = self.safety.person_m_per_s * self.drive.stop_s(&state);
+        }
+    }
+}
+
+/// The robot from above: platform, links and board.
+fn parts(seen: &Seen<'_>) -> Vec<Circle> {
+    let links = seen.skeleton_m.windows(2).flat_map(|link| {
+        [0.0, 0.5, 1.0].map(|share| Circle {
+            at_m: link[0].lerp(link[1], share).truncate(),
+            radius_m: LINK_M,
+        })
+    });
+    let fixed = [
+        Circle {
+            at_m: DVec2::ZERO,
+            radius_m: CHASSIS_M,
+        },
+        Circle {
+            at_m: seen.board_m.truncate(),
+            radius_m: BOARD_M,
+        },
+    ];
+    fixed.into_iter().chain(links).collect()
+}

@@ -1,0 +1,132 @@
+//! The four walks as a table and as JSON.
+
+use super::hall::Hall;
+use super::run::Walked;
+use super::touches::CorridorTouch;
+use super::visits::Kind;
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+
+/// Share of the touches of a selection at which the board was in place, %; empty without any.
+fn share(touches: &[CorridorTouch], of: impl Fn(&CorridorTouch) -> bool) -> String {
+    let all = touches.iter().filter(|touch| of(touch));
+    let (in_place, count) = all.fold((0, 0), |(in_place, count), touch| {
+        (in_place + usize::from(touch.lead_s.is_some()), count + 1)
+    });
+    match count {
+        0 => String::new(),
+        _ => format!("{:.1}", 100.0 * in_place as f64 / count as f64),
+    }
+}
+
+/// Misses because the base stood elsewhere.
+fn out_of_reach(walk: &Walked) -> usize {
+    let missed = walk.touches.iter().filter(|touch| touch.lead_s.is_none());
+    missed.filter(|touch| !touch.served).count()
+}
+
+/// A Markdown table.
+pub(super) fn table(hall: &Hall, walks: &[Walked]) -> String {
+    let mut text = "| base | touches | in place, % | first of a visit, % | later ones, % | walls, % | shelves, % | doors, % | missed: base elsewhere | missed: arm | base's way, m | closest to the person while moving, m | asked for there, m | least margin, m | steps below the distance | steps in motion while touched | time, s | before doors, s |\n".to_owned();
+    text += &"| --- ".repeat(18);
+    text += "|\n";
+    for walk in walks {
+        let (touches, base) = (&walk.touches, &walk.base);
+        let missed = touches
+            .iter()
+            .filter(|touch| touch.lead_s.is_none())
+            .count();
+        let moved = base.moves_s > 0.0;
+        let metres = |m: f64| {
+            if moved {
+                format!("{m:.2}")
+            } else {
+                String::new()
+            }
+        };
+        let of_kind = |kind| share(touches, |touch| touch.kind == kind);
+        let [walls, shelves, doors] = Kind::ALL.map(of_kind);
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {} | {} | {walls} | {shelves} | {doors} | {} | {} | {:.1} | {} | {} | {} | {} | {} | {:.0} | {:.0} |",
+            walk.kind.name(),
+            touches.len(),
+            share(touches, |_| true),
+            share(touches, |touch| touch.number == 0),
+            share(touches, |touch| touch.number > 0),
+            out_of_reach(walk),
+            missed - out_of_reach(walk),
+            base.way_m,
+            metres(base.closest_m),
+            metres(base.asked_m),
+            metres(base.margin_m),
+            base.too_near,
+            base.moved_touched,
+            walk.duration_s,
+            walk.waited_s,
+        );
+    }
+    let inverted_s = hall
+        .rooms
+        .iter()
+        .map(|room| room.inverted_s)
+        .fold(0.0, f64::max);
+    let (cells, bases) = hall.rooms.first().map_or((0, 0), |room| {
+        (room.inversion.cells(), room.inversion.bases().len())
+    });
+    let _ = write!(
+        text,
+        "\nInversion of the maps: {cells} cells and {bases} base poses a room, {inverted_s:.3} s at most."
+    );
+    text
+}
+
+/// Everything, for other programs.
+pub(super) fn json(hall: &Hall, walks: &[Walked]) -> anyhow::Result<String> {
+    let touch = |touch: &CorridorTouch| {
+        json!({
+            "kind": touch.kind.name(),
+            "room": touch.room,
+            "visit": touch.visit,
+            "number": touch.number,
+            "point_m": touch.point_m.to_array(),
+            "contact_s": touch.contact_s,
+            "in_place": touch.lead_s.is_some(),
+            "lead_s": touch.lead_s,
+            "served": touch.served,
+        })
+    };
+    let finite = |m: f64| m.is_finite().then_some(m);
+    let walk = |walk: &Walked| {
+        let base = &walk.base;
+        let in_place = walk.touches.iter().filter(|touch| touch.lead_s.is_some());
+        json!({
+            "base": walk.kind.name(),
+            "summary": {
+                "touches": walk.touches.len(),
+                "in_place": in_place.count(),
+                "missed_base_elsewhere": out_of_reach(walk),
+                "base_way_m": base.way_m,
+                "base_moves_s": base.moves_s,
+                "closest_moving_m": finite(base.closest_m),
+                "asked_there_m": finite(base.asked_m),
+                "closest_m": finite(base.closest_standing_m),
+                "least_margin_m": finite(base.margin_m),
+                "steps_below_distance": base.too_near,
+                "steps_moved_touched": base.moved_touched,
+                "duration_s": walk.duration_s,
+                "before_doors_s": walk.waited_s,
+            },
+            "touches": walk.touches.iter().map(touch).collect::<Vec<_>>(),
+            "track": walk.samples.iter().map(|at| json!([
+                at.t_s, at.person_m.x, at.person_m.y, at.base_m.x, at.base_m.y
+            ])).collect::<Vec<_>>(),
+        })
+    };
+    let inverted = hall.rooms.iter().map(|room| room.inverted_s);
+    let file: Value = json!({
+        "walks": walks.iter().map(walk).collect::<Vec<_>>(),
+        "inversion_most_s": inverted.fold(0.0, f64::max),
+    });
+    Ok(serde_json::to_string_pretty(&file)? + "\n")
+}

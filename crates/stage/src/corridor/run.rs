@@ -1,0 +1,285 @@
+//! One walk through the corridor: person, session, simulated arm and base on one clock.
+
+use super::belief::Belief;
+use super::hall::Hall;
+use super::moving::{MovingBase, Seen};
+use super::touches::{CorridorTouch, TouchWatch};
+use super::visits::Visit;
+use super::walker::Walker;
+use crate::input::arms::BoardArm;
+use crate::input::base_flag::BaseKind;
+use crate::person::kinds::PersonKind;
+use crate::person::predictors::{Predictors, TrainingPeople};
+use crate::person::responses::Scenery;
+use crate::run::simulated_arm::{ArmLevel, Finger, SimulatedArm};
+use crate::run::stage::SessionSettings;
+use glam::{DVec2, DVec3};
+use hwall::haptics::Arm;
+use hwall::{Session, WorldPose};
+use hwall_hand::{HandFilterConfig, HandFrame, HandPoint, Pose};
+use std::sync::Arc;
+
+/// Periods of the control loop, the tracker and the base, and between choices of the base, s.
+const PERIOD_S: f64 = 1e-3;
+const TRACKER_S: f64 = 1.0 / 90.0;
+const BASE_EVERY: u64 = 4;
+const CHOICE_S: f64 = 0.1;
+/// Nobody takes longer for a touch, s.
+const LONGEST_S: f64 = 60.0;
+
+/// What is the same in all walks.
+pub(super) struct Corridor<'a> {
+    pub(super) hall: &'a Hall,
+    pub(super) visits: &'a [Visit],
+    pub(super) arm: &'a BoardArm,
+    pub(super) people: &'a TrainingPeople,
+    pub(super) predictors: &'a Predictors,
+    pub(super) person: PersonKind,
+    pub(super) seed: u64,
+}
+
+/// Where person and base were at a time.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sample {
+    pub(super) t_s: f64,
+    /// In the frame of the corridor, m.
+    pub(super) person_m: DVec2,
+    pub(super) base_m: DVec2,
+    pub(super) visit: usize,
+}
+
+/// A walk.
+pub(super) struct Walked {
+    pub(super) kind: BaseKind,
+    pub(super) touches: Vec<CorridorTouch>,
+    pub(super) samples: Vec<Sample>,
+    pub(super) base: super::moving::BaseRecord,
+    /// Time, and time before closed doors, s.
+    pub(super) duration_s: f64,
+    pub(super) waited_s: f64,
+}
+
+impl Corridor<'_> {
+    fn session(&self, room: usize) -> anyhow::Result<Session<Predictors>> {
+        let scenery = Scenery {
+            scene: &self.hall.rooms[room].scene,
+            arm: self.arm,
+            walls: &self.hall.walls,
+            people: self.people,
+            textured: false,
+        };
+        let settings = SessionSettings {
+            scenery,
+            room: None,
+            level: ArmLevel::Servo,
+            filter: HandFilterConfig::simulated(),
+            sees_head: true,
+            arm_minus_tracker_s: 0.0,
+        };
+        settings.session(self.predictors.for_another_person())
+    }
+
+    /// Walks through all rooms.
+    pub(super) fn walk(
+        &self,
+        kind: BaseKind,
+        mut progress: impl FnMut(f64),
+    ) -> anyhow::Result<Walked> {
+        let mut rig = Rig::new(self, kind)?;
+        let most_s = LONGEST_S * (1 + self.visits.len()) as f64;
+        let mut step = 0_u64;
+        while !rig.walker.is_done() {
+            let t_s = step as f64 * PERIOD_S;
+            anyhow::ensure!(t_s < most_s, "the walk does not end");
+            rig.cycle(step, t_s)?;
+            step += 1;
+            if step % 1000 == 0 {
+                progress(rig.walker.number() as f64 / self.visits.len() as f64);
+            }
+        }
+        Ok(Walked {
+            kind,
+            touches: rig.watch.touches,
+            samples: rig.samples,
+            base: rig.base.record,
+            duration_s: step as f64 * PERIOD_S,
+            waited_s: rig.waited_s,
+        })
+    }
+}
+
+/// Everything in motion.
+struct Rig<'a> {
+    corridor: &'a Corridor<'a>,
+    kind: BaseKind,
+    walker: Walker<'a>,
+    session: Session<Predictors>,
+    room: usize,
+    arm: SimulatedArm,
+    finger: Finger,
+    base: MovingBase,
+    belief: Belief,
+    watch: TouchWatch,
+    frame: HandFrame,
+    frames: u64,
+    next_choice_s: f64,
+    is_touched: bool,
+    waited_s: f64,
+    samples: Vec<Sample>,
+}
+
+impl<'a> Rig<'a> {
+    fn new(corridor: &'a Corridor<'a>, kind: BaseKind) -> anyhow::Result<Self> {
+        let session = corridor.session(0)?;
+        let model = Arc::clone(session.control().arm());
+        let start = corridor.hall.walls.waiting.unwrap_or(corridor.arm.start());
+        let walker = Walker::new(corridor.visits, corridor.person, corridor.seed)?;
+        let arm = SimulatedArm::new(ArmLevel::Servo, corridor.arm, model, start, corridor.seed)?;
+        Ok(Self {
+            corridor,
+            kind,
+            base: MovingBase::new(walker.visit())?,
+            walker,
+            session,
+            room: 0,
+            arm,
+            finger: Finger::new(corridor.arm.board()),
+            belief: Belief::default(),
+            watch: TouchWatch::default(),
+            frame: HandFrame::empty(0.0),
+            frames: 0,
+            next_choice_s: 0.0,
+            is_touched: false,
+            waited_s: 0.0,
+            samples: Vec::new(),
+        })
+    }
+
+    fn cycle(&mut self, step: u64, t_s: f64) -> anyhow::Result<()> {
+        self.advance_walker(t_s)?;
+        if t_s >= self.frames as f64 * TRACKER_S {
+            self.take_frame(self.frames as f64 * TRACKER_S)?;
+            self.frames += 1;
+        }
+        if step % BASE_EVERY == 0 && self.kind.drives() {
+            self.step_base(t_s, BASE_EVERY as f64 * PERIOD_S);
+        }
+        let state = self.arm.state()?;
+        let command = self.session.step(t_s, &state);
+        self.arm.command(command)?;
+        self.session.plan();
+        while self.session.next_event().is_some() {}
+        self.arm.advance(PERIOD_S)?;
+        let base_from_corridor = self.base.base_from_corridor();
+        let tip = self.walker.tip(t_s).map(|(tip_m, velocity)| {
+            (
+                base_from_corridor.transform_point(tip_m),
+                base_from_corridor.transform_vector(velocity),
+            )
+        });
+        self.is_touched = self.finger.press(&mut self.arm, tip)? != DVec3::ZERO;
+        let corridor_from_base = base_from_corridor.inverse();
+        let corridor_from_board =
+            Pose::from_affine(&(corridor_from_base.to_affine() * self.arm.pose().to_affine()))?;
+        self.watch.see(
+            t_s,
+            &self.walker,
+            self.corridor.arm,
+            &corridor_from_board,
+            &corridor_from_base,
+        )
+    }
+
+    fn advance_walker(&mut self, t_s: f64) -> anyhow::Result<()> {
+        let opens = !self.walker.waits() || self.next_room_is_free();
+        self.waited_s += if self.walker.waits() { PERIOD_S } else { 0.0 };
+        self.walker.advance(t_s, opens)?;
+        let room = self.walker.visit().room;
+        if room != self.room {
+            self.room = room;
+            self.session = self.corridor.session(room)?;
+            self.belief.forget();
+            self.base.forget_goal();
+        }
+        Ok(())
+    }
+
+    /// The door opens once the base is out of the room behind it.
+    fn next_room_is_free(&self) -> bool {
+        let next = self.corridor.hall.rooms.get(self.room + 1);
+        !self.kind.drives() || next.is_none_or(|next| self.base.is_out_of(&next.area))
+    }
+
+    fn take_frame(&mut self, t_s: f64) -> anyhow::Result<()> {
+        let frame = self.walker.frame(t_s)?;
+        self.frame = frame;
+        let room = &self.corridor.hall.rooms[self.room];
+        let body = self.walker.body(t_s);
+        if self.kind.redirects() {
+            self.base.turn_avatar(&body, TRACKER_S)?;
+        }
+        let base_from_world = self.base.base_from_corridor();
+        self.session.world(&WorldPose {
+            t_s,
+            base_from_world,
+        })?;
+        // A session takes a hand that is carried along for one that reaches, and learns from touches that it cannot serve that nobody leaves it time.
+        let walks = self.belief.walks(&frame);
+        let is_far = !self.base.is_near(body.at_m);
+        let told = if walks || is_far {
+            without_hand(frame)
+        } else {
+            frame
+        };
+        self.session.frame(&told.transformed(&base_from_world));
+        {
+            let perception = self.session.perception();
+            let ranked = perception.predictor().ranked();
+            self.belief.see(&frame, walks, ranked, room)?;
+        }
+        if t_s >= self.next_choice_s {
+            self.next_choice_s += CHOICE_S;
+            let hypotheses = self.belief.hypotheses(&room.inversion, body.at_m);
+            let next = self.corridor.hall.rooms.get(self.room + 1);
+            let next = next.filter(|_| self.walker.waits());
+            self.base.choose(room, next, &hypotheses)?;
+            self.samples.push(self.sample(t_s, body.at_m));
+        }
+        Ok(())
+    }
+
+    fn sample(&self, t_s: f64, person_m: DVec2) -> Sample {
+        let corridor_from_base = self.base.base_from_corridor().inverse();
+        Sample {
+            t_s,
+            person_m,
+            base_m: corridor_from_base.position_m().truncate(),
+            visit: self.walker.number(),
+        }
+    }
+
+    fn step_base(&mut self, t_s: f64, dt_s: f64) {
+        let hands = [HandPoint::Index, HandPoint::Palm].map(|point| self.frame.point(point));
+        let hands: Vec<DVec3> = hands.into_iter().flatten().collect();
+        let skeleton = self.corridor.arm.skeleton_m(&self.arm.q());
+        self.base.step(
+            dt_s,
+            &Seen {
+                person_m: self.walker.body(t_s).at_m,
+                hands_m: &hands,
+                skeleton_m: &skeleton,
+                board_m: self.arm.pose().position_m(),
+                touched: self.is_touched,
+            },
+        );
+    }
+}
+
+/// The frame of a person whose hand is not seen.
+fn without_hand(frame: HandFrame) -> HandFrame {
+    HandFrame {
+        palm_m: None,
+        tips_m: [None; 5],
+        ..frame
+    }
+}

@@ -1,0 +1,93 @@
+//! What `--base` says: where the base stands, or what it does in a corridor of rooms.
+
+use super::floor_pose::FloorPose;
+use anyhow::Context;
+use clap::ValueEnum;
+
+/// What the base does in the corridor, and whether the person is redirected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum BaseKind {
+    /// The base stays where it is
+    Fixed,
+    /// The base stays; the avatar is turned unnoticed, so that walls come to the board
+    Redirected,
+    /// The base drives
+    Drives,
+    /// The base drives and the avatar is turned
+    Both,
+}
+
+impl BaseKind {
+    /// In the order of tables.
+    pub const ALL: [Self; 4] = [Self::Fixed, Self::Redirected, Self::Drives, Self::Both];
+
+    /// For tables and files; as on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Fixed => "fixed",
+            Self::Redirected => "redirected",
+            Self::Drives => "drives",
+            Self::Both => "both",
+        }
+    }
+
+    /// Does the base move?
+    #[must_use]
+    pub const fn drives(self) -> bool {
+        matches!(self, Self::Drives | Self::Both)
+    }
+
+    /// Is the avatar turned?
+    #[must_use]
+    pub const fn redirects(self) -> bool {
+        matches!(self, Self::Redirected | Self::Both)
+    }
+}
+
+/// The value of `--base`.
+#[derive(Debug, Clone, Copy)]
+pub enum BaseFlag {
+    /// The base stands there, in the frame of the scene.
+    At(FloorPose),
+    /// A corridor of rooms instead of the scene.
+    Corridor(BaseKind),
+}
+
+impl BaseFlag {
+    /// `x,y,z,yaw` or the name of a kind.
+    ///
+    /// # Errors
+    /// Anything else.
+    pub fn parse(text: &str) -> anyhow::Result<Self> {
+        let named = BaseKind::ALL.into_iter().find(|kind| kind.name() == text);
+        if let Some(kind) = named {
+            return Ok(Self::Corridor(kind));
+        }
+        let at = FloorPose::parse(text);
+        Ok(Self::At(at.context(
+            "x,y,z,yaw, or fixed, redirected, drives or both",
+        )?))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_base_is_a_place_or_the_name_of_a_kind() {
+        for kind in BaseKind::ALL {
+            let parsed = BaseFlag::parse(kind.name()).unwrap();
+            assert!(matches!(parsed, BaseFlag::Corridor(found) if found == kind));
+        }
+        assert!(matches!(
+            BaseFlag::parse("0.1,0,-0.2,90"),
+            Ok(BaseFlag::At(_))
+        ));
+        for wrong in ["drive", "", "1,2,3", "0,0,NaN,0"] {
+            let error = format!("{:#}", BaseFlag::parse(wrong).unwrap_err());
+            assert!(error.contains("drives"), "{error}");
+        }
+    }
+}
