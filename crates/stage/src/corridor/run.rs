@@ -93,7 +93,7 @@ impl Corridor<'_> {
             anyhow::ensure!(t_s < most_s, "the walk does not end");
             rig.cycle(step, t_s)?;
             step += 1;
-            if step % 1000 == 0 {
+            if step.is_multiple_of(1000) {
                 progress(rig.walker.number() as f64 / self.visits.len() as f64);
             }
         }
@@ -161,7 +161,7 @@ impl<'a> Rig<'a> {
             self.take_frame(self.frames as f64 * TRACKER_S)?;
             self.frames += 1;
         }
-        if step % BASE_EVERY == 0 && self.kind.drives() {
+        if step.is_multiple_of(BASE_EVERY) && self.kind.drives() {
             self.step_base(t_s, BASE_EVERY as f64 * PERIOD_S);
         }
         let state = self.arm.state()?;

@@ -79,9 +79,9 @@ impl Visit {
         )?)
     }
 
-    /// A person of a kind who stands there.
-    pub(super) fn person(&self, kind: PersonKind) -> anyhow::Result<PersonConfig> {
-        let usual = kind.config();
+    /// A person of a kind and seed who stands there.
+    pub(super) fn person(&self, kind: PersonKind, seed: u64) -> anyhow::Result<PersonConfig> {
+        let usual = kind.config(seed);
         let hand = usual.hand_rest_m - usual.head_m;
         // The usual person faces against x.
         let body = self.body()?;
@@ -197,7 +197,7 @@ fn visit(
         touches: Vec::new(),
         kinds: Vec::new(),
     };
-    let person = visit.person(PersonKind::Plain)?;
+    let person = visit.person(PersonKind::Plain, 0)?;
     let standing = Standing {
         head_m: person.head_m,
         hand_m: person.hand_rest_m,

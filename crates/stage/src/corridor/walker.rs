@@ -64,7 +64,7 @@ pub(super) struct Body {
 impl<'a> Walker<'a> {
     /// Comes in through the first door.
     pub(super) fn new(visits: &'a [Visit], kind: PersonKind, seed: u64) -> anyhow::Result<Self> {
-        let person = Person::new(kind.config(), seed)?;
+        let person = Person::new(kind.config(seed), seed)?;
         let mut walker = Self {
             visits,
             kind,
@@ -153,7 +153,7 @@ impl<'a> Walker<'a> {
         let config = PersonConfig {
             mean_reach_s: [reach_s; 2],
             hand_length_m: [hand_m; 2],
-            ..self.visit().person(self.kind)?
+            ..self.visit().person(self.kind, self.seed)?
         };
         // Other draws at every place; the habits are the person's.
         let seed = Sampler::new(self.seed ^ (self.at as u64) << 32).index(usize::MAX) as u64;
@@ -202,7 +202,7 @@ impl<'a> Walker<'a> {
 
     /// The direction to what is looked at, with the errors of eyes and tracker.
     fn gaze(&self, t_s: f64, towards: DVec3) -> DVec3 {
-        let config = self.kind.config();
+        let config = self.kind.config(self.seed);
         let direction = towards.normalize_or(DVec3::X);
         let (a, b) = direction.any_orthonormal_pair();
         let off = |seed: u64, sd_rad: f64| {
