@@ -41,8 +41,8 @@ pub enum BridgeError {
         /// The cause.
         source: std::io::Error,
     },
-    /// A calibration's file is none.
-    #[error("{}: {source}", path.display())]
+    /// The file is not a usable calibration.
+    #[error("{}: {source}; delete the file, start again and calibrate", path.display())]
     Calibration {
         /// The file.
         path: PathBuf,

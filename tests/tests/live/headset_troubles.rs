@@ -70,7 +70,7 @@ fn half_a_minute_of_silence_does_not_end_the_socket() -> anyhow::Result<()> {
     troubled("silence").map(drop)
 }
 
-/// Mended: the head was lost with the hands where a headset then has no source for them.
+/// Regression: the head was lost with the hands where a headset then has no source for them.
 #[test]
 fn hands_that_leave_the_view_are_told_and_the_head_stays() -> anyhow::Result<()> {
     let frames = troubled("hands")?;
@@ -84,7 +84,7 @@ fn the_page_in_a_headset_needs_no_internet() -> anyhow::Result<()> {
     troubled("internet").map(drop)
 }
 
-/// Mended: a page whose graphics were taken away stayed without a picture.
+/// Regression: a page whose graphics were taken away stayed without a picture.
 #[test]
 fn the_scene_in_a_headset_is_not_black() -> anyhow::Result<()> {
     troubled("black").map(drop)

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 pub const FIT_BOUND_M: f64 = 0.015;
 /// Largest distance of a check touch from its corner, m: two touches that are each off by what a fit may be.
 pub const CHECK_BOUND_M: f64 = 0.02;
-/// Most that the two verticals may differ by, rad (10 degrees): touches that are off by 15 mm on a board of 0.2 m turn it by half of that. Corners
-/// in the wrong order turn it by 90 degrees.
+/// Largest angle between the two verticals, rad (10 degrees). Touches that are off by 15 mm on a board of 0.2 m tilt it by about 6 degrees, corners
+/// in the wrong order by 90 degrees.
 pub const TILT_BOUND_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
 
 /// Why touches, or a file, give no calibration.
@@ -18,20 +18,20 @@ pub const TILT_BOUND_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
 #[non_exhaustive]
 pub enum CalibrationError {
     /// The file is not a calibration.
-    #[error("not a calibration: {reason}; calibrate anew to replace the file")]
+    #[error("not a calibration: {reason}")]
     File {
         /// What is wrong with it.
         reason: String,
     },
     /// A coordinate is not finite or too large.
-    #[error("a coordinate of a corner or a touch is beyond {MAX_COORDINATE_M} m or no number")]
+    #[error("a coordinate of a corner or a touch is not a number or beyond {MAX_COORDINATE_M} m")]
     Range,
     /// The touches determine no transform.
     #[error("touch three different corners: {0}")]
     Points(#[from] HandError),
-    /// The touches are not as far apart as the corners.
+    /// The distances between the touches are not those between the corners.
     #[error(
-        "the touches do not fit the board: {:.0} mm remain, at most {:.0} mm are taken, and corner {} fits worst; touch the corners in the order that the page shows",
+        "the touches are {:.0} mm off the corners of the board (root mean square), at most {:.0} mm are allowed, and corner {} is worst; touch the corners in the order that the page shows",
         1e3 * rms_m, 1e3 * FIT_BOUND_M, worst + 1
     )]
     Misfit {
@@ -42,7 +42,7 @@ pub enum CalibrationError {
     },
     /// The headset's vertical is not the arm's.
     #[error(
-        "up in the headset is {:.0} degrees off up at the arm, at most {:.0} are taken; touch the corners in the order that the page shows, on the face of the board",
+        "up in the headset is {:.0} degrees off up at the arm, at most {:.0} are allowed; touch the corners in the order that the page shows, on the face of the board",
         tilt_rad.to_degrees(), TILT_BOUND_RAD.to_degrees()
     )]
     Tilted {
@@ -131,7 +131,7 @@ impl Calibration {
         self.fit.rms_m()
     }
 
-    /// How far a touch (WebXR's axes) is from where it should be (base frame), m.
+    /// Distance of a touch (WebXR's axes) from its corner (base frame), m.
     #[must_use]
     pub fn off_m(&self, corner_m: DVec3, touched_m: DVec3) -> f64 {
         self.fit
@@ -143,7 +143,7 @@ impl Calibration {
     /// From a file's text.
     ///
     /// # Errors
-    /// No JSON of a calibration; touches that give none.
+    /// A text that is not a calibration; touches that determine none.
     pub fn from_json(text: &str) -> Result<Self, CalibrationError> {
         let reason = |reason: String| CalibrationError::File { reason };
         let read: Text = serde_json::from_str(text).map_err(|e| reason(e.to_string()))?;

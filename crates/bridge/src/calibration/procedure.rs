@@ -15,6 +15,8 @@ use std::path::{Path, PathBuf};
 
 /// A touch is the mean of the fingertip over this time, s.
 const TOUCH_S: f64 = 0.5;
+/// A touch has lasted at least this long, s: nearly all of it, since samples have gaps.
+const SHORTEST_S: f64 = 0.4;
 /// Fewest samples of a touch: a headset on a busy network has twice as many.
 const FEWEST: usize = 6;
 /// A fingertip that is farther than this from its mean does not hold still, m.
@@ -145,8 +147,10 @@ impl Procedure {
         if count < FEWEST || !is_new {
             return Err(format!("the headset does not see the {} hand", self.side));
         }
+        let first = self.tips.front();
+        let is_long = first.is_some_and(|(t_s, _)| now_s - t_s >= SHORTEST_S);
         let mean_m = self.tips.iter().map(|tip| tip.1).sum::<DVec3>() / count as f64;
-        match self.tips.iter().all(|tip| tip.1.distance(mean_m) < STILL_M) {
+        match is_long && self.tips.iter().all(|tip| tip.1.distance(mean_m) < STILL_M) {
             true => Ok(mean_m),
             false => Err("hold the finger still for half a second".to_owned()),
         }
@@ -155,6 +159,10 @@ impl Procedure {
     /// Does what a page asks for.
     pub(crate) fn act(&mut self, step: Step, now_s: f64) {
         self.refused = None;
+        if step != Step::Take {
+            // The board may have moved until now, or the headset's space.
+            self.tips.clear();
+        }
         match step {
             Step::Begin => self.state = State::Touching(Vec::new()),
             Step::Cancel => self.state = self.at_rest(),
@@ -165,11 +173,13 @@ impl Procedure {
     }
 
     fn take(&mut self, now_s: f64) -> Result<(), String> {
-        let face = self.face.ok_or("the board is not known yet")?;
+        let face = self
+            .face
+            .ok_or("the board is not known yet: wait until the page shows the arm")?;
         let touched_m = self.touch_m(now_s)?;
         let State::Touching(pairs) = &mut self.state else {
             let calibration = self.calibration.as_ref();
-            let calibration = calibration.ok_or("calibrate first")?;
+            let calibration = calibration.ok_or("press Calibrate first")?;
             let off_m = calibration.off_m(face.corner_m(0), touched_m);
             self.state = match off_m <= CHECK_BOUND_M {
                 true => State::Good(Some(off_m)),
@@ -193,8 +203,9 @@ impl Procedure {
         self.calibration = Some(found);
         self.state = State::Good(None);
         match &self.file {
-            Some(file) => hwall_files::write(file, text)
-                .map_err(|error| format!("not kept: {}: {error}", file.display())),
+            Some(file) => hwall_files::write(file, text).map_err(|error| {
+                format!("calibrated, but not kept in {}: {error}", file.display())
+            }),
             None => Ok(()),
         }
     }
@@ -240,7 +251,7 @@ impl Procedure {
         }
         let [off_mm, bound_mm] = [off_m.unwrap_or(0.0), CHECK_BOUND_M].map(|m| 1e3 * m);
         let touch = format!(
-            "touch the {} corner of the board with the tip of the {} index finger, hold still, and pinch with the other hand (or let somebody press Take)",
+            "touch the {} corner of the real board with the tip of the {} index finger, hold still, and pinch with the other hand (or let somebody press Take)",
             CORNERS[corner.unwrap_or(0).min(2)],
             self.side
         );

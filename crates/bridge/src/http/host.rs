@@ -35,7 +35,8 @@ pub(super) fn is_allowed_host(name: &str, hosts: &[String]) -> bool {
         || hosts.iter().any(|host| host.eq_ignore_ascii_case(name))
 }
 
-/// May a page of this origin talk to a server that it calls `host`? The origin must be the same host, or this machine.
+/// May a page of this origin talk to a server that it calls `host`? The origin must be the same host; this machine has several names. A page from
+/// the visitor's own machine is a foreign one to a server on the network.
 pub(super) fn is_allowed_origin(origin: &str, host: &str) -> bool {
     let Some((scheme, authority)) = origin.split_once("://") else {
         return false;
@@ -46,7 +47,7 @@ pub(super) fn is_allowed_origin(origin: &str, host: &str) -> bool {
     let (Some(from), Some(to)) = (host_of(authority), host_of(host)) else {
         return false;
     };
-    from.eq_ignore_ascii_case(to) || is_loopback(from)
+    from.eq_ignore_ascii_case(to) || (is_loopback(from) && is_loopback(to))
 }
 
 fn is_loopback(name: &str) -> bool {
@@ -87,6 +88,7 @@ mod tests {
             ("http://127.0.0.1:3000", "localhost:8080", true),
             ("http://localhost.evil.example", "localhost:8080", false),
             ("http://10.0.0.8", "10.0.0.7", false),
+            ("http://localhost:3000", "10.0.0.7:8443", false),
             ("file://localhost", "localhost", false),
             ("null", "localhost", false),
             ("http://", "localhost", false),

@@ -68,7 +68,8 @@ impl Stream {
 
     /// One read of the connection beneath; returns its bytes, 0 at the end.
     fn receive(&self) -> io::Result<usize> {
-        let mut sealed = [0; 4096];
+        // With the longest partial record before it, this fits into rustls's buffer of 18 kB at once.
+        let mut sealed = [0; 1024];
         let count = self.tcp().read(&mut sealed)?;
         let Some(tls) = &self.0.tls else {
             return Ok(count);

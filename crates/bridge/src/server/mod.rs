@@ -110,10 +110,20 @@ impl BridgeServer {
         format!("http{secure}://{}/", serve::reachable(self.address))
     }
 
-    /// For a person: which address to open. Encrypted, all addresses for other devices, what a browser asks, and a QR code.
+    /// For a person: which address to open, and a warning if others can connect. With TLS also all addresses for other devices, what the browser
+    /// asks, and a QR code.
     #[must_use]
     pub fn invitation(&self) -> String {
-        invitation(&self.url(), self.shared.security.as_ref(), self.address)
+        let Shared {
+            security, config, ..
+        } = &*self.shared;
+        let text = invitation(&self.url(), security.as_ref(), self.address, &config.hosts);
+        if self.address.ip().is_loopback() {
+            return text;
+        }
+        format!(
+            "{text}\nAnybody on this network can open the page and move the arm: use a network of your own."
+        )
     }
 
     /// Tells all clients what is being prepared before there is a scene.

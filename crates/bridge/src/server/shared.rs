@@ -169,10 +169,15 @@ impl Shared {
 
     /// A step of the calibration; all pages are told what came of it.
     pub(crate) fn calibrate(&self, step: Step, now_s: f64) {
+        // Clients before the procedure, as where a client joins: in the other order the two would wait for each other for ever.
+        let clients = locked(&self.clients);
         let mut procedure = locked(&self.procedure);
         procedure.act(step, now_s);
         self.heed(&procedure);
-        self.say(&procedure.to_json());
+        let text = procedure.to_json();
+        for client in clients.iter() {
+            client.say(&text, &self.tally);
+        }
     }
 
     /// What a calibration means for the hands and the arm.

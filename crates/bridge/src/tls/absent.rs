@@ -60,7 +60,12 @@ impl Session {
 }
 
 /// What to open, and how.
-pub(crate) fn invitation(url: &str, security: Option<&Security>, _: SocketAddr) -> String {
+pub(crate) fn invitation(
+    url: &str,
+    security: Option<&Security>,
+    _: SocketAddr,
+    _: &[String],
+) -> String {
     match security {
         None => format!("open {url}"),
         Some(security) => match *security {},

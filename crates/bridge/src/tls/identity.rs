@@ -7,7 +7,7 @@ use hwall_files::Beside;
 use rustls::pki_types::pem::PemObject;
 use rustls::pki_types::{CertificateDer, PrivateKeyDer};
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::{self, Read, Write};
 use std::path::Path;
 
 /// Longest file that is read, bytes: chains have some thousand.
@@ -72,7 +72,7 @@ fn read(path: &Path) -> Result<Vec<u8>, BridgeError> {
     Ok(bytes)
 }
 
-/// Makes a certificate with its key, for the owner's eyes alone.
+/// Makes a certificate with its key, in a file that only its owner may read.
 fn make(path: &Path) -> Result<(), BridgeError> {
     let pem = made::made().map_err(|reason| BridgeError::Certificate {
         path: path.to_owned(),
@@ -83,13 +83,16 @@ fn make(path: &Path) -> Result<(), BridgeError> {
             std::fs::create_dir_all(folder)?;
         }
         let beside = Beside::new(path)?;
+        // Created again: somebody may have opened the first one before its permissions could be changed.
+        std::fs::remove_file(beside.path())?;
+        let mut options = File::options();
+        options.write(true).create_new(true);
         #[cfg(unix)]
         {
-            use std::os::unix::fs::PermissionsExt;
-            let owner = std::fs::Permissions::from_mode(0o600);
-            std::fs::set_permissions(beside.path(), owner)?;
+            use std::os::unix::fs::OpenOptionsExt;
+            options.mode(0o600);
         }
-        std::fs::write(beside.path(), pem)?;
+        options.open(beside.path())?.write_all(pem.as_bytes())?;
         beside.finish()
     };
     written().map_err(file_error(path))

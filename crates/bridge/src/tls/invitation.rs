@@ -7,17 +7,31 @@ use qrcode::render::unicode::Dense1x2;
 use std::fmt::Write;
 use std::net::SocketAddr;
 
-/// The addresses, what the browser asks, and the first address as a QR code.
-pub(crate) fn invitation(url: &str, security: Option<&Security>, bound: SocketAddr) -> String {
+/// The addresses, what the browser asks, and the first address as a QR code. `hosts`: names that the server accepts.
+pub(crate) fn invitation(
+    url: &str,
+    security: Option<&Security>,
+    bound: SocketAddr,
+    hosts: &[String],
+) -> String {
     let Some(security) = security else {
         return format!("open {url}");
     };
     let port = bound.port();
+    let named = |name: &String| format!("https://{name}:{port}/");
     let mut urls: Vec<String> = Vec::new();
+    if !security.is_self_signed() {
+        // A certificate from elsewhere is for names.
+        urls.extend(hosts.iter().map(named));
+    }
     if bound.ip().is_unspecified() {
-        let all = addresses().into_iter().map(|ip| SocketAddr::new(ip, port));
-        urls.extend(all.map(|address| format!("https://{address}/")));
-        urls.extend(names().iter().map(|name| format!("https://{name}:{port}/")));
+        // 0.0.0.0 does not listen on addresses of IPv6.
+        let all = addresses().into_iter();
+        let heard = all.filter(|ip| ip.is_ipv4() || bound.is_ipv6());
+        urls.extend(heard.map(|ip| format!("https://{}/", SocketAddr::new(ip, port))));
+        if security.is_self_signed() {
+            urls.extend(names().iter().map(named));
+        }
     }
     urls.push(url.to_owned());
     let first = urls.remove(0);

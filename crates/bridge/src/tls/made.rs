@@ -5,8 +5,9 @@ use graviola::signing::ecdsa::{P256, SigningKey};
 use rcgen::{CertificateParams, DnType, ExtendedKeyUsagePurpose, KeyUsagePurpose, SerialNumber};
 use std::net::{IpAddr, Ipv4Addr, UdpSocket};
 
-/// First and last year. Fixed, so that a headset whose clock is wrong accepts it, too.
-const YEARS: [i32; 2] = [2020, 2049];
+/// First and last year. Fixed, so that a headset whose clock is wrong accepts it, too. Apple's systems take at most 825 days in certificates that
+/// begin after June 2019.
+const YEARS: [i32; 2] = [2019, 2049];
 /// Bytes of an uncompressed point of P-256.
 const POINT: usize = 65;
 
@@ -92,7 +93,7 @@ impl Key {
         let pem = pem::Pem::new("PRIVATE KEY", secret.to_pkcs8_der(&mut buffer)?);
         let mut serial = [0; 16];
         graviola::random::fill(&mut serial)?;
-        // A positive number, none of its bytes needed for that.
+        // Positive, and without a leading zero byte.
         serial[0] = serial[0] & 0x7f | 0x40;
         Ok(Self {
             secret,

@@ -93,7 +93,7 @@ impl Session {
         locked(&self.0).send_close_notify();
     }
 
-    /// Takes what was received. At most 4096 bytes, with nothing left to be [opened](Self::opened): then it finds room.
+    /// Takes what was received. At most 1024 bytes, with nothing left to be [opened](Self::opened): then there is room for them.
     pub(crate) fn take(&self, mut received: &[u8]) -> io::Result<()> {
         let mut connection = locked(&self.0);
         while !received.is_empty() {

@@ -56,13 +56,13 @@ fn user_data() -> anyhow::Result<PathBuf> {
 /// Where hands come from, which arm is led and what is kept, as flags.
 #[derive(Debug, Clone, clap::Parser)]
 pub struct LiveFlags {
-    /// Where to listen; another address than 127.0.0.1 lets other machines in. With --tls, which is for other devices, 0.0.0.0:8443 unless said otherwise
+    /// Where to listen; any address but 127.0.0.1 lets other machines in, and each of them can move the arm. With --tls, which is for other devices, the default is 0.0.0.0:8443
     #[arg(long, default_value = "127.0.0.1:8080", default_value_if("tls", "true", "0.0.0.0:8443"), value_parser = socket_address)]
     pub listen: SocketAddr,
     /// Name of a proxy by which browsers reach the page; may be given more than once
     #[arg(long = "host")]
     pub hosts: Vec<String>,
-    /// The page over HTTPS, as headsets on the network want it, with a certificate that is made at the first start. Needs a build with the feature `tls`
+    /// Serves the page over HTTPS, which headsets on the network need, with a certificate that is made at the first start. Needs a build with the feature `tls`
     #[arg(long)]
     pub tls: bool,
     /// File of that certificate and its key [default: hwall/bridge.pem among the user's data]
@@ -74,7 +74,7 @@ pub struct LiveFlags {
     /// Its key, as PEM
     #[arg(long, requires = "tls_cert")]
     pub tls_key: Option<PathBuf>,
-    /// Keeps in this file where the headset's space stands, found by touching three corners of the board. The arm then stands until that is done, and after a start until one touch has checked it
+    /// Keeps in this file where the headset's space stands, found by touching three corners of the board. The arm stands until that is done; at the next start it stands until one touch has checked it
     #[arg(long)]
     pub calibration: Option<PathBuf>,
     /// The scene.

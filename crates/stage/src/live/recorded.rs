@@ -42,7 +42,9 @@ const ENABLED: Duration = Duration::from_millis(250);
 #[must_use]
 pub fn asked(orders: &Orders, is_latched: bool, switch: bool) -> Option<Order> {
     let obstacle = if orders.is_uncalibrated() {
-        Some("the headset is not calibrated, or its calibration not checked")
+        Some(
+            "the headset is not calibrated or its calibration not checked (the page says what to touch)",
+        )
     } else if switch && !orders.is_enabled(ENABLED) {
         Some("nobody holds the enabling switch")
     } else {

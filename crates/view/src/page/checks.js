@@ -9,11 +9,11 @@ function checksOf({ secure, protocol, setup, offered, session, onFloor, hands, t
   const localhost = secure && protocol === "http:";
   const seen = hands.filter((ms) => ms < SEEN_MS).length;
   return [
-    ["secure context", ...(secure ? ["ok", localhost ? "localhost counts as one" : "HTTPS"] : ["do", "start the bridge with --tls and open its HTTPS address, or open localhost through adb reverse"])],
-    ["certificate", ...(localhost ? ["ok", "none needed on localhost"] : !secure ? ["do", "none without HTTPS"] : !setup ? ["wait", "asking the server"]
+    ["secure context", ...(secure ? ["ok", localhost ? "localhost counts as one" : "HTTPS"] : ["do", "start the bridge with --tls and open the https:// address that it prints, or use a cable and adb reverse, and open http://localhost:8080/"])],
+    ["certificate", ...(localhost ? ["ok", "none needed on localhost"] : !secure ? ["do", "none without HTTPS: see above"] : !setup ? ["wait", "asking the server"]
       : ["ok", setup.self_signed ? `self-signed, accepted; compare ${setup.fingerprint?.slice(0, 11)} … with the console` : "your own"])],
     ["VR", ...(offered ? ["ok", session ? "on" : "offered"] : offered === null ? ["wait", "asking the browser"] : ["do", secure ? "this browser offers none: use the headset's own" : "needs a secure context"])],
-    ["floor", ...(onFloor === null ? ["wait", "known once VR begins"] : onFloor ? ["ok", "known"] : ["do", "draw the boundary in the headset's settings: hands are off by the height of the head"])],
+    ["floor", ...(onFloor === null ? ["wait", "known once VR begins"] : onFloor ? ["ok", "known"] : ["do", "draw the boundary in the headset's settings; without it hands are off by the height of the head"])],
     ["hands", ...(seen ? ["ok", seen === 2 ? "both seen" : "one seen"] : session ? ["do", "put the controllers down and hold a hand in view; hand tracking must be on"] : ["wait", "shown once VR begins"])],
     ["clock", ...(offset === null ? ["wait", "asking the server"] : trip > SLOW_MS ? ["do", `a round trip takes ${trip.toFixed(0)} ms: come nearer to the router, or use its 5 GHz band`] : ["ok", `offset known within ${(trip / 2).toFixed(1)} ms`])],
     ["samples", ...(!session ? ["wait", "counted once VR begins"] : rate >= FEWEST_HZ ? ["ok", `${rate.toFixed(0)} a second`] : ["do", `${rate.toFixed(0)} a second: close other pages and programs`])],

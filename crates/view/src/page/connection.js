@@ -2,8 +2,8 @@
 
 /** First and longest pause before another attempt, ms; silence that counts as a loss, ms. */
 const PAUSE_MS = 250, LONGEST_PAUSE_MS = 5000, SILENT_MS = 4000;
-/** What waits to be sent beyond this, bytes, is old by the time it arrives: it is left out. */
-const MOST_WAITING = 32768;
+/** While more than this waits to be sent, bytes, a sample or a held switch would be old by the time it arrives: it is left out. An order never is. */
+const MOST_WAITING = 32768, ONLY_NOW = ["hand", "enable"];
 
 class Connection {
   constructor(url, { text, bytes, state }) {
@@ -65,7 +65,7 @@ class Connection {
   put(message) {
     const { socket } = this;
     if (socket?.readyState !== WebSocket.OPEN) return false;
-    if (socket.bufferedAmount > MOST_WAITING) { this.left_out += 1; return false; }
+    if (ONLY_NOW.includes(message.type) && socket.bufferedAmount > MOST_WAITING) { this.left_out += 1; return false; }
     socket.send(JSON.stringify(message));
     return true;
   }

@@ -53,7 +53,7 @@ class Headset {
     // Without an eye tracker, gaze is the direction of the head: its -z axis.
     const gaze = viewer && unit(scale([...viewer.transform.matrix].slice(8, 11), -1));
     this.hands = [];
-    // A hand out of view is told as such, with the head: some headsets then have no source for it.
+    // A hand that is out of view is sent as such, with the head: some headsets then have no source for it.
     for (const side of ["left", "right"]) {
       const source = [...this.session.inputSources].find((one) => one.hand && one.handedness === side);
       const joints = source ? [...source.hand.values()].map((joint) => {

@@ -17,6 +17,10 @@ function live() {
     $("log").hidden = false;
   };
 
+  // Said once there is a connection again: until then the server believes the old place of the space.
+  let moved = false;
+  const recentred = () => { moved = !connection.order("calibrate", { step: "recentred" }); };
+
   const begin = (message) => {
     scene = message;
     shown = stage(scene, (event) => pointer?.takes(event) ?? null, () => touching);
@@ -24,7 +28,7 @@ function live() {
     pointer = new PointerHand(shown, scene, send);
     headset = new Headset(shown, scene, {
       send: (sample) => { sent += sample.side === "right" ? 1 : 0; return send(sample); }, newest: () => newest,
-      recentred: () => connection.order("calibrate", { step: "recentred" }),
+      recentred,
       pinched: (side) => calibration.pinch(side),
       begins: (onFloor) => {
         pointer.on = false;
@@ -105,12 +109,14 @@ function live() {
   }
   $("vr").addEventListener("click", async () => {
     if (headset.session) { headset.leave(); return; }
-    try { await headset.enter(); } catch (error) { tell(null, `VR: ${error.message}`); }
+    try { await headset.enter(await kind(calibration.told?.corner != null)); } catch (error) { tell(null, `VR: ${error.message}`); }
   });
 
+  // Opaque VR shows the board where the calibration says that it is; only a touch of the real one checks that.
+  const kind = async (isTouched) => (isTouched && (await Headset.offered("immersive-ar")) ? "immersive-ar" : "immersive-vr");
   const enters = async () => {
     if (headset?.session || !offered) return;
-    try { await headset.enter((await Headset.offered("immersive-ar")) ? "immersive-ar" : "immersive-vr"); } catch (error) { tell(null, `VR: ${error.message}`); }
+    try { await headset.enter(await kind(true)); } catch (error) { tell(null, `VR: ${error.message}`); }
   };
   const calibration = new Calibration({
     order: (step) => connection.order("calibrate", { step }),
@@ -162,6 +168,7 @@ function live() {
       retry = performance.now() + ms;
       if (is === "lost") tell(newest?.t, "connection lost");
       if (is === "open" && shown) tell(newest?.t, "connected again");
+      if (is === "open" && moved) recentred();
       if (is !== "open") newest = newest && { ...newest, hand: null, predicted: null };
       if (shown) shown.stale.is = true;
     },
