@@ -166,7 +166,7 @@ impl Procedure {
         match step {
             Step::Begin => self.state = State::Touching(Vec::new()),
             Step::Cancel => self.state = self.at_rest(),
-            // Without a calibration the space is as configured, wherever it is.
+            // Without a calibration the space is as configured, wherever it is; the server stops the arm.
             Step::Recentred => self.state = self.at_rest(),
             Step::Take => self.refused = self.take(now_s).err(),
         }

@@ -172,6 +172,10 @@ impl Shared {
         // Clients before the procedure, as where a client joins: in the other order the two would wait for each other for ever.
         let clients = locked(&self.clients);
         let mut procedure = locked(&self.procedure);
+        if step == Step::Recentred {
+            // Also without a calibration: head and hand are then not where the session believes them.
+            self.orders.stop();
+        }
         procedure.act(step, now_s);
         self.heed(&procedure);
         let text = procedure.to_json();
