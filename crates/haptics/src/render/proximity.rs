@@ -10,8 +10,8 @@ use hwall_numeric::check::{non_negative, positive};
 /// Limits the board's approach speed by the distance of the nearest known point of the person.
 ///
 /// The closing speed counts, as in speed and separation monitoring ([ISO/TS 15066]): a board that slides along behind its wall does not approach
-/// a finger in front of it; one that comes out of the wall does. Very close to the board the speed along the face counts as well, because the
-/// face may be touched at any moment.
+/// a finger in front of it; one that comes out of the wall does. Very close to the board the speed in every direction counts, because the face
+/// may be touched at any moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProximityConfig {
     /// Distance that the board keeps from the person until it is touched, m; default 0.02.
