@@ -99,6 +99,10 @@ fn run(args: &Args) -> anyhow::Result<()> {
         }
         .parse()?
     };
+    // Checked before the work.
+    let shown = (published.as_ref())
+        .map(|published| args.in_space.orientation(published.len()))
+        .transpose()?;
     let solved = maps::solve(&Request {
         arm: &args.arm,
         solver: args.solver,
@@ -121,8 +125,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
     }
     args.in_space.write(&grid, &solved.along)?;
     eprint!("{}", maps::summary(&solved, comparisons.as_deref()));
-    if let Some(published) = &published {
-        let shown = args.in_space.orientation(published.len())?;
+    if let (Some(published), Some(shown)) = (&published, shown) {
         let rows = orientation_rows::orientation_rows(published, shown)?;
         eprint!("\nori_{shown}:\n{}", orientation_rows::table(&rows));
     }

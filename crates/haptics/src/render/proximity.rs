@@ -10,8 +10,8 @@ use hwall_numeric::check::{non_negative, positive};
 /// Limits the board's approach speed by the distance of the nearest known point of the person.
 ///
 /// The closing speed counts, as in speed and separation monitoring ([ISO/TS 15066]): a board that slides along behind its wall does not approach
-/// a finger in front of it; one that comes out of the wall does. Very close to the board the speed along the face counts as well, because the
-/// face may be touched at any moment.
+/// a finger in front of it; one that comes out of the wall does. Very close to the board the speed in every direction counts, because the face
+/// may be touched at any moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProximityConfig {
     /// Distance that the board keeps from the person until it is touched, m; default 0.02.
@@ -20,7 +20,7 @@ pub struct ProximityConfig {
     pub braking_m_per_s2: f64,
     /// Speed allowed at any distance, m/s; default 0.1, the speed at which a face may be touched.
     pub crawl_m_per_s: f64,
-    /// Within this distance the speed in every direction counts, m; default 0.03. A larger distance makes fewer first contacts with a moving
+    /// Within this distance the speed along the face counts as well, m; default 0.03. A larger distance makes fewer first contacts with a moving
     /// face, and more boards late (docs/SAFETY.md has the curve).
     pub along_m: f64,
 }
@@ -100,10 +100,12 @@ impl ProximityConfig {
             .map(|point_m| {
                 let (way_m, velocity) = way_and_velocity(board, base_from_board, twist, *point_m);
                 let distance_m = way_m.length();
-                let closing_m_per_s = match distance_m < self.along_m {
-                    true => velocity.length(),
-                    false => velocity.dot(way_m.normalize_or_zero()),
-                };
+                let towards = way_m.normalize_or_zero();
+                let mut closing_m_per_s = velocity.dot(towards);
+                if distance_m < self.along_m {
+                    let along = velocity - towards * closing_m_per_s;
+                    closing_m_per_s = closing_m_per_s.max(0.0).hypot(along.length());
+                }
                 let allowed_m_per_s =
                     self.allowed_stopping_m_per_s(distance_m, closing_m_per_s, stop_s);
                 let share = in_force * allowed_m_per_s / closing_m_per_s.max(SLOWEST_M_PER_S);

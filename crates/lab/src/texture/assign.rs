@@ -130,7 +130,12 @@ impl Image {
         let width_mm = self.width_m.or(args.width_m).map(|m| 1e3 * m);
         let ending = self.path.extension().unwrap_or_default();
         if !ending.eq_ignore_ascii_case("exr") {
-            let relief_mm = args.relief_mm.filter(|_| args.height_map);
+            let relief_mm = args.relief_mm;
+            ensure!(
+                args.height_map == relief_mm.is_some(),
+                "--relief-mm of a PNG needs --height-map: {} is a colour picture otherwise",
+                self.path.display()
+            );
             let source = PngSource {
                 width_mm,
                 relief_mm,

@@ -124,7 +124,10 @@ impl Experiment1 {
             let p = sign_test(&signs).map(|test| test.p).ok();
             rows.push(row(what, "not given", or_none(p, 4)));
         }
-        let of = |p: &RatingPower| power_row(p, &format!("if {} prefer one wall", p.population));
+        let of = |p: &RatingPower| {
+            let population = format!("if a share of {} prefers one wall", p.population);
+            power_row(p, &population)
+        };
         rows.extend(self.power.iter().map(of));
         rows
     }
@@ -404,12 +407,14 @@ fn distinct(groups: &LevelGroups) -> usize {
     chain.len()
 }
 
-/// Rows of a record of one of the dissertation's studies; none of another study.
+/// Rows of a record of one of the dissertation's studies; none of another study, or if factors, levels or answers were changed.
 ///
 /// # Errors
 /// A record that cannot be analysed yet.
 pub fn rows(study: &StudyRecord) -> anyhow::Result<Vec<Row>> {
-    Ok(match ReadyProtocol::of(&study.protocol) {
+    let ready = ReadyProtocol::of(&study.protocol);
+    let ready = ready.filter(|ready| ready.is_comparable(&study.protocol));
+    Ok(match ready {
         None => Vec::new(),
         Some(ReadyProtocol::Experiment1) => Experiment1::of(study)?.rows(),
         Some(ReadyProtocol::Experiment2) => question_rows(&questions_of(study)?),

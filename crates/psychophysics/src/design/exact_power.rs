@@ -8,8 +8,10 @@ use std::collections::HashMap;
 
 /// Largest number of outcomes of one study: about a second.
 const MOST_OUTCOMES: f64 = 2e7;
+/// Most subjects: beyond 1023 the number of sign assignments overflows.
+const MOST_SUBJECTS: usize = 500;
 
-/// The exact, two-sided signed-rank test of ratings against the middle of their scale, for studies of any size.
+/// The exact, two-sided signed-rank test of ratings against the middle of their scale.
 ///
 /// A rating in the middle says nothing. On a scale of three points it is the sign test.
 #[derive(Debug, Clone)]
@@ -55,11 +57,11 @@ impl RatingTest {
     /// Probability that a study of so many subjects is significant, if each answers with a point with these probabilities, one for
     /// each point.
     ///
-    /// Exact but for rounding, below 1e-12.
+    /// Exact but for rounding, below 1e-11.
     ///
     /// # Errors
-    /// Probabilities that are negative, do not add up to 1 within 1e-9, or are not one for each point; no subjects, or so many that
-    /// there are more than 2e7 outcomes.
+    /// Probabilities that are negative, do not add up to 1 within 1e-9, or are not one for each point; no subjects, more than 500, or so
+    /// many that there are more than 2e7 outcomes.
     pub fn power(&mut self, shares: &[f64], subjects: usize) -> Result<f64> {
         let holds = shares.len() == self.points;
         that(
@@ -73,6 +75,8 @@ impl RatingTest {
         }
         let sum: f64 = shares.iter().sum();
         that((sum - 1.0).abs() <= 1e-9, "sum of shares", sum, "1")?;
+        let holds = (1..=MOST_SUBJECTS).contains(&subjects);
+        that(holds, "subjects", subjects as f64, "1 to 500")?;
         let possible: Vec<usize> = (0..self.points).filter(|p| shares[*p] > 0.0).collect();
         let mut power = 0.0;
         let mut all = vec![0; self.points];
@@ -96,8 +100,9 @@ impl RatingTest {
     /// The power of an exact test does not grow steadily with the number of subjects, hence "from which on".
     ///
     /// # Errors
-    /// As [`RatingTest::power`] with `most` subjects.
+    /// As [`RatingTest::power`] with `most` subjects; a wanted power outside (0, 1).
     pub fn subjects(&mut self, shares: &[f64], wanted: f64, most: usize) -> Result<Option<usize>> {
+        inner_probability("wanted power", wanted)?;
         let mut least = None;
         for subjects in (1..=most).rev() {
             if self.power(shares, subjects)? < wanted {
@@ -139,7 +144,7 @@ fn critical_sum(ties: &[usize], alpha: f64) -> Option<usize> {
 /// Calls `each` with every way in which so many answers can fall on so many points: the number of answers at each point.
 ///
 /// # Errors
-/// No points or no answers, or more than 2e7 ways.
+/// No points or no answers; more than 2e7 of either, or of ways.
 pub fn for_each_outcome(
     points: usize,
     answers: usize,
@@ -147,7 +152,9 @@ pub fn for_each_outcome(
 ) -> Result<()> {
     let least = points.min(answers);
     that(least > 0, "points, answers", least as f64, "at least 1")?;
-    let ways = ln_choose((answers + points - 1) as u64, answers as u64).exp();
+    let ways = ln_choose(answers.saturating_add(points - 1) as u64, answers as u64).exp();
+    // The logarithm of huge numbers has no digits after the point.
+    let ways = ways.max(points.max(answers) as f64);
     that(
         ways <= MOST_OUTCOMES,
         "outcomes",
@@ -170,13 +177,14 @@ pub fn for_each_outcome(
 
 /// Probabilities of the points of a scale from 1 on with this mean: those that assume nothing else (of greatest entropy).
 ///
-/// Each is a constant times the same power of the point's number; error of the mean below 1e-12. Source: Jaynes 1957.
+/// From each point to the next they grow by the same factor; error of the mean below 1e-12. Source: Jaynes 1957.
 ///
 /// # Errors
-/// Fewer than two points; a mean that is not between the ends.
+/// Fewer than 2 points or more than 100; a mean that is not between the ends.
 pub fn shares_of_mean(points: usize, mean: f64) -> Result<Vec<f64>> {
     let last = points as f64;
-    that(points >= 2, "points of the scale", last, "at least 2")?;
+    let holds = (2..=100).contains(&points);
+    that(holds, "points of the scale", last, "2 to 100")?;
     that(
         mean > 1.0 && mean < last,
         "mean",
@@ -184,8 +192,10 @@ pub fn shares_of_mean(points: usize, mean: f64) -> Result<Vec<f64>> {
         "between the ends of the scale",
     )?;
     let shares = |tilt: f64| {
+        // Relative to the greatest, so that none overflows.
+        let greatest = if tilt > 0.0 { last - 1.0 } else { 0.0 };
         let weights: Vec<f64> = (0..points)
-            .map(|p| (tilt * (p as f64 - 0.5 * (last - 1.0))).exp())
+            .map(|p| (tilt * (p as f64 - greatest)).exp())
             .collect();
         let sum: f64 = weights.iter().sum();
         weights.into_iter().map(|w| w / sum).collect::<Vec<f64>>()

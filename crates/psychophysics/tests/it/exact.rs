@@ -154,7 +154,7 @@ fn every_outcome_comes_once() {
     let mut single = 0;
     for_each_outcome(1, 9, |counts| single += counts[0]).unwrap();
     assert_eq!(single, 9);
-    for (points, answers) in [(0, 1), (1, 0), (5, 1000)] {
+    for (points, answers) in [(0, 1), (1, 0), (5, 1000), (5, usize::MAX), (usize::MAX, 2)] {
         assert!(for_each_outcome(points, answers, |_| {}).is_err());
     }
 }
@@ -224,9 +224,20 @@ fn powers_of_nonsense_are_refused() {
         assert!(test.power(shares, 8).is_err(), "{shares:?}");
     }
     assert!(test.power(&[0.5, 0.0, 0.5], 0).is_err());
-    assert!(test.power(&[0.3, 0.3, 0.4], 1_000_000).is_err());
+    for subjects in [501, 1_000_000, usize::MAX] {
+        assert!(test.power(&[0.25, 0.0, 0.75], subjects).is_err());
+    }
+    assert!(test.power(&[0.25, 0.0, 0.75], 500).unwrap() > 0.999_999);
+    for wanted in [0.0, 1.0, f64::NAN] {
+        assert!(test.subjects(&[0.25, 0.0, 0.75], wanted, 20).is_err());
+    }
     for mean in [1.0, 5.0, f64::NAN, f64::INFINITY] {
         assert!(shares_of_mean(5, mean).is_err());
     }
-    assert!(shares_of_mean(1, 1.0).is_err());
+    assert!(shares_of_mean(1, 1.0).is_err() && shares_of_mean(101, 3.0).is_err());
+    for mean in [1.5, 40.0, 99.5] {
+        let shares = shares_of_mean(100, mean).unwrap();
+        let found: f64 = (1..).zip(&shares).map(|(p, s)| f64::from(p) * s).sum();
+        assert!((found - mean).abs() < 1e-9, "{found} {mean}");
+    }
 }

@@ -206,8 +206,8 @@ impl PersonConfig {
         }
     }
 
-    /// A person of no known kind: every trait is drawn from a range wider than that of [`varied`](Self::varied), none of them from data. For
-    /// judging what was made for the other kinds.
+    /// A person of no known kind: most traits are drawn from ranges at least as wide as those of [`varied`](Self::varied), none of them from
+    /// data; the others, such as press and hold, are the default's. For judging what was made for the other kinds.
     #[must_use]
     pub fn random(seed: u64) -> Self {
         let mut draw = Draw::new(seed, RANDOM);

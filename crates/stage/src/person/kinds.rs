@@ -17,7 +17,7 @@ pub enum PersonKind {
     Slow,
     /// Plain, looking at up to three other places before each touch
     Glancing,
-    /// Each person of a kind of their own: every trait drawn from a wide range
+    /// Each person of a kind of their own: most traits drawn from wide ranges
     Random,
 }
 

@@ -27,7 +27,7 @@ impl Patch {
     /// All patches.
     pub const ALL: [Self; 5] = [Self::R1_5, Self::R2, Self::R2_5, Self::R3, Self::Cones3];
 
-    /// Its number, from 1, which tells a subject nothing.
+    /// Its number, from 1, which does not name it to a subject.
     #[must_use]
     pub const fn number(self) -> usize {
         self as usize + 1

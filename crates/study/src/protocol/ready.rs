@@ -5,8 +5,8 @@ use crate::error::StudyError;
 
 /// A study of the dissertation.
 ///
-/// Numbers of subjects, scales and factors are the dissertation's. The wording of its questions, its practice and its rounds are
-/// not known here: those of these protocols are this project's own, and every one of them can be changed.
+/// Factors, scales and numbers of subjects are the dissertation's. Not known here, and this project's own: the wording of the questions,
+/// practice, rounds, the number of subjects of the preliminary study, and the patch beside the cones. All can be changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ReadyProtocol {
     /// Experiment 1: a whiteboard against H-Wall, which felt more real; eight subjects, five answers.
@@ -70,6 +70,13 @@ impl ReadyProtocol {
         Self::ALL
             .into_iter()
             .find(|p| p.words()[1] == protocol.title)
+    }
+
+    /// Does a protocol have the same factors, levels and answers, so that its results can stand beside the published ones?
+    #[must_use]
+    pub fn is_comparable(self, protocol: &Protocol) -> bool {
+        let own = self.protocol();
+        own.factors == protocol.factors && own.procedure == protocol.procedure
     }
 
     /// The protocol. Catch trials and practice are of the studies of roughness only.

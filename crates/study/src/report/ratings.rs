@@ -40,7 +40,7 @@ pub struct Ratings {
     pub signs: SignTest,
     /// Share above the middle among those not in it; `None` without any.
     pub above: Option<Share>,
-    /// Exact signed-rank test against the middle; `None` if all are in it.
+    /// Signed-rank test against the middle, exact for up to 49 subjects off it; `None` if all are in it.
     pub wilcoxon: Option<Wilcoxon>,
 }
 
@@ -74,25 +74,28 @@ fn of_condition(
         r.trial.kind == TrialKind::Main && r.trial.condition == condition && r.is_valid()
     };
     let own: Vec<&TrialRecord> = study.trials.iter().filter(counts_here).collect();
+    let middle = 0.5 * (f64::from(points) + 1.0);
     let mut counts = vec![0; usize::from(points)];
-    let mut values = Vec::new();
+    let (mut values, mut off) = (Vec::new(), Vec::new());
     for subject in 0..p.subjects {
         let answers = own.iter().filter(|r| r.subject == subject);
         let answers: Vec<f64> = answers.filter_map(|r| r.rating(p.procedure)).collect();
         for answer in &answers {
-            if let Some(count) = counts.get_mut(*answer as usize - 1) {
+            let place = (*answer as usize).checked_sub(1);
+            if let Some(count) = place.and_then(|place| counts.get_mut(place)) {
                 *count += 1;
             }
         }
         if !answers.is_empty() {
-            values.push(answers.iter().sum::<f64>() / answers.len() as f64);
+            let (sum, count) = (answers.iter().sum::<f64>(), answers.len() as f64);
+            values.push(sum / count);
+            // The numerator is exact, so that subjects equally far from the middle are tied.
+            off.push((sum - count * middle) / count);
         }
     }
     if values.is_empty() {
         return Ok(None);
     }
-    let middle = 0.5 * (f64::from(points) + 1.0);
-    let off: Vec<f64> = values.iter().map(|v| v - middle).collect();
     let signs = sign_test(&off)?;
     let decided = signs.positive + signs.negative;
     let above = match decided {
@@ -137,7 +140,7 @@ pub struct RatingPower {
 /// Power of the sign test for these shares above the middle, among those who are not in it.
 ///
 /// # Errors
-/// A share outside 0 to 1; no subjects or more than 200.
+/// A share outside 0 to 1; no subjects or more than 500.
 pub fn sign_power(shares: &[f64], subjects: usize) -> Result<Vec<RatingPower>, StudyError> {
     // On three points the signed-rank test is the sign test.
     let populations = shares
@@ -211,9 +214,10 @@ pub(super) fn section(study: &StudyRecord, points: u8) -> Result<String, StudyEr
                 interval(share.ci, 3)
             )
         });
-        let ranks = r
-            .wilcoxon
-            .map_or("none".to_owned(), |w| format!("{:.4}", w.p));
+        let ranks = r.wilcoxon.map_or("none".to_owned(), |w| {
+            let how = if w.exact { "" } else { " (approximate)" };
+            format!("{:.4}{how}", w.p)
+        });
         let _ = writeln!(
             out,
             "| {} | {} | {:.3} | {}{median_ci} | {}, {}, {} | {above} | {:.4} | {ranks} |",
@@ -259,7 +263,8 @@ fn how_many(
         let mut means: Vec<f64> = own.chain(usual).collect();
         means.sort_by(f64::total_cmp);
         means.dedup();
-        let intro = "Exact power of the signed-rank test against the middle at 5 %, by the mean of a population of which no more is assumed:";
+        let intro = "Exact power of the signed-rank test against the middle at 5 %, by the mean of a population of which no more is assumed. \
+             Power at a mean that was measured here is for the next study; of this one it says no more than p:";
         (intro, mean_power(points, &means, subjects)?, MOST_RATINGS)
     };
     let mut out = format!(

@@ -44,6 +44,12 @@ fn every_ready_protocol_can_be_run() {
         );
         assert_eq!(ReadyProtocol::named(ready.name()), Ok(ready));
         assert_eq!(ReadyProtocol::of(&protocol), Some(ready));
+        assert!(ready.is_comparable(&protocol));
+        let changed = Protocol {
+            procedure: Procedure::Likert { points: 9 },
+            ..protocol
+        };
+        assert!(!ready.is_comparable(&changed));
     }
     assert_eq!(ReadyProtocol::of(&Protocol::default()), None);
     let unknown = ReadyProtocol::named("thesis:experiment-3")

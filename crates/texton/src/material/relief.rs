@@ -27,8 +27,9 @@ pub struct Relief {
 impl Relief {
     /// The relief in a picture.
     ///
-    /// Octaves of the spectrum are differences of Gaussian blurs, each with twice the deviation of the one before. For a single wave within
-    /// the band the height is right within 6 %, the period within 15 % (tests/it/material.rs). An albedo is read as linear shading: contrast is
+    /// Octaves of the spectrum are differences of Gaussian blurs, each with twice the deviation of the one before. For a single wave from twice
+    /// the shortest period of the band on, the height is right within 6 %, the period within 15 % (tests/it/material.rs); at the shortest
+    /// period the height is 12 % too low, the period 47 % too long. An albedo is read as linear shading: contrast is
     /// the slope towards the light times the cotangent of its height above the surface ([Kube 1988]), here 1, so that `slope² = 2 contrast²` on
     /// average over directions.
     ///

@@ -61,7 +61,8 @@ pub struct ScaleError {
 }
 
 impl ScaleError {
-    /// The greater of the two, which intervals use: a new material is of neither study.
+    /// The greater of the two, which intervals use: a new material is of neither study. The common factor between the two studies is not in it,
+    /// because their units are not known to agree: relative to P80 a material that is no sandpaper may be off by more.
     #[must_use]
     pub const fn ln_sd(&self) -> f64 {
         self.material_ln.max(self.study_ln)

@@ -92,7 +92,7 @@ impl TorqueBias {
     }
 
     /// The joint with the largest contact torque relative to its limit, and that torque beyond its bias, N m, less the expected pushes. `None`
-    /// without a bias: a push while the bias is measured only starts that anew.
+    /// without a bias. A push while the bias is measured is told, too, and the measurement starts anew.
     pub(in crate::safety) fn contact(
         &mut self,
         state: &ArmState,
@@ -121,7 +121,6 @@ impl TorqueBias {
         if self.bias.is_none() && most.is_some() {
             (self.rested_s, self.samples) = (0.0, 0);
             self.beyond = JointTorques([0.0; MOST_JOINTS]);
-            return None;
         }
         most.map(|(joint, _)| (joint, left[joint]))
     }
