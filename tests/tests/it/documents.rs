@@ -213,14 +213,16 @@ fn by_hand_of(text: &str) -> String {
 }
 
 /// By hand, but for blocks between markers: everything else is written by a program.
-const BY_HAND: [&str; 12] = [
+const BY_HAND: [&str; 14] = [
     "ARCHITECTURE.md",
+    "CHANGELOG.md",
     "COMMANDS.md",
     "CONTRIBUTING.md",
     "CRATES.md",
     "ENVIRONMENTS.md",
     "NOTATION.md",
     "PROTOCOL.md",
+    "README.md",
     "REAL-ARM.md",
     "ROS.md",
     "SAFETY.md",
