@@ -56,9 +56,21 @@ pub fn orientation_rows(published: &[Bounds], file: usize) -> anyhow::Result<Vec
     let rows = [
         ("time for the map, s", Some(PUBLISHED_S), took_s),
         ("lines reachable", Some(theirs), ours),
-        ("bounds off by more than 1 mm, %; ours proven", Some(share), 0.0),
-        ("median error of a bound, mm; ours at most, proven", error(0.5), accuracy_mm),
-        ("largest error of a bound, mm; ours proven", error(1.0), accuracy_mm),
+        (
+            "bounds off by more than 1 mm, %; ours proven",
+            Some(share),
+            0.0,
+        ),
+        (
+            "median error of a bound, mm; ours at most, proven",
+            error(0.5),
+            accuracy_mm,
+        ),
+        (
+            "largest error of a bound, mm; ours proven",
+            error(1.0),
+            accuracy_mm,
+        ),
         ("length without proof, mm", None, unproven_mm),
         ("lines with holes that the map shows", Some(0.0), holes),
         ("length of the holes, m", Some(0.0), one.hole_m),
