@@ -185,10 +185,11 @@ impl Control {
             Some(_) => self.touched_object,
             // Paths are valid only in a world that has not moved.
             None if self.guidance.world_moves > 0 => None,
-            None => {
-                let surface = self.guidance.surface?;
-                self.objects.iter().position(|object| *object == surface)
-            }
+            None => match self.guidance.surface {
+                Some(surface) => self.objects.iter().position(|object| *object == surface),
+                // Between two light pushes the board stays on the object even if the target is lost.
+                None => self.renderer.touched_object(),
+            },
         }
     }
 
