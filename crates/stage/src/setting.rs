@@ -7,7 +7,7 @@ use crate::input::floor_pose::FloorPose;
 use crate::input::numbers::{counted, whole_within};
 use crate::input::place::{self, Contacts};
 use crate::input::recording_units::RecordingUnits;
-use crate::input::scene_file::{SceneFile, SceneFlags};
+use crate::input::scene_file::{SceneFile, SceneFlags, unit_hint};
 use crate::input::trial;
 use crate::person::hand::Hand;
 use crate::person::kinds::PersonKind;
@@ -329,7 +329,7 @@ fn heads(recording: &mut Recording) -> Vec<String> {
     let last = times(|frame| frame.head_m.is_some()).map_or(f64::INFINITY, |frame| frame.t_s);
     let end = times(|_| true).map_or(0.0, |frame| frame.t_s);
     let ends = format!(
-        "the head ends at {last:.2} s, the recording at {end:.2} s: the arm stops until the next touch and then heeds no head"
+        "the head ends at {last:.2} s, the recording at {end:.2} s: the arm stops when the head ends"
     );
     let said = [
         (filled > 0, slow),
@@ -386,7 +386,9 @@ pub fn load_scene(file: Option<SceneFile<'_>>) -> anyhow::Result<(Scene, Vec<Str
         }
         None => Scene::from_obj_str(ROOM.0, Some(ROOM.1))?,
     };
-    Ok((scene, repairs(&report)))
+    let mut remarks = repairs(&report);
+    remarks.extend(unit_hint(&scene).map(|hint| format!("the scene {hint}")));
+    Ok((scene, remarks))
 }
 
 /// The texts of a scene and of its sidecar, as [`load_scene`] reads them.

@@ -55,22 +55,31 @@ impl<'a> From<&'a Path> for SceneFile<'a> {
 pub fn looks_like(scene: &Scene) -> String {
     let bounds = scene.bounds();
     let size = bounds.max_m - bounds.min_m;
-    let y_up = is_y_up(scene, size);
-    let height = if y_up { size.y } else { size.z };
     let mut text = format!(
         "the scene measures {:.2} x {:.2} x {:.2} m along x, y and z",
         size.x, size.y, size.z
     );
-    for (scale, name) in [(0.01, "centimetres"), (0.001, "millimetres")] {
-        // Heights of rooms and halls, m: fits at most one unit.
-        if (1.0..10.0).contains(&(height * scale)) {
-            text += &format!("; looks like {name}: --scale {scale}");
-        }
+    if let Some(hint) = unit_hint(scene) {
+        text += &format!("; {hint}");
     }
-    if y_up {
+    if is_y_up(scene, size) {
         text += "; looks y-up: --up y";
     }
     text
+}
+
+/// What a scene that is far too high for metres looks like.
+#[must_use]
+pub fn unit_hint(scene: &Scene) -> Option<String> {
+    let bounds = scene.bounds();
+    let size = bounds.max_m - bounds.min_m;
+    let height = if is_y_up(scene, size) { size.y } else { size.z };
+    // Heights of rooms and halls, m: fits at most one unit.
+    let fits = |(scale, _): &(f64, &str)| (1.0..10.0).contains(&(height * scale));
+    let (scale, name) = [(0.01, "centimetres"), (0.001, "millimetres")]
+        .into_iter()
+        .find(fits)?;
+    Some(format!("looks like {name}: --scale {scale}"))
 }
 
 /// Rooms are lower than wide, and floor and ceiling have the largest area along one axis. Or no face is upright, but would be with y up.
