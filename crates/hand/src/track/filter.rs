@@ -102,7 +102,7 @@ pub struct HandState {
     pub delay_s: f64,
     /// Time since a point of the hand was measured, s: 0 except while a gap is bridged.
     pub unseen_s: f64,
-    /// The palm as measured in this sample, m.
+    /// The palm, m: as measured, or for up to [`HandFilterConfig::max_gap_s`] as far from the point as it was seen last.
     pub palm_m: Option<DVec3>,
 }
 
@@ -168,6 +168,8 @@ pub struct HandFilter {
     /// The followed point, and its offset from each point of the hand.
     anchor: Option<HandPoint>,
     offsets_m: [Option<DVec3>; 6],
+    /// When the palm was last seen beside the followed point, s.
+    palm_seen_s: f64,
     /// Last measurement of the followed point.
     measured: Option<(f64, DVec3)>,
     lost: Option<Loss>,
@@ -196,6 +198,7 @@ impl HandFilter {
             filled: 0,
             anchor: None,
             offsets_m: [None; 6],
+            palm_seen_s: f64::NEG_INFINITY,
             measured: None,
             lost: None,
             last: None,
@@ -377,6 +380,9 @@ impl HandFilter {
                 *offset_m = Some(position_m - point_m);
             }
         }
+        if seen[HandPoint::Palm as usize].is_some() {
+            self.palm_seen_s = frame.t_s;
+        }
         Some(position_m)
     }
 
@@ -423,16 +429,22 @@ impl HandFilter {
         let velocity = (b_m - a_m) / (b_s - a_s);
         let delay_s = (frame.t_s - t3) - b_s;
         let speed = velocity.length();
+        let point_m = b_m + velocity * delay_s;
+        let carried_m = || {
+            let offset_m = self.offsets_m[HandPoint::Palm as usize]?;
+            let is_recent = frame.t_s - self.palm_seen_s <= self.config.max_gap_s;
+            is_recent.then(|| point_m - offset_m)
+        };
         HandState {
             t_s: frame.t_s,
             point,
-            point_m: b_m + velocity * delay_s,
+            point_m,
             velocity_m_per_s: velocity,
             direction: (speed >= MIN_DIRECTION_SPEED_M_PER_S).then(|| velocity / speed),
             smoothed_m: [a_m, b_m],
             delay_s,
             unseen_s: frame.t_s - seen_s,
-            palm_m: frame.point(HandPoint::Palm),
+            palm_m: frame.point(HandPoint::Palm).or_else(carried_m),
         }
     }
 }

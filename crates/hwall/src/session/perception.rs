@@ -93,6 +93,7 @@ struct Presentable<'a> {
     world: &'a World,
     maps: &'a WallMaps,
     waiting: &'a Waiting,
+    arm: &'a dyn ArmKinematics,
 }
 
 impl Presenting for Presentable<'_> {
@@ -116,16 +117,25 @@ impl Presenting for Presentable<'_> {
             ..*contact
         };
         let at = self.world.contact_in_base(at);
-        let q = match self.waiting.presents(at.point_m, at.normal) {
+        let (q, is_behind_edge) = match self.waiting.presents(at.point_m, at.normal) {
             Presents::Never => return None,
-            Presents::Unknown => None,
-            Presents::With(q) => Some(q),
+            Presents::Unknown => (None, false),
+            Presents::With(q) => (Some(q), self.waiting.is_behind_edge(at.point_m, at.normal)),
         };
-        Some(Stand { point_m, q })
+        Some(Stand {
+            point_m,
+            q,
+            is_behind_edge,
+        })
     }
 
     fn travel_s(&self, from: &JointPositions, to: &JointPositions) -> Option<f64> {
         self.waiting.travel_s(from, to)
+    }
+
+    fn middle_m(&self, q: &JointPositions) -> Option<DVec3> {
+        let stands = self.world.world_from_base().is_none();
+        stands.then(|| self.arm.forward(q).position_m())
     }
 }
 
@@ -191,6 +201,7 @@ impl<P: Predictor> Perception<P> {
                 world: &self.world,
                 maps: &self.walls.maps,
                 waiting: &self.waiting,
+                arm: &*self.arm,
             },
         );
         // Change the waiting posture only while waiting; under way it would change goals.
@@ -224,7 +235,7 @@ impl<P: Predictor> Perception<P> {
             responds_with,
             person: Guidance {
                 fingertip,
-                palm_m: tracking.state().and(frame.palm_m),
+                palm_m: tracking.state().and_then(|state| state.palm_m),
                 head_m: frame.head_m.filter(|m| m.is_finite()),
                 elbow_m: frame.body(BodyPoint::Elbow),
                 other_hand_m: frame.other_hand_m.filter(|m| m.is_finite()),

@@ -62,6 +62,14 @@ impl Waiting {
         Some(entry.q)
     }
 
+    /// Does the direct path from the waiting posture to a place lead through a surface?
+    pub(super) fn is_behind_edge(&self, point_m: DVec3, normal: DVec3) -> bool {
+        let entry = self
+            .atlas()
+            .and_then(|atlas| atlas.look_up(point_m, normal));
+        entry.is_some_and(|entry| !entry.clear)
+    }
+
     /// How the arm presents a place: from the atlas, else the solution nearest to the waiting posture at any quarter turn.
     pub(super) fn presents(&self, point_m: DVec3, normal: DVec3) -> Presents {
         if let Some(q) = self.near(point_m, normal) {

@@ -46,6 +46,8 @@ const SLOWEST_M_PER_S: f64 = 0.1;
 const USUAL_SD_SHARE: f64 = 0.25;
 /// The arm waits until all predictions have been finite for this time, s; as the default recovery time of the supervisor.
 const RECOVERY_S: f64 = 0.25;
+/// Standard deviation of a person's time from reveal to touch, s.
+const WITHIN_PERSON_S: f64 = 0.12;
 /// Fixations that begin less than this after the hand came to rest belong to the last touch, s.
 const RESTED_S: f64 = 0.1;
 
@@ -68,6 +70,8 @@ pub(in crate::session) struct Policy {
     last_s: f64,
     fixations: Fixations,
     available_time: AvailableTime,
+    /// The same from when the motion of the hand reveals the place.
+    revealed_time: AvailableTime,
     course: HandMotion,
     /// Why it decided as it did in the last frame, if somebody asks.
     explanation: Option<Option<Explanation>>,
@@ -94,6 +98,7 @@ impl Policy {
             last_s: f64::NEG_INFINITY,
             fixations: Fixations::default(),
             available_time: AvailableTime::usual(usual_s),
+            revealed_time: AvailableTime::usual(config.onset_share * usual_s),
             course: HandMotion::default(),
             explanation: None,
         })
@@ -106,6 +111,7 @@ impl Policy {
         [self.reached_s, self.moved_s, self.bad_s, self.last_s] = [f64::NEG_INFINITY; 4];
         self.fixations.forget_look();
         self.available_time.forget_reach();
+        self.revealed_time.forget_reach();
         self.course = HandMotion::default();
     }
 
@@ -141,6 +147,7 @@ impl Policy {
         self.course.step(t_s, hand.map(|hand| hand.point_m));
         let Some(first) = ranked.first() else {
             self.available_time.forget_reach();
+            self.revealed_time.forget_reach();
             self.turn_to_waiting(t_s, arm);
             return None;
         };
@@ -168,6 +175,11 @@ impl Policy {
             hypotheses,
             t_s,
             unknown: self.usual(),
+            revealed: TouchTime {
+                median_s: self.revealed_time.budget_s(),
+                scale_s: scale_of(WITHIN_PERSON_S),
+                passed_s: 0.0,
+            },
         };
         let way = self.way.unwrap_or_else(|| Way::at(arm.waits_at()));
         let stays = || {
@@ -205,15 +217,14 @@ impl Policy {
             Decision::Preposition(contact) | Decision::Present(contact) => contact,
         };
         self.told = Some(contact);
-        // The time counts from when the place is known, whether or not the board is dispatched at once.
-        let known = hypotheses
-            .iter()
-            .find(|hypothesis| hypothesis.chance >= 0.5);
-        let known = match &decision {
-            Decision::Present(contact) => Some(contact),
-            _ => known.map(|hypothesis| &hypothesis.contact),
-        };
+        // The time counts from when hand or eyes show the place, whether or not that was believed.
+        let shown = hypotheses.iter().filter(|hypothesis| hypothesis.chance > 0.0);
+        let shown = shown.max_by(|a, b| a.contact.probability.total_cmp(&b.contact.probability));
+        let known = shown.map(|hypothesis| &hypothesis.contact);
         self.available_time
+            .step(&TimeFrame::new(t_s, known, &contact, hand));
+        let known = known.filter(|known| self.motion(known, hand) == Motion::Reaches);
+        self.revealed_time
             .step(&TimeFrame::new(t_s, known, &contact, hand));
         Some((contact, decision))
     }
@@ -311,6 +322,7 @@ impl Policy {
         };
         let chance = share * contact.probability;
         Hypothesis {
+            reaches: self.motion(contact, hand) == Motion::Reaches || goes_on,
             contact: *contact,
             sds_m: self.config.slack.sds_m(contact),
             chance,

@@ -2,7 +2,7 @@
 
 use super::config::PolicyConfig;
 use super::explanation::{Explanation, WeighedChoice, WeighedPlace};
-use super::way::{Presenting, Stand, USUAL_S, Way, part_way, travel_s};
+use super::way::{Presenting, Stand, USUAL_S, Way, arrival_s, part_way, travel_s};
 use hwall_contact::ContactPrediction;
 use hwall_haptics::{PREPOSITION_SHARE, surface_axes};
 use hwall_kinematics::JointPositions;
@@ -18,6 +18,8 @@ pub(super) struct Hypothesis {
     pub(super) chance: f64,
     /// When.
     pub(super) time: TouchTime,
+    /// Does the hand move towards it?
+    pub(super) reaches: bool,
     /// How the arm presents it; `None` if it cannot.
     pub(super) stand: Option<Stand>,
 }
@@ -42,9 +44,9 @@ impl TouchTime {
         self.survives(self.passed_s)
     }
 
-    /// Probability that less than `left_s` (s) is left when the place becomes known, at `share` of the remaining time.
-    fn comes_before(&self, left_s: f64, share: f64) -> f64 {
-        let survives = self.survives(self.passed_s + left_s / share);
+    /// Probability that the touch comes within a time from now, s.
+    fn comes_within(&self, left_s: f64) -> f64 {
+        let survives = self.survives(self.passed_s + left_s);
         1.0 - survives / self.still_awaited().max(f64::MIN_POSITIVE)
     }
 }
@@ -100,6 +102,8 @@ pub(super) struct Chooser<'a, A> {
     pub(super) t_s: f64,
     /// Time of a touch of which nothing is known.
     pub(super) unknown: TouchTime,
+    /// Time of a touch from when the motion of the hand reveals its place.
+    pub(super) revealed: TouchTime,
 }
 
 impl<A: Presenting> Chooser<'_, A> {
@@ -193,30 +197,40 @@ impl<A: Presenting> Chooser<'_, A> {
             Choice::Present(goal) => Some(goal),
             Choice::Wait | Choice::Preposition(_) => None,
         };
-        let arrival_s = way.left_s(self.t_s);
         let (mut late, mut there) = (0.0, 0.0);
         for hypothesis in self.possible() {
             let covered = goal.map_or(0.0, |goal| self.covered_share(goal, hypothesis));
+            let [a_m, b_m] = hypothesis.sds_m;
             let onwards_s = match hypothesis.stand {
                 Some(stand) => {
-                    let [a_m, b_m] = hypothesis.sds_m;
                     let beside_m = a_m.hypot(b_m).max(2.0 * self.reach_m);
-                    travel_s(self.arm, to.as_ref(), stand.q.as_ref())
+                    arrival_s(self.arm, to.as_ref(), &stand, self.reach_m)
                         .max(MOVES_S_PER_ROOT_M * beside_m.sqrt())
                 }
                 None => f64::INFINITY,
             };
-            let share = self.config.onset_share;
-            let elsewhere = hypothesis.time.comes_before(onwards_s, share);
-            let here =
-                (1.0 - self.config.late_share) * hypothesis.time.comes_before(arrival_s, 1.0);
+            let elsewhere = match hypothesis.reaches {
+                true => (hypothesis.time).comes_within(onwards_s / self.config.onset_share),
+                false => self.too_late(&hypothesis.time, onwards_s),
+            };
+            let arrives_s = goal.map_or(f64::INFINITY, |goal| {
+                let slack_m = self.reach_m - a_m.max(b_m);
+                way.left_within_s(self.arm, &goal.stand, slack_m, self.t_s)
+            });
+            let here = (1.0 - self.config.late_share) * hypothesis.time.comes_within(arrives_s);
             late += hypothesis.chance * (covered * here + (1.0 - covered) * elsewhere);
             there += hypothesis.chance * covered;
         }
-        // The touch may come where none is predicted; most places are near the waiting posture.
-        let back_s = USUAL_S + travel_s(self.arm, to.as_ref(), self.arm.waits_at().as_ref());
-        late += self.elsewhere() * self.unknown.comes_before(back_s, self.config.onset_share);
+        // The touch may come where none is predicted. Places lie all around the waiting posture, so the two ways add like independent ones.
+        let back_s = travel_s(self.arm, to.as_ref(), self.arm.waits_at().as_ref());
+        late += self.elsewhere() * self.too_late(&self.unknown, USUAL_S.hypot(back_s));
         late + goal.map_or(0.0, |_| self.config.false_dispatch * (1.0 - there))
+    }
+
+    /// Probability that a touch comes sooner than `onwards_s` (s) after the motion of the hand has revealed its place, or after now.
+    fn too_late(&self, time: &TouchTime, onwards_s: f64) -> f64 {
+        let in_time = |time: &TouchTime| 1.0 - time.comes_within(onwards_s);
+        1.0 - in_time(time) * in_time(&self.revealed)
     }
 
     /// Probability that a touch of a hypothesis is on the face of a board at a goal.

@@ -11,6 +11,8 @@ pub(in crate::session) struct Stand {
     pub(in crate::session) point_m: DVec3,
     /// The joints, rad; `None` if unknown.
     pub(in crate::session) q: Option<JointPositions>,
+    /// Does the direct path from the waiting posture lead through a surface?
+    pub(in crate::session) is_behind_edge: bool,
 }
 
 /// What the arm can do.
@@ -23,12 +25,18 @@ pub(in crate::session) trait Presenting {
 
     /// Least time from rest to rest, s.
     fn travel_s(&self, from: &JointPositions, to: &JointPositions) -> Option<f64>;
+
+    /// Middle of the board at a configuration, in the frame of the scene, m; `None` if unknown.
+    fn middle_m(&self, q: &JointPositions) -> Option<DVec3>;
 }
 
 /// Travel time assumed if it is unknown, s.
 pub(super) const USUAL_S: f64 = 0.5;
 /// Delay from a decision to the motion, s: of the arm and of the frame.
 const REACTION_S: f64 = 0.03;
+
+/// Extra time of a path that leads around an edge, s: 0.1 to 0.2 s at the shelf of the built-in room.
+const DETOUR_S: f64 = 0.15;
 
 /// Time between two configurations, s; the default if unknown.
 pub(super) fn travel_s(
@@ -38,6 +46,34 @@ pub(super) fn travel_s(
 ) -> f64 {
     let known = || arm.travel_s(from?, to?);
     known().unwrap_or(USUAL_S)
+}
+
+/// Time from a configuration until the board stands within `slack_m` of a place, s.
+pub(super) fn arrival_s(
+    arm: &impl Presenting,
+    from: Option<&JointPositions>,
+    stand: &Stand,
+    slack_m: f64,
+) -> f64 {
+    let detour_s = if stand.is_behind_edge { DETOUR_S } else { 0.0 };
+    detour_s + travel_s(arm, from, stand.q.as_ref()) * shortened(arm, from, stand, slack_m)
+}
+
+/// The share of the time of a motion that stays if it may end `slack_m` short of its end: times grow with the root of the distance.
+fn shortened(
+    arm: &impl Presenting,
+    from: Option<&JointPositions>,
+    stand: &Stand,
+    slack_m: f64,
+) -> f64 {
+    let length_m = from.and_then(|from| Some(arm.middle_m(from)?.distance(stand.point_m)));
+    // NaN shortens nothing.
+    let share = length_m.map_or(0.0, |length_m| slack_m / length_m);
+    if share > 0.0 {
+        (1.0 - share).max(0.0).sqrt()
+    } else {
+        1.0
+    }
 }
 
 /// The configuration at a share of the path to another one.
@@ -62,6 +98,18 @@ impl Way {
             to: q,
             ..Self::default()
         }
+    }
+
+    /// Time left until the board stands within `slack_m` of the place that the motion leads to, s.
+    pub(super) fn left_within_s(
+        &self,
+        arm: &impl Presenting,
+        stand: &Stand,
+        slack_m: f64,
+        t_s: f64,
+    ) -> f64 {
+        let share = shortened(arm, self.from.as_ref(), stand, slack_m);
+        (self.since_s + share * self.takes_s - t_s).max(0.0)
     }
 
     /// Time left until the arm arrives, s.

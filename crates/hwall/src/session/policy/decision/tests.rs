@@ -25,7 +25,12 @@ impl Presenting for Arm {
         Some(Stand {
             point_m: contact.point_m,
             q: Some(q),
+            is_behind_edge: false,
         })
+    }
+
+    fn middle_m(&self, _: &JointPositions) -> Option<DVec3> {
+        None
     }
 
     fn travel_s(&self, from: &JointPositions, to: &JointPositions) -> Option<f64> {
