@@ -70,7 +70,10 @@ fn bases(job: &Job<'_>, train: usize, test: usize) -> anyhow::Result<(MarkdownTa
         let trained = setup.train(&motions.train)?;
         let runs = run::run(&setup, &trained, &motions.test)?;
         let sets = dof_sets(&setup, &trained);
-        let bases = trained.model.groups().iter().map(|g| g.basis.to_string());
+        // Widths of the candidates follow from their number.
+        let kind = |basis: String| basis.split(" of ").next().unwrap_or_default().to_owned();
+        let groups = trained.model.groups().iter();
+        let bases = groups.map(|g| kind(g.basis.to_string()));
         let errors = SEEN.map(|percent| {
             let at = Accuracy::at(&runs.tests, &sets[0], percent);
             format!("{:.1}", 1e3 * at.mean)
