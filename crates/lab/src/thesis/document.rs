@@ -28,7 +28,7 @@ pub struct Request<'a> {
 /// tracked ones. Returns the path of the page, or of the document.
 ///
 /// # Errors
-/// A single chapter over the tracked document; a study that fails, a file that cannot be written.
+/// A single chapter over the tracked document; a folder of published maps that is named and missing; a study that fails, a file that cannot be written.
 pub fn write(
     request: &Request<'_>,
     documents: &Documents,
@@ -39,6 +39,14 @@ pub fn write(
         request.chapter.is_none() || !is_tracked,
         "--chapter: the tracked document has all chapters; leave --docs out"
     );
+    // Checked before the work.
+    if let Some(folder) = request.published {
+        let (is, name) = (folder.is_dir(), folder.display());
+        ensure!(
+            is,
+            "--published {name}: no such folder; leave it out to skip what needs it"
+        );
+    }
     let job = Job {
         seed: request.seed,
         published: request.published,
