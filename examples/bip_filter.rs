@@ -30,7 +30,7 @@ struct Args {
     /// Columns that the filter sees, from 0, not counting `t`: a-b,c,... [default of the synthetic ones: 0-17]
     #[arg(long, requires = "train")]
     observed: Option<Indices>,
-    /// poly:N, legendre:N, chebyshev:N, gauss:N[:VARIANCE], ngauss:N[:VARIANCE], sigmoid:N:WIDTH, auto
+    /// poly:N, legendre:N, chebyshev:N, gauss:N[:VARIANCE], ngauss:N[:VARIANCE], sigmoid:N:WIDTH, auto (by leave-one-out), auto:aic, auto:bic
     #[arg(long, default_value = "ngauss:9")]
     basis: BasisChoice,
     /// exact, compat (the published one; implies --published), bank, ensemble:N

@@ -57,6 +57,22 @@ try {
   assert.ok(new Set(hands().map((m) => m.joints[10].join())).size > 0.95 * hands().length);
   keep("live", await page.screenshot());
 
+  // Where no board meets it, the shown hand stops at the surface and says so; what is sent goes on.
+  const stopped = await page.value(`(() => {
+    const { viewer } = hwall, joints = Array(26).fill(null);
+    joints[10] = [0.57, -0.9, 1.5];
+    viewer.compose({ ...hwall.newest(), state: 2, hand: joints, eye: [1.4, 0, 1] });
+    const found = { stop: viewer.stop, told: viewer.labels.map((label) => label.text) };
+    viewer.compose({ ...hwall.newest(), state: 4, hand: joints, eye: [1.4, 0, 1] });
+    return { ...found, touched: viewer.stop };
+  })()`);
+  assert.ok(distance(stopped.stop.place, [0.62, -0.9, 1.5]) < 1e-4, JSON.stringify(stopped));
+  assert.ok(stopped.told.some((text) => text.startsWith("not felt")) && stopped.touched === null);
+  server.tell({ type: "event", t: 1.4, kind: "unreachable", text: "too far by 0.5 m" });
+  await page.until("hwall.viewer.beyond === 'too far by 0.5 m'");
+  server.tell({ type: "event", t: 1.4, kind: "goal", text: "" });
+  await page.until("hwall.viewer.beyond === null");
+
   await page.mouse("mouseReleased", x, y);
   await patiently("a hand that withdraws", () => distance(hands().at(-1).joints[10], goal.point) > 0.2);
   const steps = server.told.filter((m) => m.type === "hand").slice(1).map((m, i, all) => m.client_ms - (i ? all[i - 1].client_ms : m.client_ms)).slice(1).sort((a, b) => a - b);

@@ -11,6 +11,8 @@ import { ATTEMPTS, LISTEN, check, clean, enter, events, hands, headset, ready, t
 const [url, iwer, pictures] = process.argv.slice(2);
 /** The wall that is touched, and a place on it, base frame, m. */
 const WALL = "front_wall", TARGET = [0.62, -0.05, 0.45];
+/** A place behind the same wall that the arm cannot reach. */
+const BEYOND = [0.57, -0.95, 0.3];
 
 const picture = async (page, name) => { if (pictures) writeFileSync(join(pictures, name), await page.screenshot()); };
 const say = (...words) => console.log(words.join(" "));
@@ -61,6 +63,39 @@ async function withMouse(browser) {
   await page.send("Page.close");
 }
 
+/** Beyond the arm's reach the hand is shown at the wall; the server still gets the hand as it is. */
+async function stopsInVr(page) {
+  const found = await page.value(`(async (beyond) => {
+    const { headset, viewer } = hwall, hand = headsetDevice.hands.right, m = headset.baseFromSpace;
+    const there = (p) => [0, 1, 2].map((i) => m[i] * p[0] + m[4 + i] * p[1] + m[8 + i] * p[2] + m[12 + i]);
+    const send = headset.send, frame = () => new Promise((done) => setTimeout(done, 20));
+    let sent = null;
+    headset.send = (sample) => { if (sample.side === "right" && sample.joints) sent = sample.joints[9]; return send(sample); };
+    // By small steps, as a hand moves.
+    for (let i = 0; i < 200; i++) {
+      const away = beyond.map((c, k) => c - there(headset.tips.right)[k]), far = Math.hypot(...away), step = Math.min(1, 0.02 / Math.max(far, 1e-9));
+      const [x, y, z] = [0, 1, 2].map((k) => m[4 * k] * away[0] + m[4 * k + 1] * away[1] + m[4 * k + 2] * away[2]).map((c) => step * c);
+      hand.position.set(hand.position.x + x, hand.position.y + y, hand.position.z + z);
+      await frame();
+      if (far < 0.001) break;
+    }
+    window.drawing = true;
+    for (let i = 0; i < 300 && !viewer.stop; i++) await frame();
+    const drawn = { stop: viewer.stop, sent: sent && there(sent), own: there(headset.tips.right) };
+    window.drawing = ${Boolean(pictures)};
+    return drawn;
+  })(${JSON.stringify(BEYOND)})`);
+  if (pictures) await pause(1500);
+  await picture(page, "stopped.png");
+  await page.value("window.drawing = false");
+  // While pictures are drawn in software, samples come late.
+  await until("the hand again", () => page.value("Boolean(hwall.newest()?.hand)"));
+  const apart = (a, b) => Math.hypot(...a.map((c, i) => c - b[i]));
+  check(found.stop && Math.abs(found.stop.place[0] - 0.62) < 1e-3, `the shown hand stops at the wall: ${JSON.stringify(found)}`);
+  check(found.own[0] < 0.6 && apart(found.sent, found.own) < 0.002, `the hand is sent as it is: ${JSON.stringify(found)}`);
+  say(`headset: the hand ${((0.62 - found.own[0]) * 1000).toFixed(0)} mm behind the wall is shown at it`);
+}
+
 async function inHeadset(browser) {
   const page = await browser.open(url, { width: 640, height: 400, before: headset(iwer) });
   await ready(page);
@@ -69,6 +104,7 @@ async function inHeadset(browser) {
   await until("to lead", () => page.value(`heard.filter((m) => m.type === "counts").at(-1)?.leads`));
   await touches(page, TARGET, pictures && (() => picture(page, "headset.png")));
   await until("released", async () => (await events(page)).some((e) => e.kind === "released"));
+  await stopsInVr(page);
   // A hand that the headset no longer sees is lost, not frozen.
   const since = await page.value("performance.now()");
   await hands(page, false);

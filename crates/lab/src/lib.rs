@@ -10,6 +10,7 @@
 struct Pages;
 
 pub mod architecture;
+pub mod dissertation;
 pub mod documents;
 pub mod report;
 mod spans;
@@ -28,6 +29,7 @@ pub mod reach;
 pub mod rooms;
 pub mod study;
 pub mod texture;
+pub mod thesis;
 pub mod touch_study;
 
 pub mod speed;

@@ -44,6 +44,17 @@ fn refused(command: &mut Command, because: &[&str]) -> Output {
 const JOINTS: &str = "q1,q2,q3,q4,q5,q6,q7";
 const POSE: &str = "0.1,0.2,0.3,0.4,0.5,0.6,0.7";
 
+/// A chapter alone would have replaced the whole document.
+#[test]
+fn one_chapter_is_not_written_over_the_tracked_document() {
+    let Some(mut thesis) = example("thesis") else {
+        return;
+    };
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    thesis.current_dir(root).args(["--docs", "--chapter", "4"]);
+    refused(&mut thesis, &["--chapter", "--docs"]);
+}
+
 /// 5,000 rows were 390 afterwards.
 #[test]
 fn an_output_that_is_the_input_is_refused_and_nothing_is_lost() {

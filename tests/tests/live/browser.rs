@@ -133,6 +133,12 @@ fn a_replay_opens_without_a_network() -> anyhow::Result<()> {
 }
 
 #[test]
+fn hands_stop_where_no_board_meets_them() -> anyhow::Result<()> {
+    report("stop.mjs", run("stop.mjs", &[])?);
+    Ok(())
+}
+
+#[test]
 fn the_live_page_touches_and_reconnects() -> anyhow::Result<()> {
     let _alone = alone();
     let folder = folder("live_in_a_browser")?;

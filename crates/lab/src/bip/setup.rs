@@ -50,9 +50,9 @@ impl FromStr for Indices {
 pub enum BasisChoice {
     /// This one for every degree of freedom.
     Given(Basis),
-    /// The best of the library's candidates by leave-one-out, separately for the observed degrees of freedom
+    /// The best of the library's candidates by a criterion, separately for the observed degrees of freedom
     /// and for the others.
-    Automatic,
+    Automatic(Criterion),
 }
 
 impl FromStr for BasisChoice {
@@ -60,7 +60,9 @@ impl FromStr for BasisChoice {
 
     fn from_str(text: &str) -> anyhow::Result<Self> {
         Ok(match text {
-            "auto" => Self::Automatic,
+            "auto" => Self::Automatic(Criterion::LeaveOneOut),
+            "auto:aic" => Self::Automatic(Criterion::Aic),
+            "auto:bic" => Self::Automatic(Criterion::Bic),
             _ => Self::Given(basis(text)?),
         })
     }
@@ -236,11 +238,11 @@ impl Setup {
         let first = match self.basis {
             BasisChoice::Given(basis) => basis,
             // Placeholder until a basis is chosen.
-            BasisChoice::Automatic => Basis::Legendre { count: 8 },
+            BasisChoice::Automatic(_) => Basis::Legendre { count: 8 },
         };
         let mut groups = groups(&set.columns, &seen, first);
-        if self.basis == BasisChoice::Automatic {
-            let (criterion, config) = (Criterion::LeaveOneOut, SelectionConfig::default());
+        if let BasisChoice::Automatic(criterion) = self.basis {
+            let config = SelectionConfig::default();
             let candidates = default_candidates();
             groups = select_groups(&demonstrations, &groups, &candidates, criterion, &config)
                 .context("choosing a basis")?;

@@ -1,11 +1,12 @@
 //! The dissertation's experiment on simulated people: 47 training reaches, 30 test reaches.
 
 use crate::contact::candidates::Candidate;
-use crate::contact::report::{Choice, Section, compare};
+use crate::contact::report::{Choice, Comparison, Section, compare};
 use crate::contact::run::first_learnt;
 use crate::contact::scores::Scores;
 use crate::contact::tables;
 use crate::demonstrations::generate::{DemonstrationConfig, Part, PartSize, generate};
+use crate::dissertation::{ERROR_MAX_CM, ERROR_MEAN_CM};
 use crate::end_to_end::candidate::candidate;
 use crate::report::{cells, yes_or_no};
 use anyhow::ensure;
@@ -15,11 +16,6 @@ use hwall_stage::numbers::counted;
 use hwall_testkit::MarkdownTable;
 use std::collections::BTreeSet;
 use std::path::Path;
-
-/// Mean errors in x, y and z over 30 targets, cm. Source: [H-Wall], chapter VI.
-const DISSERTATION_MEAN_CM: [f64; 3] = [3.62, 5.43, 6.95];
-/// The largest of these errors, cm.
-const DISSERTATION_MAX_CM: [f64; 3] = [9.96, 12.83, 12.94];
 
 /// Targets of this project: share of the time of a reach, and mean error of every axis, cm.
 const TARGETS: [(f64, f64); 2] = [(0.5, 3.0), (0.7, 1.5)];
@@ -49,16 +45,26 @@ impl Overrides {
     }
 }
 
-/// The whole experiment, with people of all gestures.
+/// The experiment, run.
+pub struct Experiment {
+    /// All candidates on the reaches that are judged.
+    pub compared: Comparison,
+    /// Reaches to learn from.
+    pub train: Vec<LabelledReach>,
+    /// Reaches that are judged.
+    pub test: Vec<LabelledReach>,
+}
+
+/// Runs the experiment, with people of all gestures. The end-to-end response is added to the candidates.
 ///
 /// # Errors
 /// Demonstrations that cannot be made, a file that cannot be written.
-pub fn report(
+pub fn run(
     overrides: Overrides,
     candidates: &[Candidate],
     choice: &Choice,
     out: Option<&Path>,
-) -> anyhow::Result<Section> {
+) -> anyhow::Result<Experiment> {
     let made = generate(&overrides.apply(DemonstrationConfig::dissertation()))?;
     let of = |part: Part| {
         let made = made.iter().filter(move |d| d.part == part);
@@ -69,11 +75,34 @@ pub fn report(
     let mut all = train.clone();
     all.extend(of(Part::Test));
     choice.apply(&mut all);
-    let test = &all[train.len()..];
     let split = first_learnt(train.len(), all.len());
     let mut compared = compare("dissertation", candidates, &all, &split, out)?;
     // Only this experiment has an arm that can present the touched point.
     compared.add(&candidate(), &all, &split);
+    let test = all.split_off(train.len());
+    Ok(Experiment {
+        compared,
+        train,
+        test,
+    })
+}
+
+/// The whole experiment as a section.
+///
+/// # Errors
+/// As [`run`].
+pub fn report(
+    overrides: Overrides,
+    candidates: &[Candidate],
+    choice: &Choice,
+    out: Option<&Path>,
+) -> anyhow::Result<Section> {
+    let Experiment {
+        compared,
+        train,
+        test,
+    } = run(overrides, candidates, choice, out)?;
+    let all = [&train[..], &test].concat();
     let beside = format!("{}\n", side_by_side(&compared.scores));
     let text = format!(
         "## The dissertation's experiment on simulated people, seed {}\n\n\
@@ -86,7 +115,7 @@ pub fn report(
         train.len(),
         people(&train),
         counted(test.len(), "reach", "reaches"),
-        people(test),
+        people(&test),
         compared.text(&choice.absent(&all), &beside)
     );
     let sets = vec![("simulated, dissertation".to_owned(), compared.scores)];
@@ -137,7 +166,7 @@ fn people(reaches: &[LabelledReach]) -> String {
 }
 
 /// Every method after half and after 70 % of the time, compared with the published errors and the targets.
-fn side_by_side(scores: &[Scores]) -> MarkdownTable {
+pub fn side_by_side(scores: &[Scores]) -> MarkdownTable {
     let titles = TARGETS.into_iter().flat_map(|(share, mean_cm)| {
         let titles =
             ["x", "y", "z", "missed"].map(|what| format!("{what} at {:.0} %", 1e2 * share));
@@ -147,7 +176,7 @@ fn side_by_side(scores: &[Scores]) -> MarkdownTable {
     });
     let mut table = MarkdownTable::new(cells(["mean / largest error, cm"], titles));
     let published = TARGETS.into_iter().flat_map(|_| {
-        let errors = DISSERTATION_MEAN_CM.iter().zip(DISSERTATION_MAX_CM);
+        let errors = ERROR_MEAN_CM.iter().zip(ERROR_MAX_CM);
         let errors = errors.map(|(mean, max)| format!("{mean:.2} / {max:.2}"));
         errors.chain(["not published", ""].map(str::to_owned))
     });

@@ -107,7 +107,8 @@ pub struct Solved {
     /// Remarks, one line each.
     pub remarks: Vec<String>,
     lines: usize,
-    took: Duration,
+    /// Time for the lines.
+    pub took: Duration,
 }
 
 /// Solves all lines of a request.

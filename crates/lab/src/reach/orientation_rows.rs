@@ -1,15 +1,14 @@
 //! A published map of one orientation beside the exact one: time, errors, holes.
 
+use crate::dissertation::MAP_S;
 use crate::reach::published::{Bounds, Row, compare, grids};
 use crate::report::titled;
 use anyhow::{Context, ensure};
 use hwall_kinematics::SrsArm;
-use hwall_reachability::{ExactConfig, ReachabilityMap};
+use hwall_reachability::{ExactConfig, ReachabilityMap, WallGrid};
 use hwall_testkit::{MarkdownTable, quantile};
 use std::time::Instant;
 
-/// Time for a map of one orientation, as the dissertation states it, s.
-const PUBLISHED_S: f64 = 3600.0;
 /// Larger errors of a bound count, mm.
 const OFF_MM: f64 = 1.0;
 
@@ -37,13 +36,24 @@ pub fn orientation_rows(published: &[Bounds], file: usize) -> anyhow::Result<Vec
         (1..=count).contains(&file),
         "file {file}: they count from 1 to {count}"
     );
-    let grid = grids()?.swap_remove(file - 1);
+    rows_beside(&published[file - 1], MAP_S, grids()?.swap_remove(file - 1))
+}
+
+/// The rows for the bounds of a grid of 38 planes and 31 heights that took `bounds_s` to find, as [`orientation_rows`] has them.
+///
+/// # Errors
+/// Errors of building the map.
+pub fn rows_beside(
+    bounds: &Bounds,
+    bounds_s: f64,
+    grid: WallGrid,
+) -> anyhow::Result<Vec<OrientationRow>> {
     let config = ExactConfig::default();
     let start = Instant::now();
     let map = ReachabilityMap::build(&SrsArm::iiwa7(), &config, vec![grid])?;
     let took_s = start.elapsed().as_secs_f64();
     let rows = map_rows(&map)?;
-    let compared = compare(&rows, &published[file - 1..file]);
+    let compared = compare(&rows, std::slice::from_ref(bounds));
     let one = compared.first().context("a comparison")?;
     let bounds = one.off_mm.len();
     let off = bounds - one.off_mm.partition_point(|mm| *mm <= OFF_MM);
@@ -54,7 +64,7 @@ pub fn orientation_rows(published: &[Bounds], file: usize) -> anyhow::Result<Vec
     let holes = one.with_holes as f64;
     let unproven_mm = 1e3 * map.lengths().unknown_m;
     let rows = [
-        ("time for the map, s", Some(PUBLISHED_S), took_s),
+        ("time for the map, s", Some(bounds_s), took_s),
         ("lines reachable", Some(theirs), ours),
         (
             "bounds off by more than 1 mm, %; ours proven",
@@ -98,11 +108,14 @@ pub fn map_rows(map: &ReachabilityMap) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
+/// To a tenth of a millisecond or of a micrometre.
+pub fn number(value: f64) -> String {
+    ((1e4 * value).round() / 1e4).to_string()
+}
+
 /// As a table; the error of ours is the accuracy that was asked for and proven outside the length without proof.
 pub fn table(rows: &[OrientationRow]) -> MarkdownTable {
     let mut table = titled("map of one orientation | published | ours");
-    // A tenth of a millisecond or of a micrometre.
-    let number = |value: f64| ((1e4 * value).round() / 1e4).to_string();
     for row in rows {
         let published = row
             .published

@@ -97,6 +97,15 @@ pub fn read(folder: &Path) -> anyhow::Result<Vec<Bounds>> {
         .collect()
 }
 
+/// Rows of one grid of 38 planes and 31 heights, with one interval a line, as bounds.
+pub fn bounds_of(rows: &[Row]) -> Bounds {
+    let mut bounds = vec![None; PLANES * HEIGHTS];
+    for row in rows {
+        bounds[row.line.plane * HEIGHTS + row.line.height] = Some(row.y_mm);
+    }
+    bounds
+}
+
 /// Comparison with one published file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Comparison {

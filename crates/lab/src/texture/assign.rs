@@ -6,6 +6,7 @@ use crate::texture::sidecar;
 use anyhow::{Context, ensure};
 use hwall::texture::TextureLevels;
 use hwall_stage::input::file_plan::FilePlan;
+use hwall_testkit::MarkdownTable;
 use hwall_texton::{
     Encoding, HeightField, HeightSource, Level, MaterialPicture, MaterialSample, MaterialScale,
     PictureKind, PngSource, RoughnessProposal,
@@ -209,7 +210,8 @@ fn caveats(assigned: &Assigned) -> Vec<String> {
     caveats.map(ToString::to_string).collect()
 }
 
-fn describe(assigned: &[Assigned], out: &mut impl Write) -> anyhow::Result<()> {
+/// The table of proposals.
+pub fn table(assigned: &[Assigned]) -> MarkdownTable {
     let level = |l: &Level| format!("{:.0} deg, {} mm/s", l.scan.deg(), l.speed_mm_per_s);
     let certainty = |p: f64| format!("probability {p:.2}");
     let columns: [Column<'_, &Assigned>; 7] = [
@@ -223,7 +225,11 @@ fn describe(assigned: &[Assigned], out: &mut impl Write) -> anyhow::Result<()> {
             a.certainty.map_or(String::new(), certainty)
         }),
     ];
-    writeln!(out, "{}", table_of(assigned, &columns))?;
+    table_of(assigned, &columns)
+}
+
+fn describe(assigned: &[Assigned], out: &mut impl Write) -> anyhow::Result<()> {
+    writeln!(out, "{}", table(assigned))?;
     for one in assigned {
         writeln!(out, "{}: {}", one.surface, caveats(one).join("; "))?;
     }

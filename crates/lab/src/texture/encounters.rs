@@ -19,7 +19,10 @@ const ANGLES_DEG: [f64; 5] = [
 const SPEEDS_MM_PER_S: [f64; 5] = [0.0, 20.0, 40.0, 60.0, 80.0];
 
 /// Bumps met by a finger, one row per orientation.
-pub(super) fn table(texture: &Texture) -> anyhow::Result<String> {
+///
+/// # Errors
+/// None in practice: the angles are within their range.
+pub fn table(texture: &Texture) -> anyhow::Result<String> {
     let speeds = SPEEDS_MM_PER_S.map(|v| format!("{v} mm/s, Hz")).join(" | ");
     let mut table = titled(&format!(
         "theta, deg | w, mm | d, mm | mean encounter, mm | {speeds} | v / d at 80 mm/s, Hz"
@@ -57,7 +60,7 @@ pub(super) fn table(texture: &Texture) -> anyhow::Result<String> {
 ///
 /// # Errors
 /// A file that cannot be written.
-pub(super) fn figure(path: &Path, texture: &Texture) -> anyhow::Result<()> {
+pub fn figure(path: &Path, texture: &Texture) -> anyhow::Result<()> {
     type Curve<'a> = (&'a str, &'a dyn Fn(ScanAngle) -> Option<f64>);
     let curves: [Curve<'_>; 3] = [
         ("d: spacing of the ridges", &|s| texture.spacing_mm(s)),

@@ -1,7 +1,7 @@
 //! Textured boards: roughness from pictures, the patch to print, and a finger on a sliding board.
 
 pub mod assign;
-mod encounters;
+pub mod encounters;
 pub mod patch;
 pub mod patch_figures;
 mod sidecar;

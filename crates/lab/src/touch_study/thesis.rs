@@ -4,6 +4,8 @@
 //! record of such a study, also one with people, [`rows`] makes the rows of published numbers and its own,
 //! [`figures`](super::outputs::figures) the figures.
 
+pub use crate::dissertation::Row;
+use crate::dissertation::{LEVELS, NOT_HERE, ORDERS, POINTS, SUBJECTS, TABLE_V};
 use crate::report::{cells, or_none, titled};
 use crate::spans::ends;
 use anyhow::{Context, bail, ensure};
@@ -17,33 +19,8 @@ use hwall_study::{
 };
 use hwall_testkit::MarkdownTable;
 
-/// Subjects, and points of the scale, of the dissertation's two experiments.
-const SUBJECTS: usize = 8;
-const POINTS: usize = 5;
 /// Shares of people who prefer one wall, for which the power is given.
 const SHARES: [f64; 4] = [0.6, 0.75, 0.9, 0.95];
-
-/// A published number and the one of the study that was redone.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Row {
-    /// What it is.
-    pub what: String,
-    /// As published, with the place; or why there is none.
-    pub published: String,
-    /// Of the redone study.
-    pub ours: String,
-}
-
-fn row(what: impl Into<String>, published: impl Into<String>, ours: impl Into<String>) -> Row {
-    Row {
-        what: what.into(),
-        published: published.into(),
-        ours: ours.into(),
-    }
-}
-
-/// Why there is no published number: none of the sources of this project gives it.
-const NOT_HERE: &str = "not among this project's sources";
 
 /// Runs a ready protocol with simulated participants; each condition is presented once on the simulated arm.
 ///
@@ -112,9 +89,9 @@ impl Experiment1 {
             format!("{} of {} ({low:.3} to {high:.3})", s.successes, s.trials)
         });
         let mut rows = vec![
-            row("subjects", SUBJECTS.to_string(), a.subjects.to_string()),
-            row("H-Wall more real, of the decided", NOT_HERE, share),
-            row("sign test, p", NOT_HERE, format!("{:.4}", a.signs.p)),
+            Row::new("subjects", SUBJECTS.to_string(), a.subjects.to_string()),
+            Row::new("H-Wall more real, of the decided", NOT_HERE, share),
+            Row::new("sign test, p", NOT_HERE, format!("{:.4}", a.signs.p)),
         ];
         for agree in [SUBJECTS, SUBJECTS - 1] {
             let signs: Vec<f64> = (0..SUBJECTS)
@@ -122,7 +99,7 @@ impl Experiment1 {
                 .collect();
             let what = format!("sign test, p if {agree} of {SUBJECTS} agree");
             let p = sign_test(&signs).map(|test| test.p).ok();
-            rows.push(row(what, "not given", or_none(p, 4)));
+            rows.push(Row::new(what, "not given", or_none(p, 4)));
         }
         let of = |p: &RatingPower| {
             let population = format!("if a share of {} prefers one wall", p.population);
@@ -138,7 +115,7 @@ fn power_row(power: &RatingPower, population: &str) -> Row {
         .subjects
         .map_or("too many".to_owned(), |n| n.to_string());
     let ours = format!("{needed} (power of {SUBJECTS}: {:.3})", power.power);
-    row(
+    Row::new(
         format!("people for a power of 0.8 {population}"),
         "not given",
         ours,
@@ -236,17 +213,17 @@ fn question_rows(questions: &[Question]) -> Vec<Row> {
         let ci = q.answers.median.ci.map(|[a, b]| format!(" ({a} to {b})"));
         let (mean, a) = (q.published_mean, &q.answers);
         [
-            row(
+            Row::new(
                 format!("question {number}, mean"),
                 mean.to_string(),
                 format!("{:.3}", a.mean),
             ),
-            row(
+            Row::new(
                 format!("question {number}, median"),
                 format!("{low} to {high}, by its mean"),
                 format!("{}{}", a.median.value, ci.unwrap_or_default()),
             ),
-            row(
+            Row::new(
                 format!("question {number}, signed ranks against 3, p"),
                 format!(
                     "{least:.4} to {most:.4}, by its mean ({} sets)",
@@ -354,7 +331,7 @@ impl Magnitudes {
             let f = or_none(e.f.finite(), 3);
             let eta2 = or_none(e.partial_eta2, 4);
             let ours = format!("{f}, p = {}, partial eta squared {eta2}", probability(e.p));
-            row(
+            Row::new(
                 format!("{}, F({}, {})", e.name, e.df1, e.df2),
                 published,
                 ours,
@@ -362,7 +339,7 @@ impl Magnitudes {
         };
         let mut rows: Vec<Row> = self.pooled().into_iter().zip(effects).map(of).collect();
         let of = |(g, published): (&LevelGroups, &str)| {
-            row(format!("order by {}", g.factor), published, g.to_text())
+            Row::new(format!("order by {}", g.factor), published, g.to_text())
         };
         rows.extend(self.groups.iter().zip(orders).map(of));
         rows
@@ -370,19 +347,10 @@ impl Magnitudes {
 
     /// Rows of the study of roughness: table V.
     fn table_v_rows(&self) -> Vec<Row> {
-        let effects = [
-            "71.667, partial eta squared .3323 (table V)",
-            "15.873, partial eta squared .0993 (table V)",
-            "0.437, p = .9726 (table V)",
-        ];
-        let orders = [
-            "0 < 45 < 63.43 ~ 71.57 ~ 90 (V-10)",
-            "rises, 0 to 80 mm/s (V-11)",
-        ];
-        let mut rows = self.rows(effects, orders);
-        rows.push(row(
+        let mut rows = self.rows(TABLE_V, ORDERS);
+        rows.push(Row::new(
             "levels told apart",
-            "at least 9",
+            LEVELS,
             self.distinct().to_string(),
         ));
         rows
@@ -434,10 +402,7 @@ pub(super) fn section(study: &StudyRecord) -> String {
     if rows.is_empty() {
         return String::new();
     }
-    let mut table = titled("number | the dissertation | this study");
-    for row in rows {
-        table.row([row.what, row.published, row.ours]);
-    }
+    let table = Row::table(&rows);
     let mut text = format!("\n## Beside the dissertation\n\n{table}");
     if let (Procedure::Magnitude, Ok(found)) = (study.protocol.procedure, Magnitudes::of(study)) {
         text += "\nIn the form of table V, with one residual for all effects:\n\n";

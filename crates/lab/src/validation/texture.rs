@@ -25,17 +25,6 @@ const TOUCHES: usize = 100;
 pub fn section(folder: &Path, seed: u64) -> anyhow::Result<String> {
     let Geometry { count, off_mm } = geometry(&json(&folder.join("texture_truth.json"))?)?;
     let sweep = json(&folder.join("touchsim_sweep.json"))?;
-    let order = |texture: Texture| -> anyhow::Result<MarkdownTable> {
-        let mut table = titled(
-            "model | orientation | spread | speed | within its range | order reproduced | at 0 / 45 / 63 / 72 / 90 degrees, \
-             share of the largest",
-        );
-        for model in roughness_models() {
-            let study = StudyOrder::dissertation(FINGER_MM_PER_S);
-            table.row(row(&score_order(&*model, &texture, &study)?));
-        }
-        Ok(table)
-    };
     let mut models = titled("model | number | source | range | misfit");
     for model in roughness_models() {
         let info = model.info();
@@ -58,6 +47,22 @@ pub fn section(folder: &Path, seed: u64) -> anyhow::Result<String> {
         ("motion", &trial::table(seed, TOUCHES)?),
     ];
     fill(include_str!("textures.md"), &gaps)
+}
+
+/// Which model puts the dissertation's conditions on a texture in their order of roughness.
+///
+/// # Errors
+/// A texture that a model refuses.
+pub fn order(texture: Texture) -> anyhow::Result<MarkdownTable> {
+    let mut table = titled(
+        "model | orientation | spread | speed | within its range | order reproduced | at 0 / 45 / 63 / 72 / 90 degrees, \
+         share of the largest",
+    );
+    for model in roughness_models() {
+        let study = StudyOrder::dissertation(FINGER_MM_PER_S);
+        table.row(row(&score_order(&*model, &texture, &study)?));
+    }
+    Ok(table)
 }
 
 fn row(score: &OrderScore) -> Vec<String> {

@@ -5,3 +5,4 @@ mod hands_on_objects;
 mod in_space;
 mod panels;
 mod published_filter;
+mod thesis;

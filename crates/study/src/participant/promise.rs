@@ -2,7 +2,7 @@
 
 use super::simulated::ParticipantConfig;
 use crate::error::StudyError;
-use crate::present::Stimulus;
+use crate::present::{Patch, Stimulus};
 use crate::protocol::Protocol;
 use hwall::psychophysics::{EffectPower, Factor, PowerStudy, PowerTest, power};
 
@@ -12,7 +12,7 @@ use hwall::psychophysics::{EffectPower, Factor, PowerStudy, PowerTest, power};
 /// participants. It is therefore slightly too high.
 ///
 /// # Errors
-/// A factor with only one level; settings outside their range.
+/// A factor with only one level; settings outside their range; a condition for which roughness is not predicted.
 pub fn promised_power(
     protocol: &Protocol,
     participants: &ParticipantConfig,
@@ -24,7 +24,12 @@ pub fn promised_power(
     let within = factors.map(|f| Factor::new(&f.name, f.levels.iter().cloned()));
     let means = (0..protocol.conditions()).map(|condition| {
         let stimulus = Stimulus::of(protocol, condition)?;
-        Ok(participants.roughness.wanted(&stimulus).unwrap_or_default())
+        let unfelt = || StudyError::BadLevel {
+            factor: "patch".to_owned(),
+            level: stimulus.patch.map_or("none", Patch::word).to_owned(),
+            wanted: "a patch of which the model feels something at every angle and speed of the study",
+        };
+        participants.roughness.wanted(&stimulus).ok_or_else(unfelt)
     });
     Ok(power(&PowerStudy {
         within: within.collect(),

@@ -27,10 +27,16 @@ impl Patch {
     /// All patches.
     pub const ALL: [Self; 5] = [Self::R1_5, Self::R2, Self::R2_5, Self::R3, Self::Cones3];
 
-    /// Its number, from 1, which does not name it to a subject.
+    /// Its number, 1 to 5, which does not tell a subject its size: numbers are not in the order of the patches.
     #[must_use]
     pub const fn number(self) -> usize {
-        self as usize + 1
+        match self {
+            Self::R1_5 => 4,
+            Self::R2 => 1,
+            Self::R2_5 => 5,
+            Self::R3 => 2,
+            Self::Cones3 => 3,
+        }
     }
 
     /// As one word, as in the levels of a factor; those of hemiellipsoids are presets of `texture_patch`.

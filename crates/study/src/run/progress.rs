@@ -177,6 +177,9 @@ impl Progress {
                     trial: what,
                 },
             ) if *subject == who && *trial == what.number => {
+                let checked = answer.map(|value| self.protocol.procedure.check(value));
+                let answer = checked.transpose();
+                let answer = answer.map_err(|_| "an answer that its procedure does not accept")?;
                 let wanted = Stimulus::of(&self.protocol, what.condition);
                 let wanted = wanted.map_err(|_| "a condition that cannot be presented")?;
                 let shown = self.shown.ok_or("an answer before the presentation")?;
@@ -186,7 +189,7 @@ impl Progress {
                     attempt: self.attempt(&what),
                     wanted,
                     shown,
-                    answer: *answer,
+                    answer,
                     answered_s: *answered_s,
                     why_not: why_not.clone(),
                 };

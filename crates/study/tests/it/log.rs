@@ -308,6 +308,31 @@ fn what_is_not_due_is_refused() {
     refused!(foreign, StudyError::NoStudy { .. });
 }
 
+/// Regression: a log took any number as an answer.
+#[test]
+fn answers_of_a_log_are_checked_as_those_of_people() {
+    for wrong in [-1.0, 0.0, 1e10] {
+        let folder = folder(&format!("answer{wrong}"));
+        let mut study = create(&folder, Durability::System).unwrap();
+        study.presented(&shown(0.0)).unwrap();
+        let NextStep::Answer { subject, trial } = study.next_step() else {
+            panic!("an answer is due");
+        };
+        drop(study);
+        let (mut log, _) = EventLog::open(&Study::log_path(&folder), Durability::System).unwrap();
+        log.append(&Event::Answered {
+            subject,
+            trial: trial.number,
+            answer: Some(wrong),
+            answered_s: 1.0,
+            why_not: None,
+        })
+        .unwrap();
+        drop(log);
+        refused!(Study::read(&folder), StudyError::OutOfOrder { .. });
+    }
+}
+
 #[test]
 fn a_second_run_is_refused_while_the_first_goes_on() {
     let folder = folder("lock");

@@ -290,7 +290,7 @@ fn patches_are_exchanged_when_they_change() {
     assert!(
         asked
             .iter()
-            .all(|text| text.contains("patch 4") || text.contains("patch 5"))
+            .all(|text| text.contains("patch 2") || text.contains("patch 3"))
     );
     let all = person.said.iter().chain(&person.asked);
     assert!(
@@ -321,6 +321,15 @@ fn patches_feel_as_their_model_says() {
     let no_patch = Stimulus::default();
     let same = roughness.ln(no_patch.angle_deg, no_patch.speed_mm_per_s);
     assert_eq!(roughness.wanted(&no_patch), Some(same));
+}
+
+/// Regression: the numbers rose with the size of the bumps.
+#[test]
+fn numbers_of_patches_do_not_tell_their_size() {
+    let mut numbers = Patch::ALL.map(Patch::number);
+    assert!(!numbers.is_sorted() && !numbers.iter().rev().is_sorted());
+    numbers.sort_unstable();
+    assert_eq!(numbers, [1, 2, 3, 4, 5]);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 // Decodes frames: the same encoding live and in a replay.
 const FRAME_VERSION = 1;
 /** States that the pages treat in a way of their own, by their number. */
-const TOUCHED = 4, HOLDING = 7, SAFE = 8;
+const TOUCHED = 4, LATE = 5, HOLDING = 7, SAFE = 8;
 
 /** Reads the frame at `at`; returns it and where the next one begins. */
 function decodeFrame(data, at) {

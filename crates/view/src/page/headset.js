@@ -86,7 +86,7 @@ class Headset {
     if (!pose || !(seen || this.isThrough)) return;
     if (this.isThrough) viewer.bare(this.hands, this.marks.map((mark) => point(this.baseFromSpace, mark)));
     // The wearer sees the room and their hands, but no predictions.
-    else viewer.compose({ ...seen, head: null, gaze: null, predicted: null, goal: null, force: null }, this.hands);
+    else viewer.compose({ ...seen, eye: point(this.baseFromSpace, vector3(pose.transform.position)), head: null, gaze: null, predicted: null, goal: null, force: null }, this.hands);
     const spaceFromBase = inverseRigid(this.baseFromSpace);
     for (const view of pose.views) {
       const { x, y, width, height } = this.layer.getViewport(view);

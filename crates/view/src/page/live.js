@@ -24,6 +24,7 @@ function live() {
   const begin = (message) => {
     scene = message;
     shown = stage(scene, (event) => pointer?.takes(event) ?? null, () => touching);
+    shown.viewer.stops = true;
     const send = (sample) => connection.hand(sample);
     pointer = new PointerHand(shown, scene, send);
     headset = new Headset(shown, scene, {
@@ -144,6 +145,7 @@ function live() {
     calibration: (message) => calibration.tell(message),
     event: ({ t, kind, text }) => {
       if (kind === "held" || kind === "safe") held = text;
+      if (shown && ["unreachable", "goal", "arrived", "touched"].includes(kind)) shown.viewer.beyond = kind === "unreachable" ? text : null;
       tell(t, text ? `${kind}: ${text}` : kind);
     },
     preparing: ({ text }) => { preparing = text; },

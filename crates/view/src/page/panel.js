@@ -58,7 +58,7 @@ function stage(scene, takes, claiming) {
     show(frame) {
       if (lost) return;
       const within = eyes && frame.head;
-      viewer.compose(within ? { ...frame, head: null } : frame);
+      viewer.compose({ ...frame, eye: frame.head, head: within ? null : frame.head });
       const clip = viewer.render(within ? asPerson(frame) : camera);
       labels.show(viewer.labels, clip);
       stale.is = false;

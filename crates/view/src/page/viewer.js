@@ -4,6 +4,7 @@ const THEMES = {
   light: { sky: [0.949, 0.957, 0.969], wall: [0.70, 0.76, 0.84], floor: [0.83, 0.85, 0.875], edge: [0.25, 0.32, 0.42, 0.75], grid: [0.35, 0.42, 0.5, 0.28], link: [0.93, 0.945, 0.955], housing: [0.98, 0.50, 0.11], ink: [0.13, 0.16, 0.2] },
   dark: { sky: [0.075, 0.09, 0.115], wall: [0.36, 0.44, 0.55], floor: [0.15, 0.17, 0.20], edge: [0.62, 0.72, 0.85, 0.65], grid: [0.6, 0.7, 0.8, 0.16], link: [0.80, 0.83, 0.86], housing: [0.95, 0.47, 0.10], ink: [0.9, 0.93, 0.97] },
 };
+const PALE = [0.93, 0.86, 0.83], SOFT = [0.45, 0.55, 0.68, 0.8];
 const SKIN = [0.87, 0.64, 0.50], BONE = [0.80, 0.56, 0.43], GAZE = [0.55, 0.36, 0.85], FORCE = [0.84, 0.15, 0.20], MARK = [0.18, 0.62, 0.36], DOOR = [0.66, 0.49, 0.33];
 const BONES = [0, 1, 2, 3, 4].flatMap((f) => (f ? [[1, 5 * f + 1], [5 * f + 1, 5 * f + 2], [5 * f + 2, 5 * f + 3], [5 * f + 3, 5 * f + 4], [5 * f + 4, 5 * f + 5]] : [[1, 2], [2, 3], [3, 4], [4, 5]]));
 /** Parts as the supervisor has them: of the arm, head, torso, arm of the person. */
@@ -30,6 +31,9 @@ class Viewer {
     this.thin = new Capsules(gl, 8, 2);
     this.parts = new Capsules(gl, 24, 5);
     this.showsParts = false;
+    /** Live, a hand that no board meets stops at the surface; `beyond`: why the arm cannot be there. */
+    this.stops = false;
+    this.stop = this.beyond = null;
     const triangles = scene.surfaces.reduce((sum, s) => sum + s.places.length / 9, 0);
     for (const surface of scene.surfaces) {
       surface.array = triangleArray(gl, surface.places);
@@ -69,7 +73,8 @@ class Viewer {
     const mount = (back) => point(this.tool, [0, 0, -scene.board.thickness_m - back]);
     thick.add(mount(0.032), mount(0.05), 0.042, theme.housing);
     if (scene.floor < -0.05 && !scene.stands) thick.add([0, 0, scene.floor], [0, 0, 0], 0.07, theme.link.map((c) => 0.72 * c));
-    (hands ?? [frame.hand]).forEach((hand) => hand && this.hand(hand));
+    this.stop = null;
+    (hands ?? [frame.hand]).forEach((hand) => hand && this.stopped(hand, frame));
     this.person(frame);
     this.intent(frame);
     if (frame.force && norm(frame.force) > LEAST_FORCE) this.arrow(frame);
@@ -86,16 +91,28 @@ class Viewer {
     thick.upload();
   }
 
-  hand(joints) {
+  /** The hand as it is, or at the surface that stops it in VR. */
+  stopped(hand, { eye, state }) {
+    const stop = this.stops && eye && state !== TOUCHED ? stopOf(this.scene, hand, eye, this.tool) : null;
+    if (!stop) { this.hand(hand); return; }
+    this.stop = stop;
+    this.hand(hand.map((joint) => joint && add(joint, stop.by)), PALE, PALE);
+    const [x, y] = surfaceAxes(stop.normal), at = along(stop.place, stop.normal, 0.002);
+    const on = (i) => along(along(at, x, 0.025 * Math.cos((i * Math.PI) / 12)), y, 0.025 * Math.sin((i * Math.PI) / 12));
+    for (let i = 0; i < 24; i++) this.thin.add(on(i), on(i + 1), 0.0022, SOFT, 1);
+    this.label(along(at, stop.normal, 0.03), state === LATE ? "not felt: the board is late" : `not felt${this.beyond ? `: ${this.beyond}` : " here"}`, "soft");
+  }
+
+  hand(joints, skin = SKIN, bone = BONE) {
     const { thick } = this;
     const seen = joints.filter(Boolean).length;
     const tips = new Set([5, 10, 15, 20, 25]);
-    joints.forEach((joint, i) => joint && thick.add(joint, joint, i === 0 ? (seen > 10 ? 0.012 : 0.03) : tips.has(i) ? 0.0095 : 0.0105, SKIN));
-    for (const [a, b] of BONES) if (joints[a] && joints[b]) thick.add(joints[a], joints[b], 0.008, BONE);
+    joints.forEach((joint, i) => joint && thick.add(joint, joint, i === 0 ? (seen > 10 ? 0.012 : 0.03) : tips.has(i) ? 0.0095 : 0.0105, skin));
+    for (const [a, b] of BONES) if (joints[a] && joints[b]) thick.add(joints[a], joints[b], 0.008, bone);
     // A tracker with only palm and tips: draw straight bones between them.
-    if (seen <= 6 && joints[0]) tips.forEach((i) => joints[i] && thick.add(joints[0], joints[i], 0.008, BONE));
+    if (seen <= 6 && joints[0]) tips.forEach((i) => joints[i] && thick.add(joints[0], joints[i], 0.008, bone));
     if (seen > 10) {
-      for (const [a, b] of [[6, 11], [11, 16], [16, 21], [7, 12], [12, 17], [17, 22], [2, 6]]) if (joints[a] && joints[b]) thick.add(joints[a], joints[b], 0.011, SKIN);
+      for (const [a, b] of [[6, 11], [11, 16], [16, 21], [7, 12], [12, 17], [17, 22], [2, 6]]) if (joints[a] && joints[b]) thick.add(joints[a], joints[b], 0.011, skin);
     }
   }
 

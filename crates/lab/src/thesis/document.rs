@@ -1,0 +1,81 @@
+//! The whole of docs/THESIS.md, and the same as a page.
+
+use super::chapter::{Chapter, Job};
+use super::{html, maps, outlook, prediction, roughness, system};
+use crate::documents::Documents;
+use crate::report::page;
+use anyhow::{Context, ensure};
+use std::path::{Path, PathBuf};
+
+/// The name of the document.
+pub const NAME: &str = "THESIS.md";
+/// The name of the page.
+pub const PAGE: &str = "thesis.html";
+
+/// Settings.
+#[derive(Debug, Clone)]
+pub struct Request<'a> {
+    /// Only this chapter; `None`: all.
+    pub chapter: Option<Chapter>,
+    /// Seed of simulated people and sensors.
+    pub seed: u64,
+    /// Folder with `ori_1.txt` to `ori_7.txt`, the maps published with the 2018 paper. `None`: `../shared/data/hwall_maps_2018`; where
+    /// that is missing, the page says what was skipped.
+    pub published: Option<&'a Path>,
+}
+
+/// Redoes the chapters and writes the document with its figures; beside it a page without outside resources, unless the documents are the
+/// tracked ones. Returns the path of the page, or of the document.
+///
+/// # Errors
+/// A single chapter over the tracked document; a folder of published maps that is named and missing; a study that fails, a file that cannot be written.
+pub fn write(
+    request: &Request<'_>,
+    documents: &Documents,
+    mut progress: impl FnMut(Chapter),
+) -> anyhow::Result<PathBuf> {
+    let is_tracked = documents.readme().is_some();
+    ensure!(
+        request.chapter.is_none() || !is_tracked,
+        "--chapter: the tracked document has all chapters; leave --docs out"
+    );
+    // Checked before the work.
+    if let Some(folder) = request.published {
+        let (is, name) = (folder.is_dir(), folder.display());
+        ensure!(
+            is,
+            "--published {name}: no such folder; leave it out to skip what needs it"
+        );
+    }
+    let job = Job {
+        seed: request.seed,
+        published: request.published,
+        documents,
+    };
+    let mut chapters = String::new();
+    for chapter in Chapter::ALL {
+        if request.chapter.is_none_or(|only| only == chapter) {
+            progress(chapter);
+            let section = match chapter {
+                Chapter::System => system::section(&job),
+                Chapter::Maps => maps::section(&job),
+                Chapter::Roughness => roughness::section(&job),
+                Chapter::Prediction => prediction::section(&job),
+                Chapter::Outlook => outlook::section(&job),
+            };
+            chapters += &section.with_context(|| format!("chapter {}", chapter.name()))?;
+            chapters += "\n";
+        }
+    }
+    let template = include_str!("document.md");
+    let text = page(
+        template,
+        request.seed,
+        &[("chapters", &chapters.trim_end())],
+    )?;
+    let path = documents.write(NAME, &text)?;
+    match is_tracked {
+        true => Ok(path),
+        false => documents.write(PAGE, &html::page(&text, documents.folder())?),
+    }
+}

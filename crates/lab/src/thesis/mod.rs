@@ -1,0 +1,12 @@
+//! The dissertation chapter by chapter: each figure and table redone by the library, beside the published numbers.
+
+mod chapter;
+pub mod document;
+mod html;
+mod maps;
+mod outlook;
+mod prediction;
+mod roughness;
+mod system;
+
+pub use chapter::Chapter;

@@ -1,0 +1,97 @@
+//! Chapter V: bumps by scanning angle, three studies of roughness, levels from pictures.
+
+use super::chapter::Job;
+use crate::dissertation::{Row, SPEED_AFTER_S};
+use crate::psychophysics::figures;
+use crate::report::fill;
+use crate::texture::{assign, encounters, patch_figures, trial};
+use crate::touch_study::thesis::{Magnitudes, redone, rows};
+use crate::validation::texture::order;
+use anyhow::Context;
+use hwall_psychophysics::{Normalisation, Study};
+use hwall_study::{Patch as StudyPatch, Procedure, ReadyProtocol, StudyRecord, StudyReport};
+use hwall_testkit::MarkdownTable;
+use hwall_texton::{MaterialPicture, MaterialScale, Patch, PatchSpec, Texture};
+use std::path::Path;
+
+/// Random touches of each row of the table of speeds.
+const TOUCHES: usize = 25;
+/// Side of a patch whose heights are a picture, and of its pixels, mm.
+const SIDE_MM: f64 = 50.0;
+const PIXEL_MM: f64 = 0.1;
+
+pub(super) fn section(job: &Job<'_>) -> anyhow::Result<String> {
+    let released = Texture::released();
+    let (path, plan) = job.figure("patch.svg", "The released patch, from above and cut")?;
+    patch_figures::plan(&path, &Patch::new(released, PatchSpec::released())?)?;
+    let (path, spacing) = job.figure("spacing.svg", "Width and spacing by scanning angle")?;
+    encounters::figure(&path, &released)?;
+    let [preliminary, main, cones] = [
+        ReadyProtocol::Preliminary,
+        ReadyProtocol::Roughness,
+        ReadyProtocol::Cones,
+    ]
+    .map(|ready| redone(ready, ready.protocol().subjects, job.seed));
+    let (preliminary, main, cones) = (preliminary?, main?, cones?);
+    let (path, by_patch) = job.figure("preliminary.svg", "Estimates of four patches by angle")?;
+    means(&path, &preliminary)?;
+    let (path, by_level) = job.figure("roughness.svg", "Estimates by angle and by speed")?;
+    figures::boxes(&path, &answers(&main)?)?;
+    let (path, by_shape) = job.figure(
+        "cones.svg",
+        "Estimates of hemiellipsoids and cones by angle",
+    )?;
+    means(&path, &cones)?;
+    fill(
+        include_str!("roughness.md"),
+        &[
+            ("plan", &plan),
+            ("encounters", &encounters::table(&released)?),
+            ("spacing", &spacing),
+            ("preliminary", &Row::table(&rows(&preliminary)?)),
+            ("by_patch", &by_patch),
+            ("main", &Row::table(&rows(&main)?)),
+            ("table_v", &Magnitudes::of(&main)?.table_v()),
+            ("by_level", &by_level),
+            ("order", &order(released)?),
+            ("cones", &Row::table(&rows(&cones)?)),
+            ("by_shape", &by_shape),
+            ("levels", &levels()?),
+            ("after", &SPEED_AFTER_S),
+            ("touches", &TOUCHES),
+            ("speeds", &trial::table(job.seed, TOUCHES)?),
+        ],
+    )
+}
+
+/// The answers of a study, magnitudes normalised.
+fn answers(study: &StudyRecord) -> anyhow::Result<Study> {
+    let how = match study.protocol.procedure {
+        Procedure::Magnitude => Normalisation::Geometric,
+        _ => Normalisation::None,
+    };
+    let report = StudyReport::of(study)?;
+    Ok(report.table.context("too few answers")?.normalise(how)?)
+}
+
+/// Draws the mean answers of a study.
+pub(super) fn means(path: &Path, study: &StudyRecord) -> anyhow::Result<()> {
+    figures::means(path, &answers(study)?, 0.95)
+}
+
+/// Levels proposed for surfaces of which height pictures are at hand: the patches of the studies.
+fn levels() -> anyhow::Result<MarkdownTable> {
+    let scale = MaterialScale::calibrated()?;
+    let spec = PatchSpec {
+        size_mm: [SIDE_MM; 2],
+        ..PatchSpec::default()
+    };
+    let proposals = StudyPatch::ALL.map(|patch| -> anyhow::Result<_> {
+        let heights = Patch::new(patch.texture(), spec.clone())?.height_field(PIXEL_MM)?;
+        let picture = MaterialPicture::from_heights(&heights)?;
+        let name = patch.word().to_owned();
+        Ok((name, "heights".into(), scale.propose(&picture)?))
+    });
+    let proposals = proposals.into_iter().collect::<anyhow::Result<Vec<_>>>()?;
+    Ok(assign::table(&assign::assigned(proposals)?))
+}
