@@ -134,7 +134,7 @@ fn without_the_key_nobody_gets_in() {
     let refused = server.counts();
     assert_eq!((refused.refused_requests, refused.pages), (20, 0));
     assert!(ask(&format!("/{own}"), "").starts_with("HTTP/1.1 200 "));
-    // In every address that is printed, and in the QR code of the first.
+    // In every address that is printed.
     let invitation = server.invitation();
     let addresses = invitation.matches("https://").count();
     assert!(addresses > 0 && invitation.matches(&own).count() == addresses);
