@@ -4,19 +4,27 @@
     pip install websocket-client
     python examples/clients/hwall_client.py --url ws://127.0.0.1:8080/ws
 
+From another machine (`bridge --listen 0.0.0.0:8080`, or `--tls`) the address ends with the key that the bridge prints: ws://HOST:8080/ws?key=KEY.
+With --tls it is wss://HOST:8443/ws?key=KEY, and --certificate names a copy of the bridge's certificate, if that is self-signed.
+
 All messages: docs/PROTOCOL.md. Exit status 0 if the board was touched.
 """
-import argparse, json, math, time
+import argparse, json, math, sys, time
 import websocket
 
 parser = argparse.ArgumentParser()
 parser.add_argument("--url", default="ws://127.0.0.1:8080/ws")
+parser.add_argument("--certificate", help="PEM file of a self-signed certificate to accept")
 parser.add_argument("--point", default="0.62,0.0,0.55", help="the place to touch, base frame, m")
 parser.add_argument("--seconds", type=float, default=8.0)
 args = parser.parse_args()
 point = [float(x) for x in args.point.split(",")]
 
-socket = websocket.create_connection(args.url + "?format=json", timeout=60)
+url = args.url + ("&" if "?" in args.url else "?") + "format=json"
+try:
+    socket = websocket.create_connection(url, timeout=60, sslopt={"ca_certs": args.certificate} if args.certificate else None)
+except websocket.WebSocketBadStatusException as refused:  # 403: the key is missing or wrong
+    sys.exit(f"{refused.status_code}: {(refused.resp_body or b'').decode().strip()}")
 while json.loads(socket.recv())["type"] != "scene":  # the server may still prepare
     pass
 socket.settimeout(0.001)

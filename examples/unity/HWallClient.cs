@@ -1,6 +1,7 @@
 // A client of `bridge` in C#, for Unity or any .NET: sends hands and gaze, tells where the board is and where the virtual hand must stop.
 // Messages: docs/PROTOCOL.md. Unity: put this file into Assets, add HWallBoard to the object that stands for the board, set its address.
 // Elsewhere: mcs HWallClient.cs && mono HWallClient.exe ws://127.0.0.1:8080/ws
+// From another machine the address ends with the key that the bridge prints: ws://HOST:8080/ws?key=KEY, wss://HOST:8443/ws?key=KEY with --tls.
 using System;
 using System.Collections.Generic;
 using System.Globalization;
@@ -46,7 +47,7 @@ namespace HWall
 
         public async Task Connect(string address)
         {
-            await socket.ConnectAsync(new Uri(address + "?format=json"), end.Token);
+            await socket.ConnectAsync(new Uri(address + (address.Contains("?") ? "&" : "?") + "format=json"), end.Token);
             reader = Task.Run(new Func<Task>(Read));
         }
 

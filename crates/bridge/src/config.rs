@@ -34,7 +34,8 @@ impl FollowedHand {
 /// Settings of a [`BridgeServer`](crate::BridgeServer).
 #[derive(Debug, Clone, PartialEq)]
 pub struct BridgeConfig {
-    /// Address to listen on. Default 127.0.0.1:8080, for this machine only; port 0 takes a free one.
+    /// Address to listen on. Default 127.0.0.1:8080, for this machine only; port 0 takes a free one. At other addresses clients
+    /// need a key, see [`BridgeServer::url`](crate::BridgeServer::url).
     pub listen: SocketAddr,
     /// Names other than this machine's that a browser may use for the server, without a port, such as those of a proxy. Numeric addresses
     /// and `localhost` are always allowed. Default none.
@@ -43,8 +44,8 @@ pub struct BridgeConfig {
     pub certificate: Option<Certificate>,
     /// Origin of the headset's space (z up, after the change of axes) in the arm's base frame; default the base itself.
     pub base_from_headset: Pose,
-    /// Keeps the calibration of the headset's space in this file. The arm then stands until the space is calibrated, and after a start until one
-    /// touch has checked it. A calibration supersedes `base_from_headset`. Default none.
+    /// Keeps the calibration of the headset's space in this file. The arm then stands until the space is calibrated, and after a start until two
+    /// touches have checked it. A calibration is of one headset and supersedes `base_from_headset`. Default none.
     pub calibration: Option<PathBuf>,
     /// Which hand is followed; default the right one.
     pub hand: FollowedHand,

@@ -48,6 +48,8 @@ counts! {
     looking_on,
     /// Samples of the hand that is not followed.
     other_hand,
+    /// Samples of a headset that is not the calibrated one.
+    uncalibrated,
     /// Samples whose clock had jumped.
     clock_leaps,
     /// Samples that arrived faster than the loop took them.
@@ -96,6 +98,7 @@ impl fmt::Display for BridgeCounts {
             (self.too_large, "too large"),
             (self.looking_on, "of clients that looked on"),
             (self.other_hand, "of the other hand"),
+            (self.uncalibrated, "of a headset that is not calibrated"),
             (self.clock_leaps, "from a clock that leapt"),
             (self.overflow, "faster than the loop"),
         ];

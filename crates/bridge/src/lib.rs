@@ -16,7 +16,7 @@ mod tls;
 mod unity;
 
 // The server and its settings.
-pub use calibration::{CHECK_BOUND_M, Calibration, CalibrationError, FIT_BOUND_M, TILT_BOUND_RAD};
+pub use calibration::{CHECK_BOUND_M, Calibration, CalibrationError, FIT_BOUND_M};
 pub use config::{BridgeConfig, FollowedHand};
 pub use counts::BridgeCounts;
 pub use error::BridgeError;

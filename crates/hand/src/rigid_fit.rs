@@ -26,9 +26,37 @@ pub struct RigidFit {
 
 /// Fewest pairs that determine a rigid transform.
 const FEWEST: usize = 3;
+/// The same if the vertical is known.
+const FEWEST_LEVEL: usize = 2;
 /// Points on one line leave the rotation about it undetermined. Below this ratio of the extent that determines the rotation to the extent of the
 /// points, they count as on one line.
 const COLLINEAR: f64 = 1e-9;
+
+/// Means of the points in both frames, m.
+fn means(pairs: &[PointPair], needed: usize) -> Result<[DVec3; 2], HandError> {
+    let got = pairs.len();
+    if got < needed {
+        return Err(HandError::TooFewPairs { needed, got });
+    }
+    for pair in pairs {
+        all_finite("point in frame a", &pair.in_a_m.to_array())?;
+        all_finite("point in frame b", &pair.in_b_m.to_array())?;
+    }
+    let n = got as f64;
+    // Divide first: sums of large coordinates would overflow.
+    Ok([
+        pairs.iter().map(|p| p.in_a_m / n).sum(),
+        pairs.iter().map(|p| p.in_b_m / n).sum(),
+    ])
+}
+
+/// Largest distance of a coordinate from its mean, m.
+fn size(pairs: &[PointPair], [mean_a, mean_b]: [DVec3; 2]) -> f64 {
+    pairs.iter().fold(0.0, |m: f64, p| {
+        m.max((p.in_a_m - mean_a).abs().max_element())
+            .max((p.in_b_m - mean_b).abs().max_element())
+    })
+}
 
 impl RigidFit {
     /// From points known in both frames, e.g. the board's corners touched with a tracked finger. Three pairs that are not on one line suffice; more
@@ -40,24 +68,8 @@ impl RigidFit {
     /// # Errors
     /// NaN or infinity, fewer than three pairs, points on one line or all at one place.
     pub fn from_pairs(pairs: &[PointPair]) -> Result<Self, HandError> {
-        if pairs.len() < FEWEST {
-            return Err(HandError::TooFewPairs {
-                needed: FEWEST,
-                got: pairs.len(),
-            });
-        }
-        for pair in pairs {
-            all_finite("point in frame a", &pair.in_a_m.to_array())?;
-            all_finite("point in frame b", &pair.in_b_m.to_array())?;
-        }
-        let n = pairs.len() as f64;
-        // Divide first: sums of large coordinates would overflow.
-        let mean_a = pairs.iter().map(|p| p.in_a_m / n).sum::<DVec3>();
-        let mean_b = pairs.iter().map(|p| p.in_b_m / n).sum::<DVec3>();
-        let size = pairs.iter().fold(0.0, |m: f64, p| {
-            m.max((p.in_a_m - mean_a).abs().max_element())
-                .max((p.in_b_m - mean_b).abs().max_element())
-        });
+        let [mean_a, mean_b] = means(pairs, FEWEST)?;
+        let size = size(pairs, [mean_a, mean_b]);
         if !(size > 0.0 && size.is_finite()) {
             return Err(HandError::Collinear { ratio: 0.0 });
         }
@@ -81,6 +93,40 @@ impl RigidFit {
         }
         let [w, x, y, z] = vectors[0];
         let rotation = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w).normalize());
+        Self::of(rotation, [mean_a, mean_b], pairs)
+    }
+
+    /// The same where z is up in both frames, so that only the heading and the place are searched. Two pairs suffice, unless one is above the other.
+    ///
+    /// Error: as of [`from_pairs`](Self::from_pairs); noise of standard deviation `s` turns the heading by `s / √(Σ r²)`, with `r` the horizontal
+    /// distances of the points from their mean. Source: the least squares of \[Horn 1987\] for a rotation about z, whose angle is
+    /// atan2(Σ b × a, Σ b · a) of the horizontal parts.
+    ///
+    /// # Errors
+    /// NaN or infinity, fewer than two pairs, points above each other.
+    pub fn level_from_pairs(pairs: &[PointPair]) -> Result<Self, HandError> {
+        let [mean_a, mean_b] = means(pairs, FEWEST_LEVEL)?;
+        let size = size(pairs, [mean_a, mean_b]);
+        let (mut sine, mut cosine) = (0.0, 0.0);
+        for pair in pairs {
+            let a = (pair.in_a_m - mean_a).truncate() / size;
+            let b = (pair.in_b_m - mean_b).truncate() / size;
+            sine += b.perp_dot(a);
+            cosine += b.dot(a);
+        }
+        let ratio = f64::hypot(sine, cosine);
+        if ratio.is_nan() || ratio <= COLLINEAR {
+            return Err(HandError::Collinear { ratio });
+        }
+        let rotation = DMat3::from_rotation_z(sine.atan2(cosine));
+        Self::of(rotation, [mean_a, mean_b], pairs)
+    }
+
+    fn of(
+        rotation: DMat3,
+        [mean_a, mean_b]: [DVec3; 2],
+        pairs: &[PointPair],
+    ) -> Result<Self, HandError> {
         let a_from_b = Pose::new(rotation, mean_a - rotation * mean_b)?;
         let residuals_m = pairs
             .iter()

@@ -142,7 +142,7 @@ fn an_emulated_headset_over_tls_calibrates_and_touches_a_board_in_place() -> any
     // Not where the server believes it: half a metre and 20 degrees elsewhere.
     let stands = "1.45,0.35,-0.57,160";
     visited(config, "fused", |server| {
-        let invitation = server.invitation();
+        let (invitation, url) = (server.invitation(), server.url());
         let fingerprint = invitation
             .lines()
             .find(|line| line.matches(':').count() == 31);
@@ -150,7 +150,8 @@ fn an_emulated_headset_over_tls_calibrates_and_touches_a_board_in_place() -> any
         command
             .arg(script)
             .arg(server.address().port().to_string())
-            .args([NAME, fingerprint.unwrap_or("none"), stands])
+            .args([NAME, url.trim_start_matches(|c| c != '?')])
+            .args([fingerprint.unwrap_or("none"), stands])
             .arg(iwer);
         command
     })?;

@@ -48,6 +48,17 @@ impl Face {
         self.middle_m + self.offset_m(corner)
     }
 
+    /// The largest distance of a corner from the same one of another face, m.
+    pub(super) fn moved_m(&self, other: &Self) -> f64 {
+        let moved = |corner| self.corner_m(corner).distance(other.corner_m(corner));
+        (0..SIDES.len()).map(moved).fold(0.0, f64::max)
+    }
+
+    /// Is a place of the base frame on the side of the person?
+    pub(super) fn is_before(&self, at_m: DVec3) -> bool {
+        self.axes[2].dot(at_m - self.middle_m) > 0.0
+    }
+
     /// A vector of the base frame as right, up, out.
     pub(super) fn axes(&self, vector: DVec3) -> [f64; 3] {
         self.axes.map(|axis| axis.dot(vector))

@@ -1,17 +1,17 @@
 //! A calibration, and its file.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use hwall::geometry::Pose;
 use hwall::hand::{HandError, MAX_COORDINATE_M, PointPair, RigidFit};
 use serde::{Deserialize, Serialize};
 
 /// Largest root mean square of what a fit leaves at the corners, m. Headsets find a fingertip within some 11 mm \[Abdlkarim 2024\].
 pub const FIT_BOUND_M: f64 = 0.015;
-/// Largest distance of a check touch from its corner, m: two touches that are each off by what a fit may be.
+/// Largest distance of a check touch from its corner, and largest difference between the errors of two, m: two touches that are each off by what a
+/// fit may be. On a board of 0.2 m, that detects a turn of the space by more than 6 degrees.
 pub const CHECK_BOUND_M: f64 = 0.02;
-/// Largest angle between the two verticals, rad (10 degrees). Touches that are off by 15 mm on a board of 0.2 m tilt it by about 6 degrees, corners
-/// in the wrong order by 90 degrees.
-pub const TILT_BOUND_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
+/// Least distance between two corners, m: three times the accuracy of a touch.
+const CLOSEST_M: f64 = 0.05;
 
 /// Why touches, or a file, give no calibration.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -26,6 +26,19 @@ pub enum CalibrationError {
     /// A coordinate is not finite or too large.
     #[error("a coordinate of a corner or a touch is not a number or beyond {MAX_COORDINATE_M} m")]
     Range,
+    /// Two touches, or two corners of the board, are too close to each other.
+    #[error(
+        "touches {} and {} are {:.0} mm apart, their corners {:.0} mm: touch one corner after the other; corners must be at least {:.0} mm apart",
+        pair[0] + 1, pair[1] + 1, 1e3 * touches_m, 1e3 * corners_m, 1e3 * CLOSEST_M
+    )]
+    Close {
+        /// The two, from 0.
+        pair: [usize; 2],
+        /// Distance of the touches, m.
+        touches_m: f64,
+        /// Distance of the corners, m.
+        corners_m: f64,
+    },
     /// The touches determine no transform.
     #[error("touch three different corners: {0}")]
     Points(#[from] HandError),
@@ -40,26 +53,26 @@ pub enum CalibrationError {
         /// The corner with the largest residual, from 0.
         worst: usize,
     },
-    /// The headset's vertical is not the arm's.
+    /// By these touches the person stands behind the board.
     #[error(
-        "up in the headset is {:.0} degrees off up at the arm, at most {:.0} are allowed; touch the corners in the order that the page shows, on the face of the board",
-        tilt_rad.to_degrees(), TILT_BOUND_RAD.to_degrees()
+        "left and right are exchanged: touch the corners in the order that the page shows, as you see them before the board"
     )]
-    Tilted {
-        /// Angle between the two, rad.
-        tilt_rad: f64,
-    },
+    Behind,
 }
 
-/// The pose of a headset's space in the arm's base frame, from three touched corners of the board.
+/// The pose of a headset's space in the arm's base frame, from three touched corners of the board. It is of one headset.
+///
+/// Both frames know where up is, so only the heading and the place are searched, and five of the nine coordinates show how well it fits.
 ///
 /// What is touched is the tip of the index finger as the headset knows it, so a constant offset of the tip along the person's finger is part of the
 /// pose, and does not count twice.
 ///
-/// Error: exact for exact touches. Touches that are each off by `e` move the middle of the board by `e / √3`; a board of 0.2 m turns by about
-/// `e / 0.14 m`, which adds as much again for every 0.14 m away from the board. Source: [`RigidFit`], \[Horn 1987\].
+/// Error: exact for exact touches, if the arm's base and the headset's gravity are level. Touches that are each off by `e` move the middle of the board
+/// by `e / √3`; they turn the heading by about `e / 0.16 m` on a board of 0.2 m, which adds as much again for every 0.16 m away from the board.
+/// [`turn_rad`](Self::turn_rad) estimates that turn. Source: [`RigidFit::level_from_pairs`], \[Horn 1987\].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
+    headset: u64,
     pairs: [PointPair; 3],
     fit: RigidFit,
 }
@@ -69,6 +82,7 @@ pub struct Calibration {
 #[serde(deny_unknown_fields)]
 struct Text {
     version: u32,
+    headset: u64,
     corners: [Corner; 3],
 }
 
@@ -82,15 +96,47 @@ struct Corner {
 }
 
 /// Version of the file.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
+
+/// Refuses pairs of touches, or of corners, that are too close to each other.
+pub(super) fn apart(pairs: &[PointPair]) -> Result<(), CalibrationError> {
+    for (second, b) in pairs.iter().enumerate() {
+        for (first, a) in pairs.iter().enumerate().take(second) {
+            let corners_m = a.in_a_m.distance(b.in_a_m);
+            let touches_m = a.in_b_m.distance(b.in_b_m);
+            if !(corners_m >= CLOSEST_M && touches_m >= 0.5 * corners_m) {
+                let pair = [first, second];
+                return Err(CalibrationError::Close {
+                    pair,
+                    touches_m,
+                    corners_m,
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The pose of the headset's space, z up, in the base frame.
+pub(super) fn level(pairs: &[PointPair]) -> Result<RigidFit, HandError> {
+    let z_up: Vec<_> = pairs
+        .iter()
+        .map(|pair| PointPair {
+            in_b_m: Pose::Z_UP_FROM_Y_UP.transform_point(pair.in_b_m),
+            ..*pair
+        })
+        .collect();
+    RigidFit::level_from_pairs(&z_up)
+}
 
 impl Calibration {
-    /// From corners of the board: a in the arm's base frame, b as touched, in the headset's space with WebXR's axes (y up).
+    /// Of the headset with this id, from corners of the board: a in the arm's base frame, b as touched, in the headset's space with WebXR's axes
+    /// (y up).
     ///
     /// # Errors
-    /// Touches that do not fit the corners within [`FIT_BOUND_M`], that turn the vertical by more than [`TILT_BOUND_RAD`], that determine no
-    /// transform, or that are no numbers.
-    pub fn from_touches(pairs: [PointPair; 3]) -> Result<Self, CalibrationError> {
+    /// Touches that do not fit the corners within [`FIT_BOUND_M`], that are close to each other, that determine no transform, or that are no
+    /// numbers.
+    pub fn from_touches(headset: u64, pairs: [PointPair; 3]) -> Result<Self, CalibrationError> {
         let is_near = |m: DVec3| m.abs().max_element() <= MAX_COORDINATE_M;
         // NaN is not near.
         if !pairs.iter().all(|p| {
@@ -99,30 +145,43 @@ impl Calibration {
         }) {
             return Err(CalibrationError::Range);
         }
-        let fit = RigidFit::from_pairs(&pairs)?;
+        apart(&pairs)?;
+        let fit = level(&pairs)?;
         let (rms_m, worst) = (fit.rms_m(), fit.worst());
         if rms_m > FIT_BOUND_M {
             return Err(CalibrationError::Misfit { rms_m, worst });
         }
-        let up = fit.a_from_b.transform_vector(DVec3::Y);
-        let tilt_rad = up.angle_between(DVec3::Z);
-        if tilt_rad > TILT_BOUND_RAD {
-            return Err(CalibrationError::Tilted { tilt_rad });
-        }
-        Ok(Self { pairs, fit })
+        Ok(Self {
+            headset,
+            pairs,
+            fit,
+        })
+    }
+
+    /// The id of the headset that it is of.
+    #[must_use]
+    pub const fn headset(&self) -> u64 {
+        self.headset
     }
 
     /// Pose of the headset's space, once its axes are z up, in the base frame: as [`BridgeConfig::base_from_headset`](crate::BridgeConfig::base_from_headset).
     #[must_use]
     pub fn base_from_headset(&self) -> Pose {
-        self.fit.a_from_b * Pose::Z_UP_FROM_Y_UP.inverse()
+        self.fit.a_from_b
+    }
+
+    /// A place in the headset's space (WebXR's axes) in the base frame, m.
+    #[must_use]
+    pub fn place_m(&self, there_m: DVec3) -> DVec3 {
+        let z_up_m = Pose::Z_UP_FROM_Y_UP.transform_point(there_m);
+        self.fit.a_from_b.transform_point(z_up_m)
     }
 
     /// From each corner to where it was touched, base axes, m.
     #[must_use]
     pub fn errors_m(&self) -> [DVec3; 3] {
         self.pairs
-            .map(|pair| self.fit.a_from_b.transform_point(pair.in_b_m) - pair.in_a_m)
+            .map(|pair| self.place_m(pair.in_b_m) - pair.in_a_m)
     }
 
     /// Root mean square of what remains at the corners, m.
@@ -131,13 +190,15 @@ impl Calibration {
         self.fit.rms_m()
     }
 
-    /// Distance of a touch (WebXR's axes) from its corner (base frame), m.
+    /// Standard error of the heading, rad, estimated from what remains at the corners.
     #[must_use]
-    pub fn off_m(&self, corner_m: DVec3, touched_m: DVec3) -> f64 {
-        self.fit
-            .a_from_b
-            .transform_point(touched_m)
-            .distance(corner_m)
+    pub fn turn_rad(&self) -> f64 {
+        let corners = self.pairs.map(|pair| pair.in_a_m.truncate());
+        let mean = corners.iter().sum::<DVec2>() / 3.0;
+        let extent: f64 = corners.iter().map(|at| at.distance_squared(mean)).sum();
+        // Nine coordinates, less the four that were fitted.
+        let variance = 3.0 * self.rms_m() * self.rms_m() / 5.0;
+        (variance / extent).sqrt()
     }
 
     /// From a file's text.
@@ -151,10 +212,11 @@ impl Calibration {
             let version = read.version;
             return Err(reason(format!("version {version}, expected {VERSION}")));
         }
-        Self::from_touches(read.corners.map(|corner| PointPair {
+        let pairs = read.corners.map(|corner| PointPair {
             in_a_m: corner.base_m.into(),
             in_b_m: corner.headset_m.into(),
-        }))
+        });
+        Self::from_touches(read.headset, pairs)
     }
 
     /// The text of its file.
@@ -166,6 +228,7 @@ impl Calibration {
         });
         let text = Text {
             version: VERSION,
+            headset: self.headset,
             corners,
         };
         // Numbers always have a JSON form.

@@ -4,5 +4,5 @@ mod face;
 mod fit;
 mod procedure;
 
-pub use fit::{CHECK_BOUND_M, Calibration, CalibrationError, FIT_BOUND_M, TILT_BOUND_RAD};
-pub(crate) use procedure::{Procedure, Step};
+pub use fit::{CHECK_BOUND_M, Calibration, CalibrationError, FIT_BOUND_M};
+pub(crate) use procedure::{Procedure, Served, Step};

@@ -1,7 +1,7 @@
 //! What a person is asked to touch, and what came of it.
 
 use super::face::{CORNERS, Face};
-use super::fit::{CHECK_BOUND_M, Calibration, CalibrationError};
+use super::fit::{CHECK_BOUND_M, Calibration, CalibrationError, apart, level};
 use crate::error::BridgeError;
 use glam::DVec3;
 use hwall::geometry::Pose;
@@ -24,6 +24,13 @@ const STILL_M: f64 = 0.004;
 /// The newest sample of a touch may be this old, s.
 const NEWEST_S: f64 = 0.25;
 
+/// The board is not known any more this long after it was last seen, s.
+const FACE_S: f64 = 0.5;
+/// A board whose corners stay within this, m, stands.
+const MOVED_M: f64 = 0.0005;
+/// Corners that are touched to check a calibration: two, since one does not show a turn about itself.
+const CHECKED: usize = 2;
+
 /// What a page asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -38,6 +45,27 @@ pub(crate) enum Step {
     Recentred,
 }
 
+/// Whose hands in a headset's own axes go to the loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Served {
+    /// No calibration was asked for: the space is as configured.
+    Any,
+    /// The calibrated headset.
+    Only(u64),
+    /// None is calibrated yet.
+    Nobody,
+}
+
+impl Served {
+    pub(crate) fn has(self, headset: Option<u64>) -> bool {
+        match self {
+            Self::Any => true,
+            Self::Only(calibrated) => headset == Some(calibrated),
+            Self::Nobody => false,
+        }
+    }
+}
+
 /// How far a calibration has come.
 #[derive(Debug, Clone, PartialEq)]
 enum State {
@@ -45,14 +73,23 @@ enum State {
     Free,
     /// There is a file for it, but no calibration yet.
     Needed,
-    /// It is of an earlier session.
-    Unchecked,
+    /// It is of an earlier session; from the corners to their check touches, m.
+    Unchecked(Vec<DVec3>),
     /// These corners have been touched.
     Touching(Vec<PointPair>),
-    /// Made or checked in this session; the distance of the check touch, m.
+    /// Made or checked in this session; how far the check touches were off, m.
     Good(Option<f64>),
-    /// A check touch was this far off, m.
+    /// The check touches were this far off, m.
     Off(f64),
+}
+
+/// The face of the board.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    face: Face,
+    /// When it was last seen, and when it last moved, s.
+    seen_s: f64,
+    moved_s: f64,
 }
 
 /// A calibration under way or done. The arm stands until it is [good](Self::must_stand).
@@ -62,9 +99,13 @@ pub(crate) struct Procedure {
     side: &'static str,
     state: State,
     calibration: Option<Calibration>,
-    face: Option<Face>,
+    face: Option<Seen>,
+    /// The headset that calibrates: the one whose page asked for it, or the first that shows its hand.
+    touches: Option<u64>,
     /// Time, s, and place in the headset's space, m, of the fingertip.
     tips: VecDeque<(f64, DVec3)>,
+    /// The head in the headset's space, m.
+    head_m: Option<DVec3>,
     /// Why the last step did not do what was asked for.
     refused: Option<String>,
 }
@@ -92,6 +133,8 @@ impl Procedure {
             state: State::Free,
             calibration,
             face: None,
+            touches: None,
+            head_m: None,
             tips: VecDeque::new(),
             refused: None,
         };
@@ -102,7 +145,7 @@ impl Procedure {
     /// The state in which nobody calibrates and nothing was checked.
     fn at_rest(&self) -> State {
         match (&self.calibration, &self.file) {
-            (Some(_), _) => State::Unchecked,
+            (Some(_), _) => State::Unchecked(Vec::new()),
             (None, Some(_)) => State::Needed,
             (None, None) => State::Free,
         }
@@ -120,13 +163,73 @@ impl Procedure {
         !matches!(self.state, State::Free | State::Good(_))
     }
 
-    /// The board is here now.
-    pub(crate) fn see_board(&mut self, base_from_face: &Pose, board: &Board) {
-        self.face = Some(Face::of(base_from_face, board));
+    /// Whose hands count.
+    pub(crate) fn serves(&self) -> Served {
+        match (&self.calibration, &self.state) {
+            (Some(calibration), _) => Served::Only(calibration.headset()),
+            (None, State::Free) => Served::Any,
+            (None, _) => Served::Nobody,
+        }
     }
 
-    /// The fingertip is here now, in the headset's space.
-    pub(crate) fn see_tip(&mut self, now_s: f64, tip_m: DVec3) {
+    /// The headset that is calibrated, or being calibrated.
+    fn headset(&self) -> Option<u64> {
+        match self.state {
+            State::Touching(_) => self.touches,
+            _ => self.calibration.as_ref().map(Calibration::headset),
+        }
+    }
+
+    /// Is another headset than this one calibrated, or being calibrated?
+    pub(crate) fn is_of_another(&self, headset: Option<u64>) -> bool {
+        let both = headset.zip(self.headset());
+        both.is_some_and(|(one, other)| one != other)
+    }
+
+    /// The board is here now. Returns true if the pages should know.
+    pub(crate) fn see_board(&mut self, now_s: f64, base_from_face: &Pose, board: &Board) -> bool {
+        let face = Face::of(base_from_face, board);
+        match &mut self.face {
+            Some(seen) if seen.face.moved_m(&face) <= MOVED_M => {
+                seen.seen_s = now_s;
+                false
+            }
+            _ => {
+                self.face = Some(Seen {
+                    face,
+                    seen_s: now_s,
+                    moved_s: now_s,
+                });
+                self.must_stand()
+            }
+        }
+    }
+
+    /// The face of a board that stood during a touch that ends now.
+    fn standing(&self, now_s: f64) -> Result<Face, String> {
+        let seen = self.face.filter(|seen| now_s - seen.seen_s < FACE_S);
+        let seen = seen.ok_or("the board is not known: wait until the page shows the arm")?;
+        match now_s - seen.moved_s < TOUCH_S {
+            true => Err("the board moves: touch it once it stands".to_owned()),
+            false => Ok(seen.face),
+        }
+    }
+
+    /// The fingertip of a headset is here now, and its head, in its space.
+    pub(crate) fn see_tip(
+        &mut self,
+        now_s: f64,
+        headset: u64,
+        tip_m: DVec3,
+        head_m: Option<DVec3>,
+    ) {
+        if matches!(self.state, State::Touching(_)) {
+            self.touches.get_or_insert(headset);
+        }
+        if self.headset() != Some(headset) {
+            return;
+        }
+        self.head_m = head_m;
         self.tips.push_back((now_s, tip_m));
         while self
             .tips
@@ -145,7 +248,7 @@ impl Procedure {
             .back()
             .is_some_and(|(t_s, _)| now_s - t_s < NEWEST_S);
         if count < FEWEST || !is_new {
-            return Err(format!("the headset does not see the {} hand", self.side));
+            return Err(format!("no headset shows a {} hand", self.side));
         }
         let first = self.tips.front();
         let is_long = first.is_some_and(|(t_s, _)| now_s - t_s >= SHORTEST_S);
@@ -156,73 +259,146 @@ impl Procedure {
         }
     }
 
-    /// Does what a page asks for.
-    pub(crate) fn act(&mut self, step: Step, now_s: f64) {
+    /// Does what the page of a headset, or another page, asks for. Returns what then has to be kept, and where.
+    pub(crate) fn act(
+        &mut self,
+        step: Step,
+        from: Option<u64>,
+        now_s: f64,
+    ) -> Option<(PathBuf, String)> {
         self.refused = None;
         if step != Step::Take {
             // The board may have moved until now, or the headset's space.
             self.tips.clear();
         }
         match step {
-            Step::Begin => self.state = State::Touching(Vec::new()),
+            Step::Begin => {
+                self.touches = from;
+                self.state = State::Touching(Vec::new());
+            }
             Step::Cancel => self.state = self.at_rest(),
             // Without a calibration the space is as configured, wherever it is; the server stops the arm.
             Step::Recentred => self.state = self.at_rest(),
-            Step::Take => self.refused = self.take(now_s).err(),
+            Step::Take => match self.take(now_s) {
+                Ok(true) => {
+                    return self
+                        .file
+                        .clone()
+                        .zip(self.calibration.as_ref().map(Calibration::to_json));
+                }
+                Ok(false) => {}
+                Err(refused) => self.refused = Some(refused),
+            },
         }
+        None
     }
 
-    fn take(&mut self, now_s: f64) -> Result<(), String> {
-        let face = self
-            .face
-            .ok_or("the board is not known yet: wait until the page shows the arm")?;
+    /// The calibration was not kept.
+    pub(crate) fn not_kept(&mut self, error: &io::Error) {
+        self.refused = Some(format!("calibrated, but not kept in a file: {error}"));
+    }
+
+    /// Takes a touch; returns true if there is a new calibration.
+    fn take(&mut self, now_s: f64) -> Result<bool, String> {
+        match self.state {
+            State::Free | State::Needed => return Err("press Calibrate first".to_owned()),
+            State::Good(_) => return Err("nothing has to be touched now".to_owned()),
+            State::Touching(_) | State::Unchecked(_) | State::Off(_) => {}
+        }
+        let face = self.standing(now_s)?;
         let touched_m = self.touch_m(now_s)?;
-        let State::Touching(pairs) = &mut self.state else {
-            let calibration = self.calibration.as_ref();
-            let calibration = calibration.ok_or("press Calibrate first")?;
-            let off_m = calibration.off_m(face.corner_m(0), touched_m);
-            self.state = match off_m <= CHECK_BOUND_M {
-                true => State::Good(Some(off_m)),
-                false => State::Off(off_m),
-            };
-            return Ok(());
-        };
-        pairs.push(PointPair {
-            in_a_m: face.corner_m(pairs.len()),
-            in_b_m: touched_m,
-        });
-        // The finger must come to the next corner first.
-        self.tips.clear();
-        let Ok(pairs) = <[PointPair; 3]>::try_from(pairs.as_slice()) else {
-            return Ok(());
-        };
-        self.state = State::Touching(Vec::new());
-        let found = Calibration::from_touches(pairs);
-        let found = found.map_err(|error: CalibrationError| error.to_string())?;
-        let text = found.to_json();
-        self.calibration = Some(found);
-        self.state = State::Good(None);
-        match &self.file {
-            Some(file) => hwall_files::write(file, text).map_err(|error| {
-                format!("calibrated, but not kept in {}: {error}", file.display())
-            }),
-            None => Ok(()),
+        match &mut self.state {
+            State::Touching(pairs) => {
+                pairs.push(PointPair {
+                    in_a_m: face.corner_m(pairs.len()),
+                    in_b_m: touched_m,
+                });
+                if let Err(close) = apart(pairs) {
+                    pairs.pop();
+                    return Err(close.to_string());
+                }
+                // The finger must come to the next corner first.
+                self.tips.clear();
+                let Ok(pairs) = <[PointPair; 3]>::try_from(pairs.as_slice()) else {
+                    return Ok(false);
+                };
+                self.state = State::Touching(Vec::new());
+                let found = self.found(&face, pairs);
+                self.calibration = Some(found.map_err(|error| error.to_string())?);
+                self.state = State::Good(None);
+                Ok(true)
+            }
+            State::Unchecked(errors_m) => {
+                let errors_m = std::mem::take(errors_m);
+                self.check(&face, errors_m, touched_m)
+            }
+            _ => self.check(&face, Vec::new(), touched_m),
         }
     }
 
-    /// For the pages.
-    pub(crate) fn to_json(&self) -> String {
+    /// Takes a check touch after those with these errors.
+    fn check(
+        &mut self,
+        face: &Face,
+        mut errors_m: Vec<DVec3>,
+        touched_m: DVec3,
+    ) -> Result<bool, String> {
+        let calibration = self.calibration.as_ref();
+        let at_m = calibration
+            .ok_or("press Calibrate first")?
+            .place_m(touched_m);
+        errors_m.push(at_m - face.corner_m(errors_m.len()));
+        self.tips.clear();
+        self.state = checked(errors_m);
+        Ok(false)
+    }
+
+    fn found(&self, face: &Face, pairs: [PointPair; 3]) -> Result<Calibration, CalibrationError> {
+        let headset = self.touches.unwrap_or_default();
+        let found = Calibration::from_touches(headset, pairs)?;
+        // Exchanged sides of an upright board fit as well, by half a turn.
+        let head_m = self.head_m.map(|head_m| found.place_m(head_m));
+        match head_m.is_none_or(|head_m| face.is_before(head_m)) {
+            true => Ok(found),
+            false => Err(CalibrationError::Behind),
+        }
+    }
+
+    /// Where the corner that is asked for should be in the headset's space, WebXR's axes, m, as far as that is known.
+    fn target_m(&self, corner: Option<usize>) -> Option<DVec3> {
+        let corner_m = self.face?.face.corner_m(corner?);
+        let base_from_headset = match &self.state {
+            State::Touching(pairs) => level(pairs).ok()?.a_from_b,
+            _ => self.base_from_headset()?,
+        };
+        let base_from_webxr = base_from_headset * Pose::Z_UP_FROM_Y_UP;
+        Some(base_from_webxr.inverse_transform_point(corner_m))
+    }
+
+    /// For the page of a headset, or for another one.
+    pub(crate) fn to_json(&self, to: Option<u64>) -> String {
+        if self.is_of_another(to) {
+            return json!({
+                "type": "calibration",
+                "state": "other",
+                "side": self.side,
+                "text": "another headset is calibrated: the hands of this one do not count; press Calibrate to change over to it",
+            })
+            .to_string();
+        }
         let (name, corner, off_m) = match &self.state {
             State::Free => ("free", None, None),
             State::Needed => ("needed", None, None),
-            State::Unchecked => ("unchecked", Some(0), None),
+            State::Unchecked(errors_m) => ("unchecked", Some(errors_m.len()), None),
             State::Touching(pairs) => ("touching", Some(pairs.len()), None),
             State::Good(off_m) => ("good", None, *off_m),
             State::Off(off_m) => ("off", Some(0), Some(*off_m)),
         };
-        let mm = |m: f64| (1e4 * m).round() / 10.0;
-        let in_face_mm = |m: DVec3| self.face.map(|face| face.axes(m).map(mm));
-        let corners_m = self.face.map(|face| [0, 1, 2].map(|i| face.offset_m(i)));
+        let tenths = |value: f64| (10.0 * value).round() / 10.0;
+        let mm = |m: f64| tenths(1e3 * m);
+        let face = self.face.map(|seen| seen.face);
+        let in_face_mm = |m: DVec3| face.map(|face| face.axes(m).map(mm));
+        let corners_m = face.map(|face| [0, 1, 2].map(|i| face.offset_m(i)));
         let known = self.calibration.as_ref();
         let pose = self.base_from_headset();
         json!({
@@ -231,7 +407,9 @@ impl Procedure {
             "side": self.side,
             "corner": corner,
             "text": self.text(corner, off_m),
+            "target_m": self.target_m(corner).map(|target_m| target_m.to_array()),
             "rms_mm": known.map(|known| mm(known.rms_m())),
+            "turn_deg": known.map(|known| tenths(known.turn_rad().to_degrees())),
             "off_mm": off_m.map(mm),
             "bound_mm": mm(CHECK_BOUND_M),
             "corners_mm": corners_m.map(|corners| corners.map(in_face_mm)),
@@ -260,13 +438,38 @@ impl Procedure {
             State::Needed => {
                 "not calibrated yet: press Calibrate; the arm stands until then".to_owned()
             }
-            State::Unchecked => format!("check: {touch}"),
+            State::Unchecked(_) => format!("check: {touch}"),
             State::Touching(_) => touch,
-            State::Good(None) => "calibrated: let the arm go".to_owned(),
+            State::Good(None) => {
+                let known = self.calibration.as_ref();
+                let [rms_mm, turn_deg] = [
+                    known.map_or(0.0, |known| 1e3 * known.rms_m()),
+                    known.map_or(0.0, |known| known.turn_rad().to_degrees()),
+                ];
+                format!("calibrated to {rms_mm:.1} mm, {turn_deg:.1} degrees: let the arm go")
+            }
             State::Good(Some(_)) => format!("checked, {off_mm:.0} mm off: let the arm go"),
             State::Off(_) => format!(
-                "the touch is {off_mm:.0} mm off, more than {bound_mm:.0}: calibrate anew, or touch again"
+                "the check is {off_mm:.0} mm off, more than {bound_mm:.0}: calibrate anew, or touch again"
             ),
         }
+    }
+}
+
+/// What check touches that were off by this, m, mean.
+fn checked(errors_m: Vec<DVec3>) -> State {
+    let mut off_m = 0.0;
+    for (count, error_m) in errors_m.iter().enumerate() {
+        // Errors that differ turn the space.
+        let differ = errors_m
+            .iter()
+            .take(count)
+            .map(|other| other.distance(*error_m));
+        off_m = differ.fold(f64::max(off_m, error_m.length()), f64::max);
+    }
+    match (off_m <= CHECK_BOUND_M, errors_m.len() < CHECKED) {
+        (false, _) => State::Off(off_m),
+        (true, true) => State::Unchecked(errors_m),
+        (true, false) => State::Good(Some(off_m)),
     }
 }

@@ -1,8 +1,9 @@
 //! Selects the samples that go to the loop.
 
 use super::clock::{ClockOffset, ClockReading};
-use super::joints::{HeadsetSpace, Joints};
+use super::joints::{Axes, HeadsetSpace, Joints};
 use super::message::{HandMessage, Side};
+use crate::calibration::Served;
 use crate::config::{BridgeConfig, FollowedHand};
 use crate::counts::Tally;
 use glam::DVec3;
@@ -40,6 +41,10 @@ pub(crate) struct ClientStream {
     paced_from_s: Option<[f64; 2]>,
     /// Does its clock run as if its stamps were in seconds?
     pub(crate) in_seconds: bool,
+    /// The headset that it comes from.
+    pub(crate) headset: Option<u64>,
+    /// Does it come from nobody knows which headset, while that matters?
+    pub(crate) is_nameless: bool,
 }
 
 impl ClientStream {
@@ -51,6 +56,8 @@ impl ClientStream {
             clock: ClockOffset::new(),
             paced_from_s: None,
             in_seconds: false,
+            headset: None,
+            is_nameless: false,
         }
     }
 
@@ -78,6 +85,7 @@ struct Followed<T> {
 /// Decides for every sample whether it goes to the loop. One per server; clients take turns.
 pub(crate) struct Intake {
     space: HeadsetSpace,
+    served: Served,
     hand: FollowedHand,
     max_age_s: f64,
     lost_after_s: f64,
@@ -97,6 +105,7 @@ impl Intake {
     pub(crate) fn new(config: &BridgeConfig) -> Self {
         Self {
             space: HeadsetSpace::new(&config.base_from_headset),
+            served: Served::Any,
             hand: config.hand,
             max_age_s: config.max_age_s,
             lost_after_s: config.lost_after_s,
@@ -118,6 +127,11 @@ impl Intake {
     /// The headset's space stands here from now on.
     pub(crate) fn place(&mut self, base_from_headset: &Pose) {
         self.space = HeadsetSpace::new(base_from_headset);
+    }
+
+    /// These headsets count from now on.
+    pub(crate) fn serve(&mut self, served: Served) {
+        self.served = served;
     }
 
     /// A client is gone; any client may lead.
@@ -150,9 +164,13 @@ impl Intake {
             tally.in_seconds.add(1);
             return;
         }
+        let is_served = message.axes == Axes::Base || self.served.has(stream.headset);
+        stream.is_nameless = !is_served && stream.headset.is_none();
         let is_seen = frame.points().iter().any(Option::is_some);
         let refused = if now_s - frame.t_s > self.max_age_s {
             Some(&tally.stale)
+        } else if !is_served {
+            Some(&tally.uncalibrated)
         } else if !self.leads(stream.id, is_seen, now_s, tally) {
             Some(&tally.looking_on)
         } else if !self.follows(message.side, is_seen, now_s) {

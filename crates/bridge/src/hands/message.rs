@@ -23,6 +23,8 @@ pub(crate) enum PageMessage {
     Parts,
     /// A step of a calibration.
     Calibrate(Step),
+    /// The headset that this page is shown in.
+    Headset(u64),
 }
 
 /// A sample of a hand, its time on the client's clock.
@@ -92,6 +94,9 @@ enum Text {
     Calibrate {
         step: Step,
     },
+    Headset {
+        id: u64,
+    },
     Hand {
         seq: u64,
         client_ms: f64,
@@ -110,6 +115,9 @@ enum Text {
 /// A thousand years in ms; a larger stamp is invalid.
 const MAX_MS: f64 = 3.2e13;
 
+/// Largest id of a headset: JavaScript's numbers are exact up to it.
+const MAX_HEADSET: u64 = (1 << 53) - 1;
+
 impl PageMessage {
     /// Reads one message.
     pub(crate) fn parse(text: &str) -> Result<Self, Refused> {
@@ -125,6 +133,10 @@ impl PageMessage {
             Text::Enable {} => Ok(Self::Enable),
             Text::Parts {} => Ok(Self::Parts),
             Text::Calibrate { step } => Ok(Self::Calibrate(step)),
+            Text::Headset {
+                id: id @ 1..=MAX_HEADSET,
+            } => Ok(Self::Headset(id)),
+            Text::Headset { .. } => Err(Refused::Range("id")),
             Text::Hand {
                 seq,
                 client_ms,
@@ -244,6 +256,9 @@ mod tests {
             "{}",
             r#"{"type":"other"}"#,
             r#"{"type":"ping","id":1}"#,
+            r#"{"type":"headset","id":0}"#,
+            r#"{"type":"headset","id":9007199254740992}"#,
+            r#"{"type":"headset","id":"one"}"#,
             r#"{"type":"ping","id":1,"client_ms":NaN}"#,
             r#"{"type":"ping","id":1,"client_ms":1e400}"#,
             r#"{"type":"ping","id":1,"client_ms":1e300}"#,

@@ -1,6 +1,7 @@
 //! The head of a request: read within limits of time and size, then checked.
 
 use super::host::{host_of, is_allowed_host, is_allowed_origin};
+use super::key::Key;
 use super::stream::Stream;
 use std::io::{self, Read};
 use std::time::{Duration, Instant};
@@ -13,12 +14,23 @@ const MAX_HEADERS: usize = 64;
 /// What a request asks for.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Request {
-    /// The page; `body` is false for HEAD.
-    Page { host: String, body: bool },
+    /// The page; `body` is false for HEAD. `key`: what was given as the key, if it may be one.
+    Page {
+        host: String,
+        body: bool,
+        key: Option<Key>,
+    },
     /// The icon that browsers request by themselves.
     Icon,
     /// A WebSocket, with the key to answer. `json`: it requests views as JSON.
     Socket { key: String, json: bool },
+}
+
+/// Who may ask a server: by which names besides this machine's own, and with which key.
+#[derive(Clone, Copy)]
+pub(crate) struct Admission<'a> {
+    pub(crate) hosts: &'a [String],
+    pub(crate) key: Option<&'a Key>,
 }
 
 /// Why a request is rejected: the status and one line.
@@ -41,11 +53,22 @@ pub(crate) const NOT_ENCRYPTED: Refusal = refusal(
     "400 Bad Request",
     "this server is encrypted: use https://, and wss:// for its WebSocket",
 );
-pub(crate) const BUSY: Refusal = refusal("503 Service Unavailable", "too many connections");
+pub(crate) const BUSY: Refusal = refusal(
+    "503 Service Unavailable",
+    "too many connections; try again when some have ended",
+);
+pub(crate) const CROWDED: Refusal = refusal(
+    "429 Too Many Requests",
+    "too many connections from your address; close some and try again",
+);
 const GARBAGE: Refusal = refusal("400 Bad Request", "not an HTTP/1.1 request");
 const NO_HOST: Refusal = refusal("400 Bad Request", "one Host is needed");
 const FOREIGN_HOST: Refusal = refusal("403 Forbidden", "not a name of this server");
 const FOREIGN_ORIGIN: Refusal = refusal("403 Forbidden", "a page of another origin");
+const NO_KEY: Refusal = refusal(
+    "403 Forbidden",
+    "the key is missing or wrong: use the whole address that the bridge printed at its last start, with ?key= at the end",
+);
 const METHOD: Refusal = refusal("405 Method Not Allowed", "only GET and HEAD");
 const BODY: Refusal = refusal("413 Content Too Large", "a request with a body");
 const PATH: Refusal = refusal("404 Not Found", "no such page");
@@ -104,8 +127,8 @@ pub(crate) fn read_head(
     }
 }
 
-/// What a head asks for. `hosts`: names that are allowed in addition to this machine's.
-pub(crate) fn judge(head: &[u8], hosts: &[String]) -> Result<Request, Refusal> {
+/// What a head asks for.
+pub(crate) fn judge(head: &[u8], admission: Admission<'_>) -> Result<Request, Refusal> {
     let mut headers = [httparse::EMPTY_HEADER; MAX_HEADERS];
     let mut request = httparse::Request::new(&mut headers);
     match request.parse(head) {
@@ -118,7 +141,7 @@ pub(crate) fn judge(head: &[u8], hosts: &[String]) -> Result<Request, Refusal> {
     };
     let fields = Fields(request.headers);
     let host = fields.only("host")?.ok_or(NO_HOST)?;
-    if !host_of(host).is_some_and(|name| is_allowed_host(name, hosts)) {
+    if !host_of(host).is_some_and(|name| is_allowed_host(name, admission.hosts)) {
         return Err(FOREIGN_HOST);
     }
     if let Some(origin) = fields.only("origin")?
@@ -134,18 +157,22 @@ pub(crate) fn judge(head: &[u8], hosts: &[String]) -> Result<Request, Refusal> {
     if !matches!(method, "GET" | "HEAD") {
         return Err(METHOD);
     }
-    // In the query, only the format of a WebSocket's views matters.
+    // In the query, only the key and the format of a WebSocket's views matter.
     let (path, query) = path.split_once('?').unwrap_or((path, ""));
     let json = query.split('&').any(|part| part == "format=json");
+    let given = query.split('&').find_map(|part| part.strip_prefix("key="));
+    let is_in = |key: &Key| given.is_some_and(|given| key.is(given));
     let wants_socket = fields.has_token("upgrade", "websocket");
     match path {
+        "/favicon.ico" => Ok(Request::Icon),
+        "/" | "/ws" | "/index.html" if !admission.key.is_none_or(is_in) => Err(NO_KEY),
         "/" | "/ws" if wants_socket => socket(method, &fields, json),
         "/ws" => Err(UPGRADE),
         "/" | "/index.html" => Ok(Request::Page {
             host: host.to_owned(),
             body: method == "GET",
+            key: given.and_then(Key::plausible),
         }),
-        "/favicon.ico" => Ok(Request::Icon),
         _ => Err(PATH),
     }
 }
@@ -206,7 +233,12 @@ mod tests {
     use hwall_testkit::Sampler;
 
     fn asked(text: &str) -> Result<Request, Refusal> {
-        judge(text.as_bytes(), &["lab.example".to_owned()])
+        with_key(text, None)
+    }
+
+    fn with_key(text: &str, key: Option<&Key>) -> Result<Request, Refusal> {
+        let hosts = &["lab.example".to_owned()];
+        judge(text.as_bytes(), Admission { hosts, key })
     }
 
     const SOCKET_HEAD: &str = "GET /ws HTTP/1.1\r\nHost: localhost:8080\r\nOrigin: http://localhost:8080\r\nConnection: keep-alive, Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
@@ -218,6 +250,29 @@ mod tests {
         let named = asked("HEAD / HTTP/1.1\r\nHost: lab.example\r\n\r\n");
         assert!(matches!(named, Ok(Request::Page { body: false, .. })));
         assert!(matches!(asked(SOCKET_HEAD), Ok(Request::Socket { .. })));
+    }
+
+    #[test]
+    fn pages_and_sockets_need_the_key() {
+        let key = Key::random().expect("a key");
+        let page = |path: &str| format!("GET {path} HTTP/1.1\r\nHost: lab.example\r\n\r\n");
+        let socket = |path: &str| SOCKET_HEAD.replace("/ws", path);
+        let other = Key::random().expect("a key");
+        for query in ["", "?", "?key", "?key=", "?format=json", &other.to_string()] {
+            let paths = ["/", "/index.html", "/ws"].map(|path| format!("{path}{query}"));
+            for head in [page(&paths[0]), page(&paths[1]), socket(&paths[2])] {
+                assert_eq!(with_key(&head, Some(&key)), Err(NO_KEY), "{head}");
+                assert!(with_key(&head, None).is_ok(), "{head}");
+            }
+        }
+        for query in [key.to_string(), format!("{key}&format=json")] {
+            assert!(with_key(&page(&format!("/{query}")), Some(&key)).is_ok());
+            assert!(with_key(&socket(&format!("/ws{query}")), Some(&key)).is_ok());
+        }
+        assert_eq!(
+            with_key(&page("/favicon.ico"), Some(&key)),
+            Ok(Request::Icon)
+        );
     }
 
     #[test]
@@ -290,7 +345,8 @@ mod tests {
                 let at = sampler.index(bytes.len());
                 bytes[at] = sampler.index(256) as u8;
             }
-            let _ = judge(&bytes, &[]);
+            let hosts = &[];
+            let _ = judge(&bytes, Admission { hosts, key: None });
         }
     }
 }

@@ -1,14 +1,14 @@
 //! Connections: listens, accepts while there is room, and answers one request of each.
 
-use super::request::{self, Refusal, Request};
+use super::request::{self, Admission, Refusal, Request};
 use super::response;
 use super::stream::Stream;
 use crate::error::BridgeError;
+use crate::locked::locked;
 use crate::tls::Security;
 use std::io::{self, Read, Write};
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener, TcpStream};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 use std::thread::Builder;
 use std::time::Duration;
 
@@ -39,8 +39,8 @@ pub(crate) fn wake(address: SocketAddr) {
     let _ = TcpStream::connect_timeout(&reachable(address), ANSWER);
 }
 
-/// Accepts connections until the server stops, each on its own thread of this name, at most `most` at a time; `busy` is called for those
-/// that are rejected.
+/// Accepts connections until the server stops, each on its own thread of this name: at most `most` at a time, half of them from one address.
+/// `busy` is called for those that are rejected.
 pub(crate) fn accept<S>(
     listener: &TcpListener,
     most: usize,
@@ -53,7 +53,7 @@ pub(crate) fn accept<S>(
 {
     let connections = Arc::default();
     while !is_stopped() {
-        let Ok((stream, _)) = listener.accept() else {
+        let Ok((stream, from)) = listener.accept() else {
             // For example, out of file descriptors: other connections must end first.
             std::thread::sleep(Duration::from_millis(20));
             continue;
@@ -61,12 +61,15 @@ pub(crate) fn accept<S>(
         if is_stopped() {
             return;
         }
-        let Some(slot) = Slot::of(&connections, most) else {
-            busy();
-            // An empty buffer takes it; otherwise nobody waits for it.
-            let _ = stream.set_nonblocking(true);
-            let _ = (&stream).write(&response::refusal(request::BUSY));
-            continue;
+        let slot = match Slot::of(&connections, from.ip(), most) {
+            Ok(slot) => slot,
+            Err(refused) => {
+                busy();
+                // An empty buffer takes it; otherwise nobody waits for it.
+                let _ = stream.set_nonblocking(true);
+                let _ = (&stream).write(&response::refusal(refused));
+                continue;
+            }
         };
         let serve = serve.clone();
         // If the thread cannot be started, the slot is released as well.
@@ -79,20 +82,42 @@ pub(crate) fn accept<S>(
 }
 
 /// One of the available connections; released when dropped, also on a panic.
-struct Slot(Arc<AtomicUsize>);
+struct Slot {
+    /// Where all connections come from.
+    all: Arc<Mutex<Vec<IpAddr>>>,
+    from: IpAddr,
+}
 
 impl Slot {
-    /// `None` if there are enough.
-    fn of(connections: &Arc<AtomicUsize>, most: usize) -> Option<Self> {
-        let slot = Self(Arc::clone(connections));
-        let before = connections.fetch_add(1, Ordering::SeqCst);
-        (before < most).then_some(slot)
+    fn of(all: &Arc<Mutex<Vec<IpAddr>>>, from: IpAddr, most: usize) -> Result<Self, Refusal> {
+        let from = subscriber(from);
+        let mut open = locked(all);
+        if open.len() >= most {
+            return Err(request::BUSY);
+        }
+        if open.iter().filter(|other| **other == from).count() >= most.div_ceil(2) {
+            return Err(request::CROWDED);
+        }
+        open.push(from);
+        let all = Arc::clone(all);
+        Ok(Self { all, from })
     }
 }
 
 impl Drop for Slot {
     fn drop(&mut self) {
-        self.0.fetch_sub(1, Ordering::SeqCst);
+        let mut open = locked(&self.all);
+        if let Some(at) = open.iter().position(|from| *from == self.from) {
+            open.swap_remove(at);
+        }
+    }
+}
+
+/// What one machine has of an address: of IPv6 it has a whole network of 2^64.
+fn subscriber(address: IpAddr) -> IpAddr {
+    match address.to_canonical() {
+        IpAddr::V6(ip) => IpAddr::V6(Ipv6Addr::from_bits(ip.to_bits() >> 64 << 64)),
+        ip => ip,
     }
 }
 
@@ -122,11 +147,15 @@ pub(crate) fn open(
     let mut stream = Stream::plain(tcp);
     let asked = match request::read_head(&mut stream, within)? {
         Ok(None) => return Ok(None),
-        Ok(Some(head)) => request::judge(&head.bytes, hosts).ok(),
+        // The key is asked for where it is encrypted.
+        Ok(Some(head)) => request::judge(&head.bytes, Admission { hosts, key: None }).ok(),
         Err(_) => None,
     };
     let answer = match asked {
-        Some(Request::Page { host, .. }) => response::elsewhere(&format!("https://{host}/")),
+        Some(Request::Page { host, key, .. }) => {
+            let key = key.map_or_else(String::new, |key| key.to_string());
+            response::elsewhere(&format!("https://{host}/{key}"))
+        }
         _ => response::refusal(request::NOT_ENCRYPTED),
     };
     last_words(&mut stream, &answer)?;
@@ -137,13 +166,13 @@ pub(crate) fn open(
 pub(crate) fn answer(
     stream: &mut Stream,
     within: Duration,
-    hosts: &[String],
+    admission: Admission<'_>,
     html: &str,
     judged: impl FnOnce(Result<&Request, Refusal>),
 ) -> io::Result<Option<Vec<u8>>> {
     let (asked, rest) = match request::read_head(stream, within)? {
         Ok(None) => return Ok(None),
-        Ok(Some(head)) => (request::judge(&head.bytes, hosts), head.rest),
+        Ok(Some(head)) => (request::judge(&head.bytes, admission), head.rest),
         Err(refused) => (Err(refused), Vec::new()),
     };
     judged(asked.as_ref().map_err(|refused| *refused));
@@ -152,7 +181,7 @@ pub(crate) fn answer(
             stream.write_all(&response::switch_to_socket(&key))?;
             return Ok(Some(rest));
         }
-        Ok(Request::Page { host, body }) => response::page(html, &host, body),
+        Ok(Request::Page { host, body, .. }) => response::page(html, &host, body),
         Ok(Request::Icon) => response::no_content(),
         Err(refused) => response::refusal(refused),
     };
@@ -184,19 +213,41 @@ mod tests {
     fn a_thread_that_panics_gives_its_slot_back() {
         const MOST: usize = 64;
         let connections = Arc::default();
+        let from = |host: u8| IpAddr::from([10, 0, 0, host]);
         for _ in 0..MOST + 1 {
-            let slot = Slot::of(&connections, MOST).expect("there is space");
+            let slot = Slot::of(&connections, from(1), MOST).expect("there is space");
             let thread = std::thread::spawn(move || {
                 let _slot = slot;
                 std::panic::resume_unwind(Box::new("a fault of the server"));
             });
             assert!(thread.join().is_err());
         }
-        assert_eq!(connections.load(Ordering::SeqCst), 0);
-        let all: Vec<_> = (0..MOST).map(|_| Slot::of(&connections, MOST)).collect();
-        assert!(all.iter().all(Option::is_some));
-        assert!(Slot::of(&connections, MOST).is_none(), "there are enough");
+        assert!(locked(&connections).is_empty());
+        let all: Vec<_> = (0..MOST)
+            .map(|count| Slot::of(&connections, from((count % 2) as u8), MOST))
+            .collect();
+        assert!(all.iter().all(Result::is_ok));
+        let refused = Slot::of(&connections, from(9), MOST).err();
+        assert_eq!(refused, Some(request::BUSY), "there are enough");
         drop(all);
-        assert!(Slot::of(&connections, MOST).is_some());
+        assert!(Slot::of(&connections, from(9), MOST).is_ok());
+    }
+
+    #[test]
+    fn one_address_gets_half_of_the_connections() {
+        let connections = Arc::default();
+        let slot = |ip: &str| Slot::of(&connections, ip.parse().expect("an address"), 8);
+        for (from, others) in [
+            ("10.0.0.1", ["10.0.0.1", "::ffff:10.0.0.1"]),
+            ("2001:db8::1", ["2001:db8::2", "2001:db8::ffff:1"]),
+        ] {
+            let open: Vec<_> = (0..4).map(|_| slot(from).expect("its share")).collect();
+            for other in others {
+                assert_eq!(slot(other).err(), Some(request::CROWDED), "{other}");
+            }
+            assert!(slot("10.0.0.2").is_ok() && slot("2001:db8:0:1::1").is_ok());
+            drop(open);
+            assert!(slot(from).is_ok());
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::question::{Question, Said, Told};
 use crate::error::BridgeError;
+use crate::http::request::Admission;
 use crate::http::serve;
 use crate::http::stream::Stream;
 use crate::locked::locked;
@@ -73,7 +74,11 @@ impl QuestionServer {
             let Some(mut stream) = serve::open(tcp, None, WITHIN, &hosts)? else {
                 return Ok(());
             };
-            match serve::answer(&mut stream, WITHIN, &hosts, PAGE, |_| {})? {
+            let admission = Admission {
+                hosts: &hosts,
+                key: None,
+            };
+            match serve::answer(&mut stream, WITHIN, admission, PAGE, |_| {})? {
                 Some(rest) => converse(&own, stream, rest),
                 None => Ok(()),
             }

@@ -45,8 +45,12 @@ fn forward(shared: &Shared, from_loop: &FromLoop, now_s: f64, bytes: &mut Vec<u8
     let Some(view) = from_loop.views.try_iter().last() else {
         return;
     };
-    if let Some(face) = from_loop.arm.poses(&view.q).last() {
-        locked(&shared.procedure).see_board(face, &from_loop.board);
+    let is_news = from_loop.arm.poses(&view.q).last().is_some_and(|face| {
+        let mut procedure = locked(&shared.procedure);
+        procedure.see_board(now_s, face, &from_loop.board)
+    });
+    if is_news {
+        shared.tell_calibration();
     }
     bytes.clear();
     view.encode(bytes);

@@ -5,6 +5,7 @@ use crate::http::stream::Stream;
 use crate::locked::locked;
 use std::collections::VecDeque;
 use std::net::Shutdown;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Condvar, Mutex, PoisonError};
 use tungstenite::{Message, Utf8Bytes};
 
@@ -18,6 +19,8 @@ pub(crate) struct Client {
     pub(super) id: u64,
     /// Does it want views as JSON?
     pub(super) json: bool,
+    /// The headset that shows it; 0: none, or it did not say so.
+    headset: AtomicU64,
     outbox: Mutex<Outbox>,
     wake: Condvar,
     stream: Stream,
@@ -41,10 +44,20 @@ impl Client {
         Self {
             id,
             json,
+            headset: AtomicU64::new(0),
             outbox: Mutex::default(),
             wake: Condvar::new(),
             stream,
         }
+    }
+
+    /// It is shown in this headset.
+    pub(super) fn is_in(&self, headset: u64) {
+        self.headset.store(headset, Ordering::Relaxed);
+    }
+
+    pub(super) fn headset(&self) -> Option<u64> {
+        Some(self.headset.load(Ordering::Relaxed)).filter(|id| *id > 0)
     }
 
     /// Queues a text; a client that does not read loses the oldest.

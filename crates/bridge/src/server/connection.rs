@@ -17,6 +17,7 @@ use tungstenite::{Error, Message, Utf8Bytes, WebSocket};
 const WRITE: Duration = Duration::from_secs(2);
 /// A client is told about errors in its messages at most once in this time, s.
 const SAY_S: f64 = 1.0;
+const NAMELESS: &str = "a calibration is of one headset, and this hand is of an unknown one: it does not count before a message headset";
 
 /// A stream shared by two WebSockets, one reading, one writing. A WebSocket writes whole frames, and each write is complete.
 struct Half(Stream);
@@ -116,7 +117,7 @@ fn join(shared: &Shared, client: &Arc<Client>) -> bool {
     // Under the lock, so that a new scene reaches both current and joining clients.
     client.say(&setup(shared.security.as_ref()), &shared.tally);
     client.say(&locked(&shared.greeting), &shared.tally);
-    let calibration = locked(&shared.procedure).to_json();
+    let calibration = locked(&shared.procedure).to_json(None);
     client.say(&calibration, &shared.tally);
     clients.push(Arc::clone(client));
     true
@@ -153,19 +154,32 @@ fn read(shared: &Shared, client: &Client, socket: &mut WebSocket<Half>, hands: &
                     client.say(&pong.to_json(), tally);
                 }
                 Ok(PageMessage::Hand(hand)) => {
-                    if let Some(tip_m) = hand.touching_m(shared.config.hand.calibrates()) {
-                        locked(&shared.procedure).see_tip(now_s, tip_m);
+                    let tip_m = hand.touching_m(shared.config.hand.calibrates());
+                    if let Some((headset, tip_m)) = hands.headset.zip(tip_m) {
+                        let head_m = hand.frame.head_m;
+                        locked(&shared.procedure).see_tip(now_s, headset, tip_m, head_m);
                     }
                     locked(&shared.intake).take(hands, &hand, now_s, tally);
                     if hands.in_seconds {
                         complain(0, "stamps look like seconds, not milliseconds", now_s);
+                    }
+                    if hands.is_nameless {
+                        complain(0, NAMELESS, now_s);
                     }
                 }
                 Ok(PageMessage::Stop) => shared.orders.stop(),
                 Ok(PageMessage::Release) => shared.orders.let_go(),
                 Ok(PageMessage::Enable) => shared.orders.enable(),
                 Ok(PageMessage::Parts) => shared.parts.say(),
-                Ok(PageMessage::Calibrate(step)) => shared.calibrate(step, now_s),
+                Ok(PageMessage::Calibrate(step)) => {
+                    shared.calibrate(step, client.headset(), now_s);
+                }
+                Ok(PageMessage::Headset(id)) => {
+                    hands.headset = Some(id);
+                    client.is_in(id);
+                    let told = locked(&shared.procedure).to_json(Some(id));
+                    client.say(&told, tally);
+                }
                 Err(refused) => complain(1, &format!("message refused: {refused}"), now_s),
             },
             Ok(Message::Binary(_)) => complain(1, "binary messages have no meaning", now_s),

@@ -12,7 +12,8 @@ use crate::config::BridgeConfig;
 use crate::counts::BridgeCounts;
 use crate::error::BridgeError;
 use crate::hands::{HAND_QUEUE, HandQueue};
-use crate::http::request::{self, Refusal, Request};
+use crate::http::key::Key;
+use crate::http::request::{self, Admission, Refusal, Request};
 use crate::http::serve;
 use crate::locked::locked;
 use crate::pacing::Pacing;
@@ -76,9 +77,9 @@ impl BridgeServer {
             config.hand.calibrates().name(),
         )?;
         let (listener, address) = serve::listen(config.listen)?;
-        let preparing = reply::preparing("preparing");
-        let shared = Shared::new(config, security, procedure, &preparing);
-        let shared = Arc::new(shared);
+        let is_reached = security.is_some() || !address.ip().is_loopback();
+        let key = is_reached.then(Key::random).transpose()?;
+        let shared = Arc::new(Shared::new(config, security, key, procedure));
         let thread = |name: &str| Builder::new().name(name.to_owned());
         let speaks = Arc::clone(&shared);
         let broadcast = thread("bridge-view").spawn(move || broadcast::broadcast(&speaks))?;
@@ -99,7 +100,8 @@ impl BridgeServer {
         self.address
     }
 
-    /// The URL to open in a browser on this machine.
+    /// The URL to open in a browser on this machine. If other machines can connect, or with a certificate, it ends with a key, random for each
+    /// start, without which nobody gets the page or the WebSocket.
     #[must_use]
     pub fn url(&self) -> String {
         let secure = if self.shared.security.is_some() {
@@ -107,7 +109,13 @@ impl BridgeServer {
         } else {
             ""
         };
-        format!("http{secure}://{}/", serve::reachable(self.address))
+        let address = serve::reachable(self.address);
+        format!("http{secure}://{address}/{}", self.query())
+    }
+
+    fn query(&self) -> String {
+        let key = self.shared.key.as_ref();
+        key.map_or_else(String::new, Key::to_string)
     }
 
     /// For a person: which address to open, and a warning if others can connect. With TLS also all addresses for other devices, what the browser
@@ -117,12 +125,19 @@ impl BridgeServer {
         let Shared {
             security, config, ..
         } = &*self.shared;
-        let text = invitation(&self.url(), security.as_ref(), self.address, &config.hosts);
+        let query = self.query();
+        let text = invitation(
+            &self.url(),
+            &query,
+            security.as_ref(),
+            self.address,
+            &config.hosts,
+        );
         if self.address.ip().is_loopback() {
             return text;
         }
         format!(
-            "{text}\nAnybody on this network can open the page and move the arm: use a network of your own."
+            "{text}\nWhoever has an address with its key can open the page and move the arm. The key is new at every start."
         )
     }
 
@@ -227,7 +242,11 @@ fn accept(shared: &Arc<Shared>, listener: &TcpListener) {
                     own.tally.too_large.add(u64::from(is_large));
                 }
             };
-            match serve::answer(&mut stream, within, &own.config.hosts, &page, judged)? {
+            let admission = Admission {
+                hosts: &own.config.hosts,
+                key: own.key.as_ref(),
+            };
+            match serve::answer(&mut stream, within, admission, &page, judged)? {
                 Some(rest) => connection::serve(&own, stream, rest, json),
                 None => Ok(()),
             }

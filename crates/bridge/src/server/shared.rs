@@ -1,10 +1,12 @@
 //! State shared by the threads of a server.
 
 use super::client::Client;
+use super::reply;
 use crate::calibration::{Procedure, Step};
 use crate::config::BridgeConfig;
 use crate::counts::{BridgeCounts, Tally};
 use crate::hands::Intake;
+use crate::http::key::Key;
 use crate::locked::locked;
 use crate::tls::Security;
 use hwall::Event;
@@ -117,6 +119,8 @@ pub(crate) struct Shared {
     pub(crate) config: BridgeConfig,
     /// Encrypts the connections.
     pub(crate) security: Option<Security>,
+    /// Without it nobody gets the page or a WebSocket.
+    pub(crate) key: Option<Key>,
     pub(crate) tally: Tally,
     pub(crate) start: Instant,
     pub(crate) intake: Mutex<Intake>,
@@ -145,16 +149,17 @@ impl Shared {
     pub(crate) fn new(
         config: BridgeConfig,
         security: Option<Security>,
+        key: Option<Key>,
         procedure: Procedure,
-        greeting: &str,
     ) -> Self {
         let shared = Self {
             intake: Mutex::new(Intake::new(&config)),
             config,
             security,
+            key,
             tally: Tally::default(),
             start: Instant::now(),
-            greeting: Mutex::new(Arc::from(greeting)),
+            greeting: Mutex::new(Arc::from(reply::preparing("preparing"))),
             clients: Mutex::default(),
             from_loop: Mutex::default(),
             orders: Orders::default(),
@@ -167,27 +172,46 @@ impl Shared {
         shared
     }
 
-    /// A step of the calibration; all pages are told what came of it.
-    pub(crate) fn calibrate(&self, step: Step, now_s: f64) {
+    /// A step of the calibration that the page of a headset, or another page, asks for; all pages are told what came of it.
+    pub(crate) fn calibrate(&self, step: Step, from: Option<u64>, now_s: f64) {
+        let kept = {
+            let mut procedure = locked(&self.procedure);
+            if step == Step::Recentred {
+                if procedure.is_of_another(from) {
+                    return;
+                }
+                // Also without a calibration: head and hand are then not where the session believes them.
+                self.orders.stop();
+            }
+            let kept = procedure.act(step, from, now_s);
+            self.heed(&procedure);
+            kept
+        };
+        // Disks are slow at times: nobody waits for one.
+        if let Some((file, text)) = kept
+            && let Err(error) = hwall_files::write(file, text)
+        {
+            locked(&self.procedure).not_kept(&error);
+        }
+        self.tell_calibration();
+    }
+
+    /// Tells all pages how the calibration stands.
+    pub(crate) fn tell_calibration(&self) {
         // Clients before the procedure, as where a client joins: in the other order the two would wait for each other for ever.
         let clients = locked(&self.clients);
-        let mut procedure = locked(&self.procedure);
-        if step == Step::Recentred {
-            // Also without a calibration: head and hand are then not where the session believes them.
-            self.orders.stop();
-        }
-        procedure.act(step, now_s);
-        self.heed(&procedure);
-        let text = procedure.to_json();
+        let procedure = locked(&self.procedure);
         for client in clients.iter() {
-            client.say(&text, &self.tally);
+            client.say(&procedure.to_json(client.headset()), &self.tally);
         }
     }
 
     /// What a calibration means for the hands and the arm.
     fn heed(&self, procedure: &Procedure) {
+        let mut intake = locked(&self.intake);
+        intake.serve(procedure.serves());
         if let Some(base_from_headset) = procedure.base_from_headset() {
-            locked(&self.intake).place(&base_from_headset);
+            intake.place(&base_from_headset);
         }
         let uncalibrated = &self.orders.0.uncalibrated;
         uncalibrated.store(procedure.must_stand(), Ordering::SeqCst);

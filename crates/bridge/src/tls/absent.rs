@@ -62,6 +62,7 @@ impl Session {
 /// What to open, and how.
 pub(crate) fn invitation(
     url: &str,
+    _: &str,
     security: Option<&Security>,
     _: SocketAddr,
     _: &[String],

@@ -7,9 +7,11 @@ use qrcode::render::unicode::Dense1x2;
 use std::fmt::Write;
 use std::net::SocketAddr;
 
-/// The addresses, what the browser asks, and the first address as a QR code. `hosts`: names that the server accepts.
+/// The addresses, what the browser asks, and the first address as a QR code. `query`: the end of each. `hosts`: names that the server
+/// accepts.
 pub(crate) fn invitation(
     url: &str,
+    query: &str,
     security: Option<&Security>,
     bound: SocketAddr,
     hosts: &[String],
@@ -18,7 +20,7 @@ pub(crate) fn invitation(
         return format!("open {url}");
     };
     let port = bound.port();
-    let named = |name: &String| format!("https://{name}:{port}/");
+    let named = |name: &String| format!("https://{name}:{port}/{query}");
     let mut urls: Vec<String> = Vec::new();
     if !security.is_self_signed() {
         // A certificate from elsewhere is for names.
@@ -28,7 +30,7 @@ pub(crate) fn invitation(
         // 0.0.0.0 does not listen on addresses of IPv6.
         let all = addresses().into_iter();
         let heard = all.filter(|ip| ip.is_ipv4() || bound.is_ipv6());
-        urls.extend(heard.map(|ip| format!("https://{}/", SocketAddr::new(ip, port))));
+        urls.extend(heard.map(|ip| format!("https://{}/{query}", SocketAddr::new(ip, port))));
         if security.is_self_signed() {
             urls.extend(names().iter().map(named));
         }

@@ -14,7 +14,7 @@ use hwall_testkit::Sampler;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Corners of a board of 0.2 m, upright, in the base frame: upper left, upper right, lower right of a person at larger x.
 const CORNERS: [DVec3; 3] = [
@@ -22,6 +22,13 @@ const CORNERS: [DVec3; 3] = [
     DVec3::new(0.62, 0.1, 0.6),
     DVec3::new(0.62, 0.1, 0.4),
 ];
+
+/// Ids of two headsets.
+const HEADSETS: [u64; 2] = [7, 11];
+
+fn calibration(pairs: [PointPair; 3]) -> Result<Calibration, CalibrationError> {
+    Calibration::from_touches(HEADSETS[0], pairs)
+}
 
 /// A headset's space somewhere on the floor, as the base sees it in WebXR's axes.
 fn truth(sampler: &mut Sampler) -> Pose {
@@ -46,11 +53,13 @@ fn three_exact_corners_give_the_exact_pose() {
     let mut sampler = Sampler::new(1);
     for _ in 0..1000 {
         let truth = truth(&mut sampler);
-        let found = Calibration::from_touches(touched(&truth, CORNERS, CORNERS)).expect("a pose");
+        let found = calibration(touched(&truth, CORNERS, CORNERS)).expect("a pose");
         let pose = found.base_from_headset() * Pose::Z_UP_FROM_Y_UP;
         let off = pose.distance(&truth);
         assert!(off.position_m < 1e-9 && off.angle_rad < 1e-7, "{off:?}");
-        assert!(found.rms_m() < 1e-12);
+        assert!(found.rms_m() < 1e-12 && found.turn_rad() < 1e-11);
+        let there_m = truth.inverse_transform_point(DVec3::ONE);
+        assert!(found.place_m(there_m).distance(DVec3::ONE) < 1e-9);
         let again = Calibration::from_json(&found.to_json()).expect("its own file");
         assert_eq!(again, found);
     }
@@ -59,13 +68,13 @@ fn three_exact_corners_give_the_exact_pose() {
 #[test]
 fn noise_moves_the_pose_as_little_as_stated() {
     let mut sampler = Sampler::new(2);
-    let mut taken = 0;
+    let (mut taken, mut turns, mut estimated) = (0, 0.0, 0.0);
     for _ in 0..1000 {
         let truth = truth(&mut sampler);
         // Up to 5 mm in each coordinate: 8.7 mm at most.
         let mut off = || DVec3::from_array(std::array::from_fn(|_| sampler.uniform(-5e-3, 5e-3)));
         let touches = CORNERS.map(|corner| corner + off());
-        let Ok(found) = Calibration::from_touches(touched(&truth, CORNERS, touches)) else {
+        let Ok(found) = calibration(touched(&truth, CORNERS, touches)) else {
             continue;
         };
         taken += 1;
@@ -78,8 +87,16 @@ fn noise_moves_the_pose_as_little_as_stated() {
         let turn = pose.distance(&truth).angle_rad;
         assert!(turn < 0.0087 / 0.07, "{turn}");
         assert!(found.rms_m() < 0.0087);
+        turns += turn * turn;
+        estimated += found.turn_rad() * found.turn_rad();
+        // Up stays up, whatever the noise.
+        let up = pose.transform_vector(DVec3::Y);
+        assert!(up.distance(DVec3::Z) < 1e-9);
     }
-    assert!(taken > 990, "{taken}");
+    assert_eq!(taken, 1000);
+    // The estimate of the turn is right on the average.
+    let ratio: f64 = (estimated / turns).sqrt();
+    assert!((0.95..1.05).contains(&ratio), "{ratio}");
 }
 
 #[test]
@@ -89,16 +106,18 @@ fn corners_in_another_order_are_refused() {
     let d = DVec3::new(0.62, -0.1, 0.4);
     for _ in 0..200 {
         let truth = truth(&mut sampler);
-        // Exchanged ends of a square are congruent: the turned vertical tells them. So are three corners from another one on.
-        for order in [[c, b, a], [b, c, d], [c, d, a], [d, a, b]] {
-            let refused = Calibration::from_touches(touched(&truth, CORNERS, order));
-            assert!(
-                matches!(refused, Err(CalibrationError::Tilted { .. })),
-                "{refused:?}"
-            );
-        }
-        for order in [[b, a, c], [a, c, b], [b, c, a], [c, a, b]] {
-            let refused = Calibration::from_touches(touched(&truth, CORNERS, order));
+        // Some are congruent with the right order, but for the vertical.
+        for order in [
+            [c, b, a],
+            [b, c, d],
+            [c, d, a],
+            [d, a, b],
+            [b, a, c],
+            [a, c, b],
+            [b, c, a],
+            [c, a, b],
+        ] {
+            let refused = calibration(touched(&truth, CORNERS, order));
             let Err(CalibrationError::Misfit { rms_m, .. }) = refused else {
                 panic!("{refused:?}");
             };
@@ -112,24 +131,26 @@ fn degenerate_corners_and_touches_are_refused() {
     let truth = truth(&mut Sampler::new(4));
     let [a, b, c] = CORNERS;
     let refused = |corners, touches| {
-        let found = Calibration::from_touches(touched(&truth, corners, touches));
+        let found = calibration(touched(&truth, corners, touches));
         found.expect_err("no calibration")
     };
-    for touches in [[a, a, a], [a, b, b], [a, b, a], [a, b, 2.0 * b - a]] {
+    let near = |one: DVec3, other: DVec3| one + 0.4 * (other - one);
+    for touches in [[a, a, a], [a, b, b], [a, b, a], [a, near(a, b), c]] {
         let error = refused(CORNERS, touches);
-        assert!(
-            matches!(
-                error,
-                CalibrationError::Misfit { .. } | CalibrationError::Points(_)
-            ),
-            "{error:?}"
-        );
+        assert!(matches!(error, CalibrationError::Close { .. }), "{error:?}");
+        assert!(error.to_string().contains("mm apart"), "{error}");
     }
-    // A board without extent, or seen on edge.
-    for corners in [[a, a, a], [a, b, 2.0 * b - a]] {
+    let line = refused(CORNERS, [a, b, 2.0 * b - a]);
+    assert!(matches!(line, CalibrationError::Misfit { .. }), "{line:?}");
+    // A board without extent, one that is too small, and corners above each other: they do not show the heading.
+    let small = CORNERS.map(|corner| 0.2 * corner);
+    for corners in [[a, a, a], small] {
         let error = refused(corners, corners);
-        assert!(matches!(error, CalibrationError::Points(_)), "{error:?}");
+        assert!(matches!(error, CalibrationError::Close { .. }), "{error:?}");
     }
+    let above = [0.0, 0.2, 0.4].map(|up| a + up * DVec3::Z);
+    let error = refused(above, above);
+    assert!(matches!(error, CalibrationError::Points(_)), "{error:?}");
     for wrong in [f64::NAN, f64::INFINITY, 1e7] {
         for at in 0..2 {
             let mut pairs = touched(&truth, [a, b, c], [a, b, c]);
@@ -137,10 +158,7 @@ fn degenerate_corners_and_touches_are_refused() {
                 0 => pairs[1].in_a_m.y = wrong,
                 _ => pairs[2].in_b_m.z = wrong,
             }
-            assert_eq!(
-                Calibration::from_touches(pairs),
-                Err(CalibrationError::Range)
-            );
+            assert_eq!(calibration(pairs), Err(CalibrationError::Range));
         }
     }
 }
@@ -149,13 +167,14 @@ fn degenerate_corners_and_touches_are_refused() {
 fn no_text_of_a_file_makes_it_panic() {
     let mut sampler = Sampler::new(5);
     let truth = truth(&mut sampler);
-    let good = Calibration::from_touches(touched(&truth, CORNERS, CORNERS)).expect("a pose");
+    let good = calibration(touched(&truth, CORNERS, CORNERS)).expect("a pose");
     let good = good.to_json();
     for wrong in [
         "",
         "{}",
         "[1,2]",
-        &good.replace("\"version\": 1", "\"version\": 2"),
+        &good.replace("\"version\": 2", "\"version\": 1"),
+        &good.replace("\"headset\": 7,", ""),
         &good.replace("base_m", "bass_m"),
         &good.replacen("0.62", "1e400", 1),
         &good.replacen("0.62", "null", 1),
@@ -184,6 +203,12 @@ struct Wearer<'a> {
     socket: Socket,
     truth: Pose,
     stops: &'a AtomicBool,
+    /// Nothing is heard of the arm while it is true.
+    is_silent: &'a AtomicBool,
+    /// The head before the board, base frame.
+    head_m: DVec3,
+    seq: u64,
+    began: Instant,
 }
 
 /// Where the board stands, and its corners as the server asks for them.
@@ -202,6 +227,13 @@ fn face() -> (JointPositions, [DVec3; 3]) {
     (q, corners.map(|[r, u]| middle_m + r * right + u * up))
 }
 
+impl Drop for Wearer<'_> {
+    /// Also after a panic: the loop would go on for ever.
+    fn drop(&mut self) {
+        self.stops.store(true, Ordering::SeqCst);
+    }
+}
+
 impl Wearer<'_> {
     /// Holds the finger on a place of the base frame, then says so. Returns what the server says of it.
     fn touches(&mut self, at_m: DVec3) -> Value {
@@ -213,22 +245,50 @@ impl Wearer<'_> {
     }
 
     fn sample(&mut self, there_m: DVec3) {
-        static SEQ: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(1);
-        let seq = SEQ.fetch_add(1, Ordering::Relaxed);
+        self.seq += 1;
         let text = hand(
-            seq,
-            14.0 * seq as f64,
+            self.seq,
+            1e3 * self.began.elapsed().as_secs_f64(),
             &joints(25, there_m.to_array()),
             "webxr",
         );
-        self.socket.text(&text);
+        let [x, y, z] = self.truth.inverse_transform_point(self.head_m).to_array();
+        let head = format!("\"head\":[{x},{y},{z},0,0,0,1]");
+        self.socket.text(&text.replace("\"head\":null", &head));
         std::thread::sleep(Duration::from_millis(14));
+    }
+
+    /// Says which headset this is. Returns what the server says of the calibration.
+    fn is_in(&mut self, headset: u64) -> Value {
+        self.socket
+            .text(&format!(r#"{{"type":"headset","id":{headset}}}"#));
+        self.told()
+    }
+
+    /// What the server says once this was received.
+    fn told(&mut self) -> Value {
+        self.socket.text(r#"{"type":"ping","id":1,"client_ms":1}"#);
+        let mut told = Value::Null;
+        loop {
+            let message = self.socket.next();
+            match text_of(&message, "type") {
+                "calibration" => told = message,
+                "pong" => return told,
+                _ => {}
+            }
+        }
+    }
+
+    /// Touches all corners, in order.
+    fn calibrates(&mut self, corners: [DVec3; 3]) -> Value {
+        assert_eq!(self.asks("begin")["corner"], 0);
+        corners.map(|corner| self.touches(corner))[2].clone()
     }
 
     fn asks(&mut self, step: &str) -> Value {
         self.socket
             .text(&format!(r#"{{"type":"calibrate","step":"{step}"}}"#));
-        self.socket.wait_for("calibration")
+        self.told()
     }
 }
 
@@ -239,14 +299,16 @@ fn worn(file: &Path, truth: Pose, act: impl FnOnce(&mut Wearer<'_>, &BridgeServe
         ..BridgeConfig::default()
     });
     let mut bridge = server.connect(&scene());
-    let stops = AtomicBool::new(false);
+    let [stops, is_silent] = [false; 2].map(AtomicBool::new);
     let orders = bridge.view.orders();
     std::thread::scope(|scope| {
         scope.spawn(|| {
             while !stops.load(Ordering::SeqCst) {
                 let now_s = bridge.pacing.wait();
                 let _ = bridge.hands.next_frame(now_s);
-                bridge.view.send(&ViewFrame::new(now_s, face().0));
+                if !is_silent.load(Ordering::SeqCst) {
+                    bridge.view.send(&ViewFrame::new(now_s, face().0));
+                }
                 std::thread::sleep(Duration::from_millis(5));
             }
         });
@@ -254,16 +316,18 @@ fn worn(file: &Path, truth: Pose, act: impl FnOnce(&mut Wearer<'_>, &BridgeServe
             socket: Socket::open(&server),
             truth,
             stops: &stops,
+            is_silent: &is_silent,
+            head_m: DVec3::new(1.4, 0.1, 0.9),
+            seq: 0,
+            began: Instant::now(),
         };
-        let greeted = wearer.socket.wait_for("calibration");
-        assert_eq!(orders.is_uncalibrated(), greeted["state"] != "good");
-        // The board is known once it was shown.
+        // The board is known once it was shown, and told then.
         wait_for("the board", || {
-            wearer.asks("cancel")["corners_mm"].is_array()
+            wearer.asks("cancel")["corners_mm"][0].is_array()
         });
+        let greeted = wearer.is_in(HEADSETS[0]);
+        assert!(orders.is_uncalibrated(), "{greeted}");
         act(&mut wearer, &server);
-        wearer.stops.store(true, Ordering::SeqCst);
-        drop(wearer);
     });
 }
 
@@ -292,12 +356,21 @@ fn three_touches_calibrate_and_one_checks_at_the_next_start() {
             let told = wearer.touches(*corner);
             let state = if i == 2 { "good" } else { "touching" };
             assert_eq!(told["state"], state, "{told}");
+            // Two touches say where the third should be.
+            assert_eq!(told["target_m"].is_array(), i == 1, "{told}");
+            if i == 1 {
+                let there_m = truth.inverse_transform_point(corners[2]);
+                let target_m: [f64; 3] =
+                    std::array::from_fn(|k| told["target_m"][k].as_f64().expect("a coordinate"));
+                assert!(there_m.distance(target_m.into()) < 2e-3, "{told}");
+            }
         }
         // A space that the headset moved has to be checked again.
         assert_eq!(wearer.asks("recentred")["state"], "unchecked");
     });
     let kept = std::fs::read_to_string(&file).expect("a file");
     let kept = Calibration::from_json(&kept).expect("a calibration");
+    assert_eq!(kept.headset(), HEADSETS[0]);
     let off = (kept.base_from_headset() * Pose::Z_UP_FROM_Y_UP).distance(&truth);
     assert!(off.position_m < 1e-3 && off.angle_rad < 1e-3, "{off:?}");
     let aside = DVec3::new(0.0, 1.2 * CHECK_BOUND_M, 0.0);
@@ -308,8 +381,142 @@ fn three_touches_calibrate_and_one_checks_at_the_next_start() {
             (off["off_mm"].as_f64().expect("mm") - 24.0).abs() < 1.0,
             "{off}"
         );
-        let good = wearer.touches(corners[0] + 0.5 * aside);
+        let next = wearer.touches(corners[0] + 0.5 * aside);
+        let asked = (&next["state"], &next["corner"]);
+        assert_eq!(asked, (&"unchecked".into(), &1.into()), "{next}");
+        // Each is near enough, but together they turn the space.
+        let out = DVec3::new(0.0, 0.0, 0.5 * CHECK_BOUND_M);
+        let turned = wearer.touches(corners[1] - 0.8 * aside + out);
+        assert_eq!(turned["state"], "off", "{turned}");
+        for corner in &corners[..2] {
+            wearer.touches(*corner + 0.5 * aside);
+        }
+        let good = wearer.asks("take");
         assert_eq!(good["state"], "good", "{good}");
+        assert!(text_of(&good, "text").contains("nothing"), "{good}");
+    });
+}
+
+/// Regression: the space of one headset was taken for that of another.
+#[test]
+fn a_calibration_is_of_one_headset() {
+    let file = file("headset_other.json");
+    let truth = truth(&mut Sampler::new(8));
+    let (_, corners) = face();
+    let [one, other] = HEADSETS;
+    worn(&file, truth, |wearer, server| {
+        let accepted = |wearer: &mut Wearer<'_>| {
+            let before = server.counts();
+            for _ in 0..5 {
+                wearer.sample(DVec3::ONE);
+            }
+            wearer.told();
+            let now = server.counts();
+            [
+                now.accepted - before.accepted,
+                now.uncalibrated - before.uncalibrated,
+            ]
+        };
+        assert_eq!(accepted(wearer), [0, 5], "nobody's hands count yet");
+        assert_eq!(wearer.calibrates(corners)["state"], "good");
+        assert_eq!(accepted(wearer), [5, 0]);
+        // The same page in another headset.
+        let told = wearer.is_in(other);
+        assert_eq!(told["state"], "other", "{told}");
+        assert!(told["base_from_headset"].is_null(), "{told}");
+        assert!(text_of(&told, "text").contains("press Calibrate"));
+        assert_eq!(accepted(wearer), [0, 5]);
+        // It cannot check, nor end, what is not its own.
+        wearer.asks("recentred");
+        assert_eq!(wearer.is_in(one)["state"], "good");
+        wearer.asks("recentred");
+        wearer.is_in(other);
+        wearer.touches(corners[0]);
+        assert_eq!(wearer.is_in(one)["state"], "unchecked");
+        // It calibrates itself, and the first one has to be calibrated again.
+        wearer.is_in(other);
+        assert_eq!(wearer.calibrates(corners)["state"], "good");
+        assert_eq!(accepted(wearer), [5, 0]);
+        assert_eq!(wearer.is_in(one)["state"], "other");
+        assert_eq!(accepted(wearer), [0, 5]);
+    });
+    let kept = std::fs::read_to_string(&file).expect("a file");
+    let kept = Calibration::from_json(&kept).expect("a calibration");
+    assert_eq!(kept.headset(), other);
+    // At the next start the file counts for its headset alone.
+    worn(&file, truth, |wearer, _| {
+        assert_eq!(wearer.is_in(one)["state"], "other");
+        assert_eq!(wearer.is_in(other)["state"], "unchecked");
+    });
+}
+
+#[test]
+fn a_client_that_does_not_say_which_headset_it_is_is_told() {
+    let file = file("headset_nameless.json");
+    let (_, corners) = face();
+    worn(&file, truth(&mut Sampler::new(9)), |wearer, server| {
+        wearer.socket = Socket::open(server);
+        wearer.sample(corners[0]);
+        let said = wearer.socket.wait_for("error");
+        assert!(text_of(&said, "text").contains("headset"), "{said}");
+        wearer.asks("begin");
+        let told = wearer.touches(corners[0]);
+        assert!(text_of(&told, "text").contains("no headset"), "{told}");
+    });
+}
+
+/// Left for right fits an upright board as well, by half a turn of the space.
+#[test]
+fn exchanged_sides_are_refused() {
+    let file = file("headset_sides.json");
+    let (_, [a, b, c]) = face();
+    let d = a + c - b;
+    worn(&file, truth(&mut Sampler::new(10)), |wearer, _| {
+        let told = wearer.calibrates([b, a, d]);
+        assert_eq!(told["corner"], 0, "{told}");
+        assert!(text_of(&told, "text").contains("left and right"), "{told}");
+    });
+    assert!(!file.exists());
+}
+
+#[test]
+fn a_touch_of_the_same_corner_is_refused_at_once() {
+    let file = file("headset_close.json");
+    let (_, corners) = face();
+    worn(&file, truth(&mut Sampler::new(12)), |wearer, _| {
+        wearer.asks("begin");
+        wearer.touches(corners[0]);
+        let told = wearer.touches(corners[0] + 0.02 * DVec3::Y);
+        assert_eq!(told["corner"], 1, "{told}");
+        assert!(text_of(&told, "text").contains("mm apart"), "{told}");
+        assert_eq!(wearer.touches(corners[1])["corner"], 2);
+    });
+}
+
+/// Regression: corners were taken from where the board had last been seen, however long ago.
+#[test]
+fn a_board_that_is_not_seen_any_more_is_not_touched() {
+    let file = file("headset_board.json");
+    let (_, corners) = face();
+    worn(&file, truth(&mut Sampler::new(13)), |wearer, _| {
+        wearer.asks("begin");
+        wearer.is_silent.store(true, Ordering::SeqCst);
+        let told = wearer.touches(corners[0]);
+        assert_eq!(told["corner"], 0, "{told}");
+        assert!(text_of(&told, "text").contains("not known"), "{told}");
+        wearer.is_silent.store(false, Ordering::SeqCst);
+        assert_eq!(wearer.touches(corners[0])["corner"], 1);
+    });
+}
+
+#[test]
+fn a_calibration_that_cannot_be_kept_is_told() {
+    let file = file("headset_folder/headset.json");
+    let (_, corners) = face();
+    worn(&file, truth(&mut Sampler::new(14)), |wearer, _| {
+        let told = wearer.calibrates(corners);
+        assert_eq!(told["state"], "good", "{told}");
+        assert!(text_of(&told, "text").contains("not kept"), "{told}");
     });
 }
 

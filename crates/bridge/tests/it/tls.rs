@@ -50,10 +50,20 @@ fn client(server: &BridgeServer, file: &Path, name: &str) -> Secured {
     StreamOwned::new(connection, tcp)
 }
 
-fn page(mut stream: Secured) -> String {
-    stream
-        .write_all(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
-        .expect("a request");
+/// The end of a server's addresses.
+fn key(server: &BridgeServer) -> String {
+    let url = server.url();
+    let (_, key) = url.split_once("/?").expect("a key");
+    format!("?{key}")
+}
+
+fn page(server: &BridgeServer, stream: Secured) -> String {
+    asked(stream, &format!("/{}", key(server)), "")
+}
+
+fn asked(mut stream: Secured, path: &str, fields: &str) -> String {
+    let request = format!("GET {path} HTTP/1.1\r\nHost: localhost\r\n{fields}\r\n");
+    stream.write_all(request.as_bytes()).expect("a request");
     let mut text = String::new();
     // To the farewell: a connection that was cut would be an error.
     stream.read_to_string(&mut text).expect("a whole page");
@@ -67,11 +77,12 @@ fn a_page_and_a_socket_over_tls() {
     assert!(server.url().starts_with("https://127.0.0.1:"));
     let mut bridge = server.connect(&scene());
     for name in ["localhost", "127.0.0.1"] {
-        let page = page(client(&server, &file, name));
+        let page = page(&server, client(&server, &file, name));
         assert!(page.starts_with("HTTP/1.1 200") && page.ends_with("</html>\n"));
     }
     let stream = client(&server, &file, "localhost");
-    let (mut socket, _) = tungstenite::client("ws://localhost/ws", stream).expect("a handshake");
+    let address = format!("ws://localhost/ws{}", key(&server));
+    let (mut socket, _) = tungstenite::client(address, stream).expect("a handshake");
     let mut seq = 0;
     let seen = until("a hand", || {
         seq += 1;
@@ -92,6 +103,52 @@ fn a_page_and_a_socket_over_tls() {
         bytes += socket.read().expect("a message").len();
     }
     assert!(server.invitation().contains("fingerprint"));
+}
+
+/// Pages, and every kind of WebSocket, those that stop the arm or hold the switch included.
+#[test]
+fn without_the_key_nobody_gets_in() {
+    const UPGRADE: &str = "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+    let file = folder("tls_key").join("bridge.pem");
+    let first = key(&server(config(&file)));
+    let server = server(config(&file));
+    let own = key(&server);
+    assert_ne!(first, own, "another start, another key");
+    let ask = |path: &str, fields| asked(client(&server, &file, "localhost"), path, fields);
+    for query in [
+        "",
+        "?key=",
+        "?key=aaaaaaaaaa",
+        &first,
+        &own[..own.len() - 1],
+    ] {
+        for (path, fields) in [("/", ""), ("/ws", ""), ("/ws", UPGRADE), ("/", UPGRADE)] {
+            let answer = ask(&format!("{path}{query}"), fields);
+            assert!(
+                answer.starts_with("HTTP/1.1 403 "),
+                "{path}{query}: {answer}"
+            );
+            assert!(answer.contains("?key="), "{answer}");
+        }
+    }
+    let refused = server.counts();
+    assert_eq!((refused.refused_requests, refused.pages), (20, 0));
+    assert!(ask(&format!("/{own}"), "").starts_with("HTTP/1.1 200 "));
+    // In every address that is printed.
+    let invitation = server.invitation();
+    let addresses = invitation.matches("https://").count();
+    assert!(addresses > 0 && invitation.matches(&own).count() == addresses);
+    // A server for other machines has one without TLS, too; one for this machine has none.
+    let plain = |ip| {
+        let listen = (ip, 0).into();
+        let config = BridgeConfig {
+            listen,
+            ..BridgeConfig::default()
+        };
+        BridgeServer::start(config).expect("a server").url()
+    };
+    assert!(plain([0, 0, 0, 0]).contains("/?key="));
+    assert!(plain([127, 0, 0, 1]).ends_with('/'));
 }
 
 #[test]
@@ -119,7 +176,7 @@ fn a_certificate_is_kept_and_its_key_is_the_owners_alone() {
         certificate: Some(own),
         ..BridgeConfig::default()
     });
-    assert!(page(client(&server, &file, "localhost")).starts_with("HTTP/1.1 200"));
+    assert!(page(&server, client(&server, &file, "localhost")).starts_with("HTTP/1.1 200"));
     assert!(!server.invitation().contains("fingerprint"));
 }
 
@@ -209,6 +266,13 @@ fn plain_http_is_told_to_use_https() {
     let answer = plainly(&server, b"GET / HTTP/1.1\r\nHost: localhost:8443\r\n\r\n");
     assert!(answer.starts_with("HTTP/1.1 307"), "{answer}");
     assert!(answer.contains("Location: https://localhost:8443/\r\n"));
+    // Typed without https://.
+    let own = key(&server);
+    let answer = plainly(
+        &server,
+        format!("GET /{own} HTTP/1.1\r\nHost: localhost:8443\r\n\r\n").as_bytes(),
+    );
+    assert!(answer.contains(&format!("Location: https://localhost:8443/{own}\r\n")));
     for request in [
         "GET /ws HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\n\r\n",
         "GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n",
@@ -219,7 +283,7 @@ fn plain_http_is_told_to_use_https() {
         assert!(answer.starts_with("HTTP/1.1 400"), "{request}: {answer}");
         assert!(answer.contains("https://") && !answer.contains("evil"));
     }
-    wait_for("the count", || server.counts().failed_handshakes == 5);
+    wait_for("the count", || server.counts().failed_handshakes == 6);
 }
 
 #[test]
@@ -235,7 +299,7 @@ fn a_stalled_handshake_blocks_nobody_and_ends() {
             stream
         })
         .collect();
-    assert!(page(client(&server, &file, "localhost")).starts_with("HTTP/1.1 200"));
+    assert!(page(&server, client(&server, &file, "localhost")).starts_with("HTTP/1.1 200"));
     let began = Instant::now();
     for mut stream in stalled {
         let mut rest = Vec::new();
@@ -267,5 +331,5 @@ fn no_bytes_of_a_handshake_end_the_server() {
         let mut stream = TcpStream::connect(server.address()).expect("a connection");
         let _ = stream.write_all(&bytes);
     }
-    assert!(page(client(&server, &file, "localhost")).starts_with("HTTP/1.1 200"));
+    assert!(page(&server, client(&server, &file, "localhost")).starts_with("HTTP/1.1 200"));
 }

@@ -157,3 +157,56 @@ fn a_mirror_shows_in_the_residual() {
     let found = RigidFit::from_pairs(&mirrored).unwrap();
     assert!(found.rms_m() > 0.05);
 }
+
+/// Where up is known, the heading and the place are found as by hand; noise does not tilt them.
+#[test]
+fn level_pairs_give_heading_and_place() {
+    let mut sampler = Sampler::new(9);
+    for n in [2, 3, 10] {
+        for _ in 0..200 {
+            let place = DVec3::from_array([0; 3].map(|_| sampler.uniform(-3.0, 3.0)));
+            let truth = Pose::from_yaw(sampler.uniform(-PI, PI), place).unwrap();
+            let points = cloud(&mut sampler, n, DVec3::new(1.0, 0.7, 0.4));
+            let found = RigidFit::level_from_pairs(&pairs(truth, &points)).unwrap();
+            let off = found.a_from_b.distance(&truth);
+            assert!(off.position_m < 1e-9 && found.rms_m() < 1e-12, "{off:?}");
+            let noisy: Vec<_> = pairs(truth, &points)
+                .into_iter()
+                .map(|p| pair(p.in_a_m + 0.01 * gaussian(&mut sampler), p.in_b_m))
+                .collect();
+            let found = RigidFit::level_from_pairs(&noisy).unwrap();
+            let up = found.a_from_b.transform_vector(DVec3::Z);
+            assert!(up.distance(DVec3::Z) < 1e-12);
+            // No other heading fits better.
+            for turn in [-1e-3, 1e-3] {
+                let mean =
+                    |of: fn(&PointPair) -> DVec3| noisy.iter().map(of).sum::<DVec3>() / n as f64;
+                let turned = DMat3::from_rotation_z(turn) * found.a_from_b.rotation();
+                let [a, b] = [mean(|p| p.in_a_m), mean(|p| p.in_b_m)];
+                let left =
+                    |p: &PointPair| (turned * (p.in_b_m - b) - p.in_a_m + a).length_squared();
+                let rms_m = (noisy.iter().map(left).sum::<f64>() / n as f64).sqrt();
+                assert!(rms_m >= found.rms_m());
+            }
+        }
+    }
+    let above = pairs(Pose::IDENTITY, &[DVec3::ZERO, DVec3::Z]);
+    for (pairs, expected) in [
+        (&above[..], "line"),
+        (&above[..1], "needed"),
+        (&[], "needed"),
+    ] {
+        let error = RigidFit::level_from_pairs(pairs).unwrap_err();
+        let kind = match error {
+            HandError::Collinear { .. } => "line",
+            HandError::TooFewPairs { .. } => "needed",
+            _ => "another",
+        };
+        assert_eq!(kind, expected, "{error}");
+    }
+    let wrong = [pair(DVec3::NAN, DVec3::X), pair(DVec3::X, DVec3::Y)];
+    assert!(matches!(
+        RigidFit::level_from_pairs(&wrong),
+        Err(HandError::Argument(_))
+    ));
+}

@@ -210,7 +210,7 @@ pub(super) fn headset() -> anyhow::Result<Reader> {
         in_a_m: corner_m,
         in_b_m: space.inverse_transform_point(corner_m),
     });
-    let good = hwall_bridge::Calibration::from_touches(touches)?.to_json();
+    let good = hwall_bridge::Calibration::from_touches(1, touches)?.to_json();
     Reader::new(vec![good.into_bytes()], read_headset)
 }
 

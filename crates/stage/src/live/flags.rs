@@ -56,7 +56,7 @@ fn user_data() -> anyhow::Result<PathBuf> {
 /// Where hands come from, which arm is led and what is kept, as flags.
 #[derive(Debug, Clone, clap::Parser)]
 pub struct LiveFlags {
-    /// Where to listen; any address but 127.0.0.1 lets other machines in, and each of them can move the arm. With --tls, which is for other devices, the default is 0.0.0.0:8443
+    /// Where to listen; any address but 127.0.0.1 lets other machines in that have the key, which is printed as a part of the address. With --tls, which is for other devices, the default is 0.0.0.0:8443
     #[arg(long, default_value = "127.0.0.1:8080", default_value_if("tls", "true", "0.0.0.0:8443"), value_parser = socket_address)]
     pub listen: SocketAddr,
     /// Name of a proxy by which browsers reach the page; may be given more than once
@@ -74,7 +74,7 @@ pub struct LiveFlags {
     /// Its key, as PEM
     #[arg(long, requires = "tls_cert")]
     pub tls_key: Option<PathBuf>,
-    /// Keeps in this file where the headset's space stands, found by touching three corners of the board. The arm stands until that is done; at the next start it stands until one touch has checked it
+    /// Keeps in this file where the headset's space stands, found by touching three corners of the board. It is of one headset. The arm stands until that is done; at the next start it stands until two touches have checked it
     #[arg(long)]
     pub calibration: Option<PathBuf>,
     /// The scene.

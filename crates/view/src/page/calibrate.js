@@ -2,6 +2,8 @@
 
 /** Errors are drawn larger than they are by this factor. */
 const ENLARGED = 5;
+/** A finger this near to a corner is there, m; the end of a calibration is shown in the headset for this long, ms. */
+const THERE_M = 0.03, DONE_MS = 8000;
 
 class Calibration {
   /** `order` sends a step; `enters` lets somebody into the headset. */
@@ -20,19 +22,38 @@ class Calibration {
   tell(message) {
     const before = this.told;
     this.told = message;
+    if (message.state !== before?.state) this.since = performance.now();
     if (message.base_from_headset) this.placed(message.base_from_headset);
-    this.touched(message.state !== "touching" || message.corner === 0 ? "none" : message.corner > (before?.corner ?? 0) ? "one more" : "same");
+    this.touched(message.state !== "touching" || message.corner === 0 ? "none" : message.corner > (before?.corner ?? 0) ? "one more" : "same", message.target_m ?? null);
     $("calibration").hidden = message.state === "free";
     $("calibration").dataset.state = message.state;
     $("told").textContent = message.text;
     $("take").hidden = message.corner == null;
     $("cancel").hidden = message.state !== "touching";
     const words = [];
-    if (message.rms_mm != null && message.state !== "touching") words.push(`${message.rms_mm.toFixed(1)} mm remain at the corners`);
+    if (message.rms_mm != null && message.state !== "touching") words.push(`${message.rms_mm.toFixed(1)} mm remain at the corners, heading within ${message.turn_deg.toFixed(1)}°`);
     if (message.off_mm != null) words.push(`check ${message.off_mm.toFixed(1)} mm off (at most ${message.bound_mm.toFixed(0)})`);
     if (message.errors_mm?.[0] && words.length) words.push(`arrows ${ENLARGED} times as long`);
     $("errors").textContent = words.join(", ");
     this.draw(message);
+  }
+
+  /** What who wears the headset must know: what comes next, how far it is, whether it is done. `null`: nothing. */
+  words({ tips, marks, target }) {
+    const { state, corner, text, side, corners_mm: corners } = this.told ?? { state: "free" };
+    if (state === "free" || (state === "good" && performance.now() - this.since > DONE_MS)) return null;
+    if (corner == null) return { title: state === "good" ? "Done" : "Not calibrated", far: "", text, tone: state === "good" ? "good" : "wrong", corners: [] };
+    const tip = tips[side], last = marks.at(-1), mm = (from, to) => 5 * Math.round(200 * distance(from, to));
+    let far = "", tone = "next";
+    if (!tip) { far = `the ${side} hand is not seen`; tone = "wrong"; }
+    else if (target && distance(tip, target) < THERE_M) { far = "there: hold still and pinch"; tone = "good"; }
+    else if (target) far = `${mm(tip, target)} mm to go`;
+    else if (last && corners?.[0]) far = `${mm(tip, last)} of ${Math.round(distance(corners[corner - 1], corners[corner]))} mm from corner ${corner}`;
+    const sign = (v) => (v < 0 ? -1 : 1), all = state === "touching" ? 3 : 2;
+    return {
+      title: `${state === "touching" ? "Corner" : "Check: corner"} ${corner + 1} of ${all}`, far, text, tone,
+      corners: (corners?.[0] ? corners : []).slice(0, all).map(([x, y], i) => ({ right: sign(x), up: sign(y), tone: i === corner ? "next" : i < corner ? "good" : "" })),
+    };
   }
 
   /** The board from the front, its corners in order, and what each touch was off by. */

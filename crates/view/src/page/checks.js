@@ -9,7 +9,7 @@ function checksOf({ secure, protocol, setup, offered, session, onFloor, hands, t
   const localhost = secure && protocol === "http:";
   const seen = hands.filter((ms) => ms < SEEN_MS).length;
   return [
-    ["secure context", ...(secure ? ["ok", localhost ? "localhost counts as one" : "HTTPS"] : ["do", "start the bridge with --tls and open the HTTPS address that it prints, or use a cable and adb reverse, and open localhost:8080"])],
+    ["secure context", ...(secure ? ["ok", localhost ? "localhost counts as one" : "HTTPS"] : ["do", "start the bridge with --tls and open the HTTPS address that it prints, with its key, or use a cable and adb reverse, and open localhost:8080"])],
     ["certificate", ...(localhost ? ["ok", "none needed on localhost"] : !secure ? ["do", "none without HTTPS: see above"] : !setup ? ["wait", "asking the server"]
       : ["ok", setup.self_signed ? `self-signed, accepted; compare ${setup.fingerprint?.slice(0, 11)} … with the console` : "your own"])],
     ["VR", ...(offered ? ["ok", session ? "on" : "offered"] : offered === null ? ["wait", "asking the browser"] : ["do", secure ? "this browser offers none: use the headset's own" : "needs a secure context"])],

@@ -5,8 +5,9 @@ const Z_UP = [0, -1, 0, 0, 0, 0, 1, 0, -1, 0, 0, 0, 0, 0, 0, 1];
 const vector3 = ({ x, y, z }) => [x, y, z];
 
 class Headset {
-  constructor(shown, scene, { send, begins, ends, newest, recentred, pinched }) {
-    Object.assign(this, { shown, scene, send, begins, ends, newest, recentred, pinched, session: null, onFloor: null, marks: [], seen: {}, tips: {} });
+  constructor(shown, scene, { send, begins, ends, newest, recentred, pinched, words }) {
+    Object.assign(this, { shown, scene, send, begins, ends, newest, recentred, pinched, words, session: null, onFloor: null, marks: [], target: null, seen: {}, tips: {} });
+    this.plate = new Plate(shown.viewer.gl);
     this.place(scene.base_from_headset);
   }
 
@@ -84,9 +85,12 @@ class Headset {
     gl.clearColor(...(this.isThrough ? [0, 0, 0, 0] : [...viewer.theme.sky, 1]));
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT | gl.STENCIL_BUFFER_BIT);
     if (!pose || !(seen || this.isThrough)) return;
-    if (this.isThrough) viewer.bare(this.hands, this.marks.map((mark) => point(this.baseFromSpace, mark)));
+    const balls = this.marks.map((mark) => [point(this.baseFromSpace, mark), 0.01, MARK]);
+    if (this.target) balls.push([point(this.baseFromSpace, this.target), 0.012, NEXT]);
+    if (this.isThrough) viewer.bare(this.hands, balls);
     // The wearer sees the room and their hands, but no predictions.
-    else viewer.compose({ ...seen, eye: point(this.baseFromSpace, vector3(pose.transform.position)), head: null, gaze: null, predicted: null, goal: null, force: null }, this.hands);
+    else viewer.compose({ ...seen, eye: point(this.baseFromSpace, vector3(pose.transform.position)), head: null, gaze: null, predicted: null, goal: null, force: null }, this.hands, balls);
+    this.plate.say(this.words());
     const spaceFromBase = inverseRigid(this.baseFromSpace);
     for (const view of pose.views) {
       const { x, y, width, height } = this.layer.getViewport(view);
@@ -94,6 +98,7 @@ class Headset {
       const eye = point(this.baseFromSpace, vector3(view.transform.position));
       const eyes = { projection: [...view.projectionMatrix], view: multiply([...view.transform.inverse.matrix], spaceFromBase), eye };
       if (this.isThrough) viewer.drawBare(eyes); else viewer.draw(eyes, { solidWalls: true, showArm: true });
+      this.plate.draw(multiply(eyes.projection, [...view.transform.inverse.matrix]), [...pose.transform.matrix]);
     }
   }
 }

@@ -1,10 +1,21 @@
 // The live page: shows the session and errors; a pointer or a headset is a hand.
 const TOLD = 6;
 /** Counts of the server that are samples of a hand that it did not use. */
-const DROPPED = ["stale", "out_of_order", "duplicate", "malformed", "looking_on", "other_hand", "clock_leaps", "overflow"];
+const DROPPED = ["stale", "out_of_order", "duplicate", "malformed", "looking_on", "other_hand", "uncalibrated", "clock_leaps", "overflow"];
+
+/** This headset, as far as a page can tell: a number that its browser keeps. A calibration is of one headset. */
+function headsetId() {
+  const name = "hwall-headset";
+  try { const kept = Number(localStorage.getItem(name)); if (Number.isSafeInteger(kept) && kept > 0) return kept; } catch { /* one for this visit */ }
+  const [high, low] = crypto.getRandomValues(new Uint32Array(2)), id = (high % 2 ** 21) * 2 ** 32 + low || 1;
+  try { localStorage.setItem(name, id); } catch { /* as above */ }
+  return id;
+}
 
 function live() {
-  const address = `${location.protocol === "https:" ? "wss:" : "ws:"}//${location.host}/ws`;
+  const key = new URLSearchParams(location.search).get("key");
+  const address = `${location.protocol === "https:" ? "wss:" : "ws:"}//${location.host}/ws${key ? `?key=${encodeURIComponent(key)}` : ""}`;
+  const id = headsetId();
   let shown = null, scene = null, sceneText = null, pointer = null, headset = null, newest = null, fresh = false;
   let preparing = "waiting for the room", connection = null, setup = null, offered = null, sent = 0, rate = 0, state = "connecting", retry = 0, leads = true, framed = 0;
 
@@ -21,6 +32,9 @@ function live() {
   let moved = false;
   const recentred = () => { moved = !connection.order("calibrate", { step: "recentred" }); };
 
+  /** A page without VR is nobody's headset: whoever sits before it may still press Take. */
+  const introduce = () => { if (offered) connection.put({ type: "headset", id }); };
+
   const begin = (message) => {
     scene = message;
     shown = stage(scene, (event) => pointer?.takes(event) ?? null, () => touching);
@@ -31,6 +45,7 @@ function live() {
       send: (sample) => { sent += sample.side === "right" ? 1 : 0; return send(sample); }, newest: () => newest,
       recentred,
       pinched: (side) => calibration.pinch(side),
+      words: () => calibration.words(headset),
       begins: (onFloor) => {
         pointer.on = false;
         $("vr").textContent = "Leave VR";
@@ -41,6 +56,7 @@ function live() {
     mode(true);
     Headset.offered().then((is) => {
       offered = is;
+      introduce();
       $("vr").hidden = !is;
       $("checks").open = is || !isSecureContext;
     });
@@ -123,8 +139,9 @@ function live() {
     order: (step) => connection.order("calibrate", { step }),
     enters,
     placed: (pose) => headset?.place(pose),
-    touched: (count) => {
+    touched: (count, target) => {
       if (!headset) return;
+      headset.target = target;
       if (count === "none") headset.marks = [];
       if (count === "one more") headset.mark(calibration.told.side);
     },
@@ -170,6 +187,7 @@ function live() {
       retry = performance.now() + ms;
       if (is === "lost") tell(newest?.t, "connection lost");
       if (is === "open" && shown) tell(newest?.t, "connected again");
+      if (is === "open") introduce();
       if (is === "open" && moved) recentred();
       if (is !== "open") newest = newest && { ...newest, hand: null, predicted: null };
       if (shown) shown.stale.is = true;
@@ -193,8 +211,8 @@ function live() {
     $("server").className = name === "connected" ? "" : "late";
     $("trip").textContent = connection.trip == null ? "–" : `${connection.trip.toFixed(1)} ms`;
     $("release").hidden = newest?.state !== SAFE;
-    if (state === "lost") notice("Connection lost", `Trying again in ${Math.max(0, (retry - now) / 1000).toFixed(1)} s. The arm holds still until a hand is seen again.`);
-    else if (state === "connecting") notice(shown ? "Reconnecting …" : "Connecting …", address);
+    if (state === "lost") notice("Connection lost", `Trying again in ${Math.max(0, (retry - now) / 1000).toFixed(1)} s. The arm holds still until a hand is seen again.${key ? " If the bridge was started again, open the address that it prints now: its key is new." : ""}`);
+    else if (state === "connecting") notice(shown ? "Reconnecting …" : "Connecting …", location.host);
     else if (!shown) notice("Preparing", preparing);
     else if (newest && now - framed > 1500) notice("No pictures from the server", "It is connected, but has sent nothing new for a while.");
     else if (newest?.state === SAFE || (newest?.state === HOLDING && newest.hand)) notice("The arm stands", held);

@@ -18,11 +18,12 @@ const VIEWER: [&str; 8] = [
     include_str!("panel.js"),
 ];
 const REPLAY: [&str; 1] = [include_str!("replay.js")];
-const LIVE: [&str; 8] = [
+const LIVE: [&str; 9] = [
     include_str!("stop.js"),
     include_str!("reach.js"),
     include_str!("pointer.js"),
     include_str!("connection.js"),
+    include_str!("plate.js"),
     include_str!("headset.js"),
     include_str!("checks.js"),
     include_str!("calibrate.js"),

@@ -5,7 +5,7 @@ const THEMES = {
   dark: { sky: [0.075, 0.09, 0.115], wall: [0.36, 0.44, 0.55], floor: [0.15, 0.17, 0.20], edge: [0.62, 0.72, 0.85, 0.65], grid: [0.6, 0.7, 0.8, 0.16], link: [0.80, 0.83, 0.86], housing: [0.95, 0.47, 0.10], ink: [0.9, 0.93, 0.97] },
 };
 const PALE = [0.93, 0.86, 0.83], SOFT = [0.45, 0.55, 0.68, 0.8];
-const SKIN = [0.87, 0.64, 0.50], BONE = [0.80, 0.56, 0.43], GAZE = [0.55, 0.36, 0.85], FORCE = [0.84, 0.15, 0.20], MARK = [0.18, 0.62, 0.36], DOOR = [0.66, 0.49, 0.33];
+const SKIN = [0.87, 0.64, 0.50], BONE = [0.80, 0.56, 0.43], GAZE = [0.55, 0.36, 0.85], FORCE = [0.84, 0.15, 0.20], MARK = [0.18, 0.62, 0.36], NEXT = [0.94, 0.71, 0.16], DOOR = [0.66, 0.49, 0.33];
 const BONES = [0, 1, 2, 3, 4].flatMap((f) => (f ? [[1, 5 * f + 1], [5 * f + 1, 5 * f + 2], [5 * f + 2, 5 * f + 3], [5 * f + 3, 5 * f + 4], [5 * f + 4, 5 * f + 5]] : [[1, 2], [2, 3], [3, 4], [4, 5]]));
 /** Parts as the supervisor has them: of the arm, head, torso, arm of the person. */
 const PARTS = [[0.12, 0.47, 0.86, 0.3], [0.84, 0.15, 0.20, 0.3], [0.84, 0.15, 0.20, 0.3], [0.93, 0.60, 0.10, 0.3]];
@@ -57,8 +57,8 @@ class Viewer {
     return w / h;
   }
 
-  /** Collects what moves. `hands`: hands to show instead of the frame's. */
-  compose(frame, hands = null) {
+  /** Collects what moves. `hands`: hands to show instead of the frame's; `balls`: place, radius, colour of each. */
+  compose(frame, hands = null, balls = []) {
     const { thick, thin, parts, scene, theme } = this;
     [thick, thin, parts].forEach((set) => set.clear());
     this.labels = [];
@@ -75,6 +75,7 @@ class Viewer {
     if (scene.floor < -0.05 && !scene.stands) thick.add([0, 0, scene.floor], [0, 0, 0], 0.07, theme.link.map((c) => 0.72 * c));
     this.stop = null;
     (hands ?? [frame.hand]).forEach((hand) => hand && this.stopped(hand, frame));
+    balls.forEach(([at, radius, colour]) => thick.add(at, at, radius, colour, 1));
     this.person(frame);
     this.intent(frame);
     if (frame.force && norm(frame.force) > LEAST_FORCE) this.arrow(frame);
@@ -82,12 +83,12 @@ class Viewer {
     [thick, thin, parts].forEach((set) => set.upload());
   }
 
-  /** Collects hands and marks alone, where the real room is seen. */
-  bare(hands, marks) {
+  /** Collects hands and balls alone, where the real room is seen. */
+  bare(hands, balls) {
     const { thick } = this;
     thick.clear();
     hands.forEach((hand) => this.hand(hand));
-    marks.forEach((mark) => thick.add(mark, mark, 0.01, MARK));
+    balls.forEach(([at, radius, colour]) => thick.add(at, at, radius, colour, 1));
     thick.upload();
   }
 

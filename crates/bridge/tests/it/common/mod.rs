@@ -105,14 +105,21 @@ impl Socket {
         self.send(Message::text(text));
     }
 
+    /// The next text.
+    pub(crate) fn next(&mut self) -> Value {
+        loop {
+            if let Message::Text(text) = self.0.read().expect("a message") {
+                return serde_json::from_str(&text).expect("JSON");
+            }
+        }
+    }
+
     /// The next text of a type.
     pub(crate) fn wait_for(&mut self, kind: &str) -> Value {
         loop {
-            if let Message::Text(text) = self.0.read().expect("a message") {
-                let message: Value = serde_json::from_str(&text).expect("JSON");
-                if message["type"] == kind {
-                    return message;
-                }
+            let message = self.next();
+            if message["type"] == kind {
+                return message;
             }
         }
     }
