@@ -120,7 +120,7 @@ impl Presenting for Presentable<'_> {
         let (q, is_behind_edge) = match self.waiting.presents(at.point_m, at.normal) {
             Presents::Never => return None,
             Presents::Unknown => (None, false),
-            Presents::With(q) => (Some(q), self.waiting.is_behind_edge(at.point_m, at.normal)),
+            Presents::With(q, is_behind_edge) => (Some(q), is_behind_edge),
         };
         Some(Stand {
             point_m,

@@ -2,7 +2,7 @@
 
 use crate::walls::Walls;
 use glam::DVec3;
-use hwall_arrival::Atlas;
+use hwall_arrival::{Atlas, AtlasEntry};
 use hwall_haptics::{QUARTER_TURNS_RAD, board_pose};
 use hwall_kinematics::{JointPositions, NearestConfig};
 use std::sync::Arc;
@@ -56,24 +56,19 @@ impl Waiting {
         }
     }
 
-    /// A good configuration to present a place; `None` if unknown.
-    pub(super) fn near(&self, point_m: DVec3, normal: DVec3) -> Option<JointPositions> {
-        let entry = self.atlas()?.look_up(point_m, normal)?;
-        Some(entry.q)
+    fn look_up(&self, point_m: DVec3, normal: DVec3) -> Option<AtlasEntry> {
+        self.atlas()?.look_up(point_m, normal)
     }
 
-    /// Does the direct path from the waiting posture to a place lead through a surface?
-    pub(super) fn is_behind_edge(&self, point_m: DVec3, normal: DVec3) -> bool {
-        let entry = self
-            .atlas()
-            .and_then(|atlas| atlas.look_up(point_m, normal));
-        entry.is_some_and(|entry| !entry.clear)
+    /// A good configuration to present a place; `None` if unknown.
+    pub(super) fn near(&self, point_m: DVec3, normal: DVec3) -> Option<JointPositions> {
+        Some(self.look_up(point_m, normal)?.q)
     }
 
     /// How the arm presents a place: from the atlas, else the solution nearest to the waiting posture at any quarter turn.
     pub(super) fn presents(&self, point_m: DVec3, normal: DVec3) -> Presents {
-        if let Some(q) = self.near(point_m, normal) {
-            return Presents::With(q);
+        if let Some(entry) = self.look_up(point_m, normal) {
+            return Presents::With(entry.q, !entry.clear);
         }
         let Some((atlas, arm)) = self.atlas().and_then(|atlas| Some((atlas, atlas.arm()?))) else {
             return Presents::Unknown;
@@ -86,7 +81,7 @@ impl Waiting {
         };
         let solutions = QUARTER_TURNS_RAD.into_iter().filter_map(at_roll);
         match solutions.min_by(|(a_s, _), (b_s, _)| a_s.total_cmp(b_s)) {
-            Some((_, q)) => Presents::With(q),
+            Some((_, q)) => Presents::With(q, false),
             None => Presents::Never,
         }
     }
@@ -100,7 +95,8 @@ impl Waiting {
 /// How the arm presents a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Presents {
-    With(JointPositions),
+    /// With these joints, rad; does the direct path from the waiting posture lead through a surface?
+    With(JointPositions, bool),
     /// The arm cannot hold it.
     Never,
     /// There is no atlas, or the arm has no closed form and the atlas lacks the place.
@@ -155,7 +151,7 @@ mod tests {
             let atlas = waiting.atlas().expect("made");
             let entry = atlas.look_up(point_m, normal).expect("within reach");
             assert_eq!(waiting.near(point_m, normal), Some(entry.q));
-            let Presents::With(q) = waiting.presents(point_m, normal) else {
+            let Presents::With(q, _) = waiting.presents(point_m, normal) else {
                 panic!("within reach")
             };
             let from = atlas.waiting();

@@ -9,13 +9,13 @@ use hwall_numeric::check::{non_negative, positive, within};
 /// missed touch. The belief about the next touch holds all that is known of the person.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PolicyConfig {
-    /// Loss of a false dispatch (a board sent to a place that is not touched), touches; default 0.3. It trades boards in time against false
+    /// Loss of a false dispatch (a board sent to a place that is not touched), touches; default 0.15. It trades boards in time against false
     /// dispatches: a smaller value sends more boards.
     pub false_dispatch: f64,
     /// Share of the loss of a touch that is saved if the board arrives after the hand, in [0, 1]; default 0.1.
     pub late_share: f64,
-    /// Share of the time to the touch that is left once the motion of the hand reveals its goal, in (0, 1]; default 0.4. Only then does a
-    /// waiting arm know the place.
+    /// Share of the remaining time that is left once the motion of the hand has told where it goes, in (0, 1]; default 0.4. Holds while the hand
+    /// moves. For a hand at rest it gives the expected time from reveal to touch of an unknown person, as a share of the available time.
     pub onset_share: f64,
     /// Probability that an apparent reach or an apparent choice by the eyes leads to no touch, in [0, 1]; default 0.05.
     pub detour_share: f64,
@@ -50,7 +50,7 @@ pub struct SlackConfig {
 impl Default for PolicyConfig {
     fn default() -> Self {
         Self {
-            false_dispatch: 0.3,
+            false_dispatch: 0.15,
             late_share: 0.1,
             onset_share: 0.4,
             detour_share: 0.05,

@@ -70,7 +70,7 @@ pub(in crate::session) struct Policy {
     last_s: f64,
     fixations: Fixations,
     available_time: AvailableTime,
-    /// The same from when the motion of the hand reveals the place.
+    /// Time from when the motion of the hand reveals the place to the touch.
     revealed_time: AvailableTime,
     course: HandMotion,
     /// Why it decided as it did in the last frame, if somebody asks.
@@ -217,13 +217,16 @@ impl Policy {
             Decision::Preposition(contact) | Decision::Present(contact) => contact,
         };
         self.told = Some(contact);
-        // The time counts from when hand or eyes show the place, whether or not that was believed.
-        let shown = hypotheses.iter().filter(|hypothesis| hypothesis.chance > 0.0);
+        // The time counts from when hand, eyes or habit show the place, whether or not the board was sent.
+        let shown = hypotheses
+            .iter()
+            .filter(|hypothesis| hypothesis.chance > 0.0);
         let shown = shown.max_by(|a, b| a.contact.probability.total_cmp(&b.contact.probability));
         let known = shown.map(|hypothesis| &hypothesis.contact);
         self.available_time
             .step(&TimeFrame::new(t_s, known, &contact, hand));
-        let known = known.filter(|known| self.motion(known, hand) == Motion::Reaches);
+        let is_revealed = |shown: &Hypothesis| shown.reaches && shown.chance >= 0.5;
+        let known = known.filter(|_| shown.is_some_and(is_revealed));
         self.revealed_time
             .step(&TimeFrame::new(t_s, known, &contact, hand));
         Some((contact, decision))
@@ -240,7 +243,10 @@ impl Policy {
     /// Updates what is known of hand and eyes.
     fn watch(&mut self, t_s: f64, ranked: &[ContactPrediction], hand: Option<&HandState>) {
         let still_m_per_s = self.config.still_m_per_s;
-        let is_still = hand.is_none_or(|hand| hand.velocity_m_per_s.length() < still_m_per_s);
+        // The mean does not count the noise of the tracker.
+        let mean = self.course.velocity().map(|course| course.mean_m_per_s);
+        let velocity = mean.or(hand.map(|hand| hand.velocity_m_per_s));
+        let is_still = velocity.is_none_or(|velocity| velocity.length() < still_m_per_s);
         // A fixation that began before the first frame does not count.
         if !is_still || self.moved_s == f64::NEG_INFINITY {
             self.moved_s = t_s;

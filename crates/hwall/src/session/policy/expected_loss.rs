@@ -140,8 +140,9 @@ impl<A: Presenting> Chooser<'_, A> {
 
     /// What was weighed for [`best`](Self::best).
     pub(super) fn explain(&self, last: Choice, way: &Way) -> Explanation {
-        let weighed =
-            |(choice, way, loss): (Choice, Way, f64)| choice.weighed(way.left_s(self.t_s), loss);
+        let weighed = |(choice, way, loss): (Choice, Way, f64)| {
+            choice.weighed(self.arrives_s(&choice, &way, self.reach_m), loss)
+        };
         let others: Vec<_> = self.others(last, way).map(weighed).collect();
         let last = weighed((last, *way, self.loss(&last, way)));
         let losses = others.iter().map(|other| other.loss).enumerate();
@@ -190,6 +191,14 @@ impl<A: Presenting> Chooser<'_, A> {
         }
     }
 
+    /// Time until the board stands within the slack (m) of the place of a choice, or else until the arm rests, s.
+    fn arrives_s(&self, choice: &Choice, way: &Way, slack_m: f64) -> f64 {
+        match choice {
+            Choice::Present(goal) => way.left_within_s(self.arm, &goal.stand, slack_m, self.t_s),
+            Choice::Wait | Choice::Preposition(_) => way.left_s(self.t_s),
+        }
+    }
+
     /// Expected loss of a choice: touches for which the board is late, and a false dispatch.
     pub(super) fn loss(&self, choice: &Choice, way: &Way) -> f64 {
         let to = self.leads_to(choice);
@@ -204,6 +213,7 @@ impl<A: Presenting> Chooser<'_, A> {
             let onwards_s = match hypothesis.stand {
                 Some(stand) => {
                     let beside_m = a_m.hypot(b_m).max(2.0 * self.reach_m);
+                    // By then the place is known.
                     arrival_s(self.arm, to.as_ref(), &stand, self.reach_m)
                         .max(MOVES_S_PER_ROOT_M * beside_m.sqrt())
                 }
@@ -213,10 +223,7 @@ impl<A: Presenting> Chooser<'_, A> {
                 true => (hypothesis.time).comes_within(onwards_s / self.config.onset_share),
                 false => self.too_late(&hypothesis.time, onwards_s),
             };
-            let arrives_s = goal.map_or(f64::INFINITY, |goal| {
-                let slack_m = self.reach_m - a_m.max(b_m);
-                way.left_within_s(self.arm, &goal.stand, slack_m, self.t_s)
-            });
+            let arrives_s = self.arrives_s(choice, way, self.reach_m - a_m.max(b_m));
             let here = (1.0 - self.config.late_share) * hypothesis.time.comes_within(arrives_s);
             late += hypothesis.chance * (covered * here + (1.0 - covered) * elsewhere);
             there += hypothesis.chance * covered;
@@ -227,7 +234,8 @@ impl<A: Presenting> Chooser<'_, A> {
         late + goal.map_or(0.0, |_| self.config.false_dispatch * (1.0 - there))
     }
 
-    /// Probability that a touch comes sooner than `onwards_s` (s) after the motion of the hand has revealed its place, or after now.
+    /// Probability that less than `onwards_s` (s) is left, from now or from when the motion of the hand reveals the place. The two times are taken as
+    /// independent, because the person's time from reveal to touch hardly depends on when the reach begins.
     fn too_late(&self, time: &TouchTime, onwards_s: f64) -> f64 {
         let in_time = |time: &TouchTime| 1.0 - time.comes_within(onwards_s);
         1.0 - in_time(time) * in_time(&self.revealed)

@@ -48,7 +48,7 @@ pub(super) fn travel_s(
     known().unwrap_or(USUAL_S)
 }
 
-/// Time from a configuration until the board stands within `slack_m` of a place, s.
+/// Time from a configuration until the board stands within `slack_m` of a place, s, with the detour of a waiting arm.
 pub(super) fn arrival_s(
     arm: &impl Presenting,
     from: Option<&JointPositions>,
@@ -59,7 +59,8 @@ pub(super) fn arrival_s(
     detour_s + travel_s(arm, from, stand.q.as_ref()) * shortened(arm, from, stand, slack_m)
 }
 
-/// The share of the time of a motion that stays if it may end `slack_m` short of its end: times grow with the root of the distance.
+/// Factor on the travel time if the motion may end `slack_m` early: time grows with the root of the distance. At most half of the distance is
+/// saved, because a board within the slack may still face elsewhere.
 fn shortened(
     arm: &impl Presenting,
     from: Option<&JointPositions>,
@@ -67,10 +68,10 @@ fn shortened(
     slack_m: f64,
 ) -> f64 {
     let length_m = from.and_then(|from| Some(arm.middle_m(from)?.distance(stand.point_m)));
-    // NaN shortens nothing.
-    let share = length_m.map_or(0.0, |length_m| slack_m / length_m);
-    if share > 0.0 {
-        (1.0 - share).max(0.0).sqrt()
+    // NaN saves nothing.
+    let saved = length_m.map_or(0.0, |length_m| (slack_m / length_m).min(0.5));
+    if saved > 0.0 {
+        (1.0 - saved).sqrt()
     } else {
         1.0
     }
@@ -87,7 +88,9 @@ pub(super) struct Way {
     from: Option<JointPositions>,
     to: Option<JointPositions>,
     since_s: f64,
+    /// Time of the whole motion, s; and without reaction and braking.
     takes_s: f64,
+    travels_s: f64,
 }
 
 impl Way {
@@ -108,8 +111,8 @@ impl Way {
         slack_m: f64,
         t_s: f64,
     ) -> f64 {
-        let share = shortened(arm, self.from.as_ref(), stand, slack_m);
-        (self.since_s + share * self.takes_s - t_s).max(0.0)
+        let saved = 1.0 - shortened(arm, self.from.as_ref(), stand, slack_m);
+        (self.since_s + self.takes_s - saved * self.travels_s - t_s).max(0.0)
     }
 
     /// Time left until the arm arrives, s.
@@ -129,11 +132,13 @@ impl Way {
         let from = self.now(t_s);
         let left_s = self.left_s(t_s);
         let brakes_s = left_s.min(self.takes_s - left_s) * self.turned(to.as_ref(), from.as_ref());
+        let travels_s = travel_s(arm, from.as_ref(), to.as_ref());
         Self {
             from,
             to,
             since_s: t_s,
-            takes_s: REACTION_S + brakes_s + travel_s(arm, from.as_ref(), to.as_ref()),
+            takes_s: REACTION_S + brakes_s + travels_s,
+            travels_s,
         }
     }
 
