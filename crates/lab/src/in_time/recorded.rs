@@ -204,7 +204,9 @@ impl<'a> Room<'a> {
     ) -> anyhow::Result<PersonRun> {
         let normal = facing(trial)?;
         let across = [DVec3::Z.cross(normal), DVec3::Z];
-        let in_room = scene_of(trial, &self.objects, across, MOST_OFF_M)?;
+        let mut objects = self.objects.clone();
+        objects.retain(|_, of| !holds(of, trial.reach.contact_m));
+        let in_room = scene_of(trial, &objects, across, MOST_OFF_M)?;
         let base_from_room = self.bases[&*trial.object].outer_from_here().inverse();
         let base_from_room = Pose::from_affine(&base_from_room)?;
         let scene = in_room.placed(&base_from_room);
@@ -240,6 +242,11 @@ impl<'a> Room<'a> {
         run.run.view = ViewLog::default();
         Ok(run)
     }
+}
+
+/// Is a point in a box? A box is mostly air: where somebody pointed into that of another object, it is not part of the scene.
+fn holds([centre_m, size_m]: &[DVec3; 2], point_m: DVec3) -> bool {
+    (point_m - centre_m).abs().cmple(0.5 * size_m).all()
 }
 
 /// The touch of a reach, seen from the base.
