@@ -59,7 +59,7 @@ pub struct Row {
 pub struct Results {
     /// One for each person, and one for all.
     pub rows: Vec<Row>,
-    /// Reaches without the board in place, `person/trial (object)`, and the reason.
+    /// Reaches without the board in place, `person/trial (object)` and what stopped the arm, and the reason.
     pub missed: Vec<(String, Miss)>,
 }
 
@@ -100,8 +100,11 @@ pub fn run(request: &Request<'_>, progress: impl Fn(&str) + Sync) -> anyhow::Res
         let (trials, runs): (Vec<&Trial>, Vec<PersonRun>) = reaches.into_iter().unzip();
         for (trial, run) in trials.iter().zip(&runs) {
             let name = format!("{} ({})", trial.reach.name(), trial.object);
-            let misses = run.touches.iter().filter_map(|touch| touch.regret.miss);
-            missed.extend(misses.map(|miss| (name.clone(), miss)));
+            missed.extend(run.touches.iter().filter_map(|touch| {
+                let stopped = touch.regret.stopped_by;
+                let stopped = stopped.map_or_else(String::new, |by| format!(", stopped: {by}"));
+                Some((format!("{name}{stopped}"), touch.regret.miss?))
+            }));
         }
         rows.extend((!runs.is_empty()).then(|| row_of(person, &runs)));
         all.extend(runs);

@@ -218,9 +218,7 @@ impl Policy {
         };
         self.told = Some(contact);
         // The time counts from when hand or eyes show the place, whether or not that was believed.
-        let shown = hypotheses
-            .iter()
-            .filter(|hypothesis| hypothesis.chance > 0.0);
+        let shown = hypotheses.iter().filter(|hypothesis| hypothesis.chance > 0.0);
         let shown = shown.max_by(|a, b| a.contact.probability.total_cmp(&b.contact.probability));
         let known = shown.map(|hypothesis| &hypothesis.contact);
         self.available_time
