@@ -11,7 +11,7 @@ const PLACES: [DVec3; 3] = [
 
 /// Somebody in a recording, in the room that the name begins with.
 #[derive(Clone, Copy)]
-pub struct Reacher {
+pub(crate) struct Reacher {
     pub person: &'static str,
     pub reaches: usize,
     /// The reaches end this much above the objects, m.
@@ -31,7 +31,7 @@ impl Default for Reacher {
 }
 
 /// A recording and its trials: people reach for three objects and look at them.
-pub fn files(people: &[Reacher]) -> (String, String) {
+pub(crate) fn files(people: &[Reacher]) -> (String, String) {
     let mut stream = String::from("person,trial,t");
     for name in ["index", "head", "gaze"] {
         stream += &["x", "y", "z"]
