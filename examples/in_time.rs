@@ -4,15 +4,19 @@
 
 use anyhow::Context;
 use clap::Parser;
+use hwall_contact::LearnedConfig;
+use hwall_lab::contact::panels;
 use hwall_lab::documents::Destination;
-use hwall_lab::in_time::document;
 use hwall_lab::in_time::study::{self, Request};
+use hwall_lab::in_time::{document, recorded};
 use hwall_stage::exit;
+use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::numbers::whole_within;
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::PredictorKind;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, Write};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Counts how often the board is in place before the hand, and why it is not, for every kind of simulated person; writes
@@ -36,6 +40,16 @@ struct Args {
     /// The board presents no roughness
     #[arg(long)]
     plain: bool,
+    /// Recorded people instead, the arm being simulated: a recording of reaches in metres and seconds, as for contact_study; each person is
+    /// judged by a predictor that learnt from the others
+    #[arg(long, value_name = "FILE", requires = "panels", conflicts_with_all = ["person", "touches", "predictor", "plain"])]
+    recordings: Option<PathBuf>,
+    /// Trials of the recording: columns person, trial, scene, target, cx, cy, cz, sx, sy, sz, dur, rx, ry, rz, as for contact_study
+    #[arg(long, value_name = "FILE", requires = "recordings")]
+    panels: Option<PathBuf>,
+    /// Only this reach of the recording: prints on standard error why the board is sent or not whenever the choice changes, and writes no document
+    #[arg(long, value_name = "PERSON/TRIAL", requires = "recordings", conflicts_with_all = ["docs", "out"])]
+    explain: Option<String>,
 }
 
 fn main() -> ExitCode {
@@ -43,6 +57,9 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
+    if let (Some(stream), Some(trials)) = (&args.recordings, &args.panels) {
+        return run_recorded(args, stream, trials);
+    }
     let documents = args.destination.open("out/in_time")?;
     let kinds = match &args.person[..] {
         [] => PersonKind::ALL.to_vec(),
@@ -65,4 +82,40 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let path = document::write(&request, &results, &documents)?;
     let text = document::text(&request, &results);
     writeln!(io::stdout(), "{text}\nwrote {}", path.display()).context("standard output")
+}
+
+fn run_recorded(args: &Args, stream: &Path, trials: &Path) -> anyhow::Result<()> {
+    FilePlan::default()
+        .read("--recordings", Some(stream))
+        .read("--panels", Some(trials))
+        .check()?;
+    let trials = panels::read_files(stream, trials)?;
+    let request = recorded::Request {
+        trials: &trials,
+        learned: LearnedConfig::default(),
+        seed: args.seed,
+        explain: args.explain.as_deref(),
+    };
+    let documents = match args.explain {
+        Some(_) => None,
+        None => Some(args.destination.open("out/in_time")?),
+    };
+    let style = ProgressStyle::with_template("{msg:10} {wide_bar} {pos} of {len}")?;
+    let bar = ProgressBar::new(trials.len() as u64).with_style(style);
+    let results = recorded::run(&request, |person| {
+        bar.set_message(person.to_owned());
+        bar.inc(1);
+    })?;
+    bar.finish_and_clear();
+    let text = document::recorded_text(args.seed, &results)?;
+    let mut out = io::stdout();
+    writeln!(out, "{text}")?;
+    for (reach, why) in &results.missed {
+        writeln!(out, "{}: {reach}", why.name())?;
+    }
+    if let Some(documents) = documents {
+        let path = document::write_recorded(&text, &documents)?;
+        writeln!(out, "wrote {}", path.display())?;
+    }
+    Ok(())
 }

@@ -336,6 +336,12 @@ fn refusals_name_the_flag_and_the_bound() {
         ("hwall", "--rigid-hand", &["--hand"]),
         ("hwall", "--touches -3", &["-3", "--touches", "1 to 100000"]),
         ("in_time", "--seed -1", &["-1", "--seed"]),
+        ("in_time", "--recordings a.csv", &["--panels"]),
+        (
+            "in_time",
+            "--recordings missing.csv --panels missing.csv",
+            &["--recordings", "missing.csv"],
+        ),
         ("bridge", "--seconds -1", &["--seconds", "above 0"]),
         ("bridge", "--scene missing.obj", &["missing.obj"]),
         ("bridge", "--record missing/a.mcap", &["--record", "folder"]),

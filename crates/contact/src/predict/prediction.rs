@@ -4,7 +4,7 @@ use super::regions::RegionSizes;
 use crate::estimate::TimeToContact;
 use crate::matrices::{Plane, axes_across};
 use glam::{DMat3, DVec3};
-use hwall_hand::{Gaze, HandFrame, HandState};
+use hwall_hand::{Gaze, HandFrame, HandState, Pose};
 use hwall_scene::{Scene, SurfaceId};
 
 /// Input of a predictor at one time: a sample and the filter outputs, all in the frame of the scene.
@@ -62,6 +62,18 @@ impl ContactPrediction {
             probability: 1.0,
             source: PredictionSource::Motion,
             looked_at_since_s: None,
+        }
+    }
+
+    /// The same contact in another frame.
+    #[must_use]
+    pub fn transformed(&self, a_from_b: &Pose) -> Self {
+        let r = a_from_b.rotation();
+        Self {
+            point_m: a_from_b.transform_point(self.point_m),
+            normal: a_from_b.transform_vector(self.normal),
+            covariance_m2: self.covariance_m2.map(|c| r * c * r.transpose()),
+            ..*self
         }
     }
 

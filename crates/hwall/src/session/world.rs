@@ -1,7 +1,7 @@
 //! Pose of the virtual world around the arm.
 
 use crate::error::SessionError;
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use hwall_contact::ContactPrediction;
 use hwall_geometry::Pose;
 use hwall_hand::HandState;
@@ -132,15 +132,9 @@ impl World {
 
     pub(super) fn contact_in_base(&self, contact: ContactPrediction) -> ContactPrediction {
         let pose = self.base_from_world();
-        if pose == Pose::IDENTITY {
-            return contact;
-        }
-        let r: DMat3 = pose.rotation();
-        ContactPrediction {
-            point_m: pose.transform_point(contact.point_m),
-            normal: pose.transform_vector(contact.normal),
-            covariance_m2: contact.covariance_m2.map(|c| r * c * r.transpose()),
-            ..contact
+        match pose == Pose::IDENTITY {
+            true => contact,
+            false => contact.transformed(&pose),
         }
     }
 

@@ -7,8 +7,8 @@ use glam::DVec3;
 use hwall_contact::score::Moment;
 use hwall_contact::{
     ContactError, ContactPrediction, EvidenceModel, FusedConfig, FusedPredictor, HeldOutEstimator,
-    LabelledStream, LearnedConfig, LearnedModel, Predictor, PredictorInput, StreamContact,
-    StreamFilters,
+    LabelledStream, LearnedConfig, LearnedEstimator, LearnedModel, Predictor, PredictorInput,
+    StreamContact, StreamFilters,
 };
 use hwall_hand::{GazeFilter, HandFilter, LabelledReach};
 use hwall_scene::{Scene, Surface, SurfaceId, SurfaceMesh};
@@ -30,9 +30,11 @@ const ROWS: [&str; 4] = [
 const PANEL_M: f64 = 0.3;
 /// Largest offset of the touch from the middle of the panel, in each axis, m: a belief cut off by the edges has its mean
 /// in the middle, which must not be the true point.
-const MOST_OFF_M: f64 = 0.12;
+pub(crate) const MOST_OFF_M: f64 = 0.12;
 /// The panel is the first surface of a scene.
 const PANEL: SurfaceId = SurfaceId(0);
+/// Its name.
+pub(crate) const PANEL_NAME: &str = "panel";
 
 /// A room without training people when one person is left out.
 #[derive(Debug, thiserror::Error)]
@@ -61,23 +63,11 @@ type Answers = [[Judged; SHARES.len()]; ROWS.len()];
 /// # Errors
 /// A room with fewer than two people; too little training data.
 pub fn report(trials: &[Trial], config: &LearnedConfig, centred: bool) -> anyhow::Result<String> {
-    let mut rooms = BTreeMap::<&str, Vec<&Trial>>::new();
-    for trial in trials {
-        rooms.entry(&trial.room).or_default().push(trial);
-    }
-    let people = |trials: &[&Trial]| -> BTreeSet<String> {
-        trials.iter().map(|trial| trial.person.clone()).collect()
-    };
-    let few = rooms.iter().find(|(_, trials)| people(trials).len() < 2);
-    if let Some((room, trials)) = few {
-        let got = people(trials).len();
-        let room = (*room).to_owned();
-        return Err(TooFewPeople { room, got }.into());
-    }
+    let rooms = rooms_of(trials)?;
     let most_off_m = if centred { 0.0 } else { MOST_OFF_M };
     let mut text = String::new();
     for (room, trials) in rooms {
-        let people = people(&trials);
+        let people = people_of(&trials);
         let judged = people.par_iter().map(|person| {
             eprintln!("room {room}: learning from all but {person}");
             let judged = judge(person, &trials, config, most_off_m);
@@ -100,6 +90,35 @@ pub fn report(trials: &[Trial], config: &LearnedConfig, centred: bool) -> anyhow
         );
     }
     Ok(text)
+}
+
+/// The trials of each room.
+///
+/// # Errors
+/// A room with fewer than two people.
+pub(crate) fn rooms_of(trials: &[Trial]) -> Result<BTreeMap<&str, Vec<&Trial>>, TooFewPeople> {
+    let mut rooms = BTreeMap::<&str, Vec<&Trial>>::new();
+    for trial in trials {
+        rooms.entry(&trial.room).or_default().push(trial);
+    }
+    for (room, trials) in &rooms {
+        let got = people_of(trials).len();
+        if got < 2 {
+            let room = (*room).to_owned();
+            return Err(TooFewPeople { room, got });
+        }
+    }
+    Ok(rooms)
+}
+
+/// The people who made these trials.
+pub(crate) fn people_of<'a>(trials: &[&'a Trial]) -> BTreeSet<&'a str> {
+    trials.iter().map(|trial| &*trial.person).collect()
+}
+
+/// The boxes of all objects of a room, by name.
+pub(crate) fn objects_of<'a>(room: &[&'a Trial]) -> BTreeMap<&'a str, [DVec3; 2]> {
+    room.iter().map(|t| (&*t.object, t.box_m)).collect()
 }
 
 /// The table of a room.
@@ -133,13 +152,13 @@ fn table(answers: &[Answers]) -> MarkdownTable {
 }
 
 /// An estimator, and the learnt reliability of it and of the gaze.
-struct Learnt {
+pub(crate) struct Learnt {
     model: LearnedModel,
     evidence: EvidenceModel,
 }
 
 impl Learnt {
-    fn of(trials: &[&Trial], config: &LearnedConfig) -> Result<Self, ContactError> {
+    pub(crate) fn of(trials: &[&Trial], config: &LearnedConfig) -> Result<Self, ContactError> {
         let reaches: Vec<&LabelledReach> = trials.iter().map(|trial| &trial.reach).collect();
         let (model, held_out) = LearnedModel::train_and_hold_out(&reaches, config)?;
         let contact = |reach: &&LabelledReach| StreamContact {
@@ -160,6 +179,16 @@ impl Learnt {
         )?;
         Ok(Self { model, evidence })
     }
+
+    /// The estimator in the belief. The recordings have no error of registration.
+    pub(crate) fn fused(&self) -> Result<FusedPredictor<LearnedEstimator>, ContactError> {
+        let config = FusedConfig {
+            evidence: self.evidence,
+            registration_sd_m: 0.0,
+            ..FusedConfig::default()
+        };
+        FusedPredictor::new(self.model.estimator(), config)
+    }
 }
 
 /// Trains on all but one person of a room, and evaluates the reaches of that person.
@@ -172,9 +201,7 @@ fn judge(
     let (own, others): (Vec<&Trial>, Vec<&Trial>) = room.iter().partition(|t| t.person == person);
     let learnt = |gaze| Learnt::of(&others, &LearnedConfig { gaze, ..*config });
     let learnt = [learnt(false)?, learnt(true)?];
-    // The scene of a reach contains the objects of all trials in its room.
-    let objects = room.iter().map(|t| (&*t.object, t.box_m));
-    let objects: BTreeMap<&str, [DVec3; 2]> = objects.collect();
+    let objects = objects_of(room);
     let follow = |trial: &&Trial| follow(trial, &objects, &learnt, most_off_m);
     own.iter().map(follow).collect()
 }
@@ -187,15 +214,10 @@ fn follow(
     most_off_m: f64,
 ) -> anyhow::Result<Answers> {
     let reach = &trial.reach;
-    let head_m = trial.frames.iter().find_map(|f| f.head_m);
-    let towards = head_m.context("the head is never seen")? - reach.contact_m;
-    let normal = towards
-        .try_normalize()
-        .context("the head is at the touch")?;
-    let others = objects.iter().filter(|(name, _)| **name != trial.object);
-    let mut meshes = vec![panel(reach, normal, most_off_m)];
-    meshes.extend(others.map(|(name, of)| cuboid(name, *of)));
-    let (scene, _) = Scene::from_meshes(meshes)?;
+    let towards_head = trial.towards_head_m()?.try_normalize();
+    let normal = towards_head.context("the head is at the touch")?;
+    let across = normal.any_orthonormal_pair().into();
+    let scene = scene_of(trial, objects, across, most_off_m)?;
     let judged = |place: &ContactPrediction, first| {
         let off_m = reach.contact_m - place.point_m;
         let squared = place.squared_deviations(reach.contact_m);
@@ -205,15 +227,7 @@ fn follow(
             first,
         }
     };
-    let fused = |learnt: &Learnt| {
-        let config = FusedConfig {
-            evidence: learnt.evidence,
-            registration_sd_m: 0.0,
-            ..FusedConfig::default()
-        };
-        FusedPredictor::new(learnt.model.estimator(), config)
-    };
-    let mut predictors = [fused(&learnt[0])?, fused(&learnt[1])?];
+    let mut predictors = [learnt[0].fused()?, learnt[1].fused()?];
     let at_s = SHARES.map(|share| {
         let frame = Moment::Share(share).frame(reach)?;
         Some(reach.frames[frame].t_s)
@@ -252,8 +266,21 @@ fn follow(
     Ok(answers)
 }
 
-/// A square facing the person, offset from the touch by an amount derived from the trial's name.
-fn panel(reach: &LabelledReach, normal: DVec3, most_off_m: f64) -> SurfaceMesh {
+/// The scene of a reach: its panel in the plane of two axes, and the boxes of the other objects of the room.
+pub(crate) fn scene_of(
+    trial: &Trial,
+    objects: &BTreeMap<&str, [DVec3; 2]>,
+    across: [DVec3; 2],
+    most_off_m: f64,
+) -> anyhow::Result<Scene> {
+    let others = objects.iter().filter(|(name, _)| **name != trial.object);
+    let mut meshes = vec![panel(&trial.reach, across, most_off_m)];
+    meshes.extend(others.map(|(name, of)| cuboid(name, *of)));
+    Ok(Scene::from_meshes(meshes)?.0)
+}
+
+/// A square, offset from the touch by an amount derived from the trial's name.
+fn panel(reach: &LabelledReach, [u, v]: [DVec3; 2], most_off_m: f64) -> SurfaceMesh {
     let number = reach
         .trial
         .as_deref()
@@ -261,7 +288,6 @@ fn panel(reach: &LabelledReach, normal: DVec3, most_off_m: f64) -> SurfaceMesh {
     // A multiplicative hash: consecutive numbers give unrelated offsets.
     let hash = number.unwrap_or(7).wrapping_mul(2_654_435_761) % 1_000_003;
     let share = |thousand: u64| (thousand % 1000) as f64 / 500.0 - 1.0;
-    let (u, v) = normal.any_orthonormal_pair();
     let off_m = u * share(hash) + v * share(hash / 1000);
     let centre_m = reach.contact_m + off_m * most_off_m;
     let corner = |a: f64, b: f64| centre_m + (u * a + v * b) * (0.5 * PANEL_M);
@@ -271,7 +297,7 @@ fn panel(reach: &LabelledReach, normal: DVec3, most_off_m: f64) -> SurfaceMesh {
         corner(1., 1.),
         corner(-1., 1.),
     ];
-    mesh("panel", &[corners])
+    mesh(PANEL_NAME, &[corners])
 }
 
 /// A box with faces along the axes.

@@ -1,10 +1,13 @@
 //! Reaches to remembered objects in a room: a recording, and a table of end points and object boxes.
 
+use anyhow::Context;
 use glam::DVec3;
 use hwall_files::{Row, Table};
-use hwall_hand::{HandError, HandFrame, HandPoint, LabelledReach, Recording};
+use hwall_hand::{HandError, HandFrame, HandPoint, LabelledReach, Recording, read_recordings};
 use std::collections::HashMap;
-use std::io::BufRead;
+use std::fs::File;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
 
 /// A reach in a room.
 #[derive(Debug, Clone)]
@@ -21,6 +24,33 @@ pub struct Trial {
     pub frames: Vec<HandFrame>,
     /// From `t = 0` to the end of the reach.
     pub reach: LabelledReach,
+}
+
+impl Trial {
+    /// From the end of the reach to where the head is first seen, m.
+    ///
+    /// # Errors
+    /// The head is never seen.
+    pub fn towards_head_m(&self) -> Result<DVec3, HandError> {
+        let head_m = self.frames.iter().find_map(|frame| frame.head_m);
+        let head_m = head_m.ok_or_else(|| HandError::Reach {
+            reach: self.reach.name(),
+            what: "the head is never seen, which the panel faces",
+        })?;
+        Ok(head_m - self.reach.contact_m)
+    }
+}
+
+/// Reads a recording and the table of its trials.
+///
+/// # Errors
+/// A file that cannot be opened; as [`read`].
+pub fn read_files(stream: &Path, trials: &Path) -> anyhow::Result<Vec<Trial>> {
+    let open = |path: &Path| File::open(path).with_context(|| path.display().to_string());
+    let recordings = read_recordings(open(stream)?);
+    let recordings = recordings.with_context(|| stream.display().to_string())?;
+    let table = BufReader::new(open(trials)?);
+    read(recordings, table).with_context(|| trials.display().to_string())
 }
 
 /// Reads the trials of a table, with their samples from the recordings; ignores other recorded data.

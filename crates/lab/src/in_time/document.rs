@@ -2,10 +2,11 @@
 
 use crate::documents::Documents;
 use crate::in_time::study::{Request, Results, Row};
-use crate::in_time::targets;
+use crate::in_time::{recorded, targets};
 use crate::report::{Column, cells, or_none, page, quantiles, table_of};
 use hwall_stage::numbers::counted;
 use hwall_stage::person::predictors::PredictorKind;
+use hwall_stage::report::summary::Summary;
 use hwall_stage::run::judged::regret::Miss;
 use hwall_testkit::MarkdownTable;
 use std::path::PathBuf;
@@ -15,47 +16,52 @@ pub const NAME: &str = "IN-TIME.md";
 
 /// One row for each kind of person.
 pub fn table(rows: &[Row]) -> MarkdownTable {
+    let rows = rows.iter().map(|row| (row.kind.name(), &row.summary));
+    summaries("person", rows)
+}
+
+/// One row for each name and summary; `first`: the title of the names.
+pub(crate) fn summaries<'a>(
+    first: &str,
+    rows: impl IntoIterator<Item = (&'a str, &'a Summary)>,
+) -> MarkdownTable {
     let number = |value: Option<f64>, factor: f64, decimals: usize| {
         or_none(value.map(|v| factor * v), decimals)
     };
     // A median of whole numbers may be a half: do not round.
     let whole = |median: Option<f64>| median.map_or("none".to_owned(), |m| m.to_string());
-    let columns: [Column<'_, &Row>; 14] = [
-        ("person", &|r| r.kind.name().to_owned()),
-        ("reachable", &|r| r.summary.reachable.to_string()),
-        ("possible", &|r| r.summary.possible.to_string()),
-        ("in place", &|r| r.summary.in_place.to_string()),
-        ("of reachable, %", &|r| {
-            number(r.summary.in_place_of_reachable(), 1e2, 1)
+    let columns: [Column<'_, (&str, &Summary)>; 14] = [
+        (first, &|(name, _)| (*name).to_owned()),
+        ("reachable", &|(_, s)| s.reachable.to_string()),
+        ("possible", &|(_, s)| s.possible.to_string()),
+        ("in place", &|(_, s)| s.in_place.to_string()),
+        ("of reachable, %", &|(_, s)| {
+            number(s.in_place_of_reachable(), 1e2, 1)
         }),
-        ("of possible, %", &|r| {
-            number(r.summary.in_place_of_possible(), 1e2, 1)
+        ("of possible, %", &|(_, s)| {
+            number(s.in_place_of_possible(), 1e2, 1)
         }),
-        ("gap, median, mm", &|r| {
-            number(r.summary.gap_median_m, 1e3, 2)
+        ("gap, median, mm", &|(_, s)| number(s.gap_median_m, 1e3, 2)),
+        ("gap, p90, mm", &|(_, s)| number(s.gap_p90_m, 1e3, 1)),
+        ("felt after, median, ms", &|(_, s)| {
+            number(s.felt_median_s, 1e3, 0)
         }),
-        ("gap, p90, mm", &|r| number(r.summary.gap_p90_m, 1e3, 1)),
-        ("felt after, median, ms", &|r| {
-            number(r.summary.felt_median_s, 1e3, 0)
+        ("met at more than 0.1 m/s, %", &|(_, s)| {
+            number(s.met_fast, 1e2, 1)
         }),
-        ("met at more than 0.1 m/s, %", &|r| {
-            number(r.summary.met_fast, 1e2, 1)
+        ("met so along the normal, %", &|(_, s)| {
+            number(s.met_fast_along_normal, 1e2, 1)
         }),
-        ("met so along the normal, %", &|r| {
-            number(r.summary.met_fast_along_normal, 1e2, 1)
+        ("turned back, median", &|(_, s)| whole(s.reversals_median)),
+        ("in vain for each touch", &|(_, s)| {
+            number(s.in_vain_per_touch, 1.0, 2)
         }),
-        ("turned back, median", &|r| {
-            whole(r.summary.reversals_median)
-        }),
-        ("in vain for each touch", &|r| {
-            number(r.summary.in_vain_per_touch, 1.0, 2)
-        }),
-        ("step p99, us", &|r| number(r.summary.step_p99_us, 1.0, 1)),
+        ("step p99, us", &|(_, s)| number(s.step_p99_us, 1.0, 1)),
     ];
     let mut columns = columns.to_vec();
     // Unreachable touches are not counted as missed.
     let missed: Vec<_> = (1..Miss::ALL.len())
-        .map(|i| move |r: &&Row| r.summary.misses[i].to_string())
+        .map(|i| move |(_, s): &(&str, &Summary)| s.misses[i].to_string())
         .collect();
     for (miss, cell) in Miss::ALL.iter().skip(1).zip(&missed) {
         columns.push((miss.name(), cell));
@@ -143,7 +149,45 @@ pub fn write(
 ) -> anyhow::Result<PathBuf> {
     let text = text(request, results);
     let template = include_str!("document.md");
-    documents.write(NAME, &page(template, request.seed, &[("tables", &text)])?)
+    let kept = parts(documents).1;
+    let recorded = kept.unwrap_or_else(|| "\n\nskipped: no --recordings, --panels\n".to_owned());
+    let page = page(template, request.seed, &[("tables", &text)])?;
+    documents.write(NAME, &format!("{page}\n{RECORDED}{recorded}"))
+}
+
+/// The heading of the last section, about recorded people.
+const RECORDED: &str = "## Recorded hands and eyes";
+
+/// The document as it is: what is before the heading of the last section, and after it.
+fn parts(documents: &Documents) -> (Option<String>, Option<String>) {
+    let text = std::fs::read_to_string(documents.folder().join(NAME)).ok();
+    let Some((before, after)) = text.as_deref().and_then(|text| text.split_once(RECORDED)) else {
+        return (text, None);
+    };
+    (
+        Some(before.trim_end().to_owned() + "\n"),
+        Some(after.to_owned()),
+    )
+}
+
+/// The section about recorded people, without its heading.
+///
+/// # Errors
+/// None, as long as the template has its gaps.
+pub fn recorded_text(seed: u64, results: &recorded::Results) -> anyhow::Result<String> {
+    let rows = results.rows.iter();
+    let table = summaries("recorded person", rows.map(|r| (&*r.person, &r.summary)));
+    page(include_str!("recorded.md"), seed, &[("table", &table)])
+}
+
+/// Writes this section over the one in the document, and keeps the rest.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_recorded(section: &str, documents: &Documents) -> anyhow::Result<PathBuf> {
+    let kept = parts(documents).0;
+    let rest = kept.unwrap_or_else(|| "# In time\n\nskipped: the simulated people\n".to_owned());
+    documents.write(NAME, &format!("{rest}\n{RECORDED}\n\n{section}"))
 }
 
 #[cfg(test)]
@@ -151,7 +195,6 @@ mod tests {
     use super::*;
     use hwall_stage::person::kinds::PersonKind;
     use hwall_stage::person::predictors::PREDICTORS;
-    use hwall_stage::report::summary::Summary;
 
     #[test]
     fn leads_are_compared_touch_by_touch() {

@@ -11,12 +11,10 @@ use crate::study::document;
 use anyhow::{Context, bail};
 use clap::{Parser, ValueEnum};
 use hwall_contact::{Frame, LearnedConfig};
-use hwall_hand::{NamedPoint, read_recordings};
+use hwall_hand::NamedPoint;
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::input::recording_units::RecordingUnits;
 use hwall_stage::numbers::count_within;
-use std::fs::File;
-use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 /// Default folder of --report, and folder for the tables of --docs.
@@ -171,12 +169,7 @@ impl Arguments {
 
     /// Predictions on recorded reaches in scenes.
     fn in_rooms(&self, stream: &Path, trials: &Path) -> anyhow::Result<String> {
-        let open = |path: &Path| File::open(path).with_context(|| path.display().to_string());
-        let recordings =
-            read_recordings(open(stream)?).with_context(|| stream.display().to_string())?;
-        let table = BufReader::new(open(trials)?);
-        let trials =
-            panels::read(recordings, table).with_context(|| trials.display().to_string())?;
+        let trials = panels::read_files(stream, trials)?;
         panel_study::report(&trials, &self.config(), self.centred)
     }
 

@@ -1,56 +1,24 @@
 //! Predictions on recorded reaches in rooms, from synthetic files.
 
-use glam::DVec3;
+use crate::made_up::{self, Reacher};
 use hwall_contact::LearnedConfig;
 use hwall_hand::{HandError, read_recordings};
 use hwall_lab::contact::panel_study::{TooFewPeople, report};
 use hwall_lab::contact::panels::{Trial, read};
 use hwall_lab::study::arguments::Arguments;
-use hwall_testkit::Sampler;
 use std::fs;
 use std::path::Path;
 
 /// Enough reaches for training: with two people, all of one person's are training data.
 const REACHES: usize = 31;
-const PLACES: [DVec3; 3] = [
-    DVec3::new(0.7, 0.3, 1.0),
-    DVec3::new(0.8, -0.3, 1.2),
-    DVec3::new(0.6, 0.0, 0.8),
-];
 
-/// A recording and its trials: two people in each of two rooms reach for three objects and look at them.
+/// Two people in each of two rooms.
 fn files() -> (String, String) {
-    let mut stream = String::from("person,trial,t");
-    for name in ["index", "head", "gaze"] {
-        stream += &["x", "y", "z"]
-            .map(|axis| format!(",{name}_{axis}"))
-            .concat();
-    }
-    let mut trials = String::from("person,trial,scene,target,cx,cy,cz,sx,sy,sz,dur,rx,ry,rz\n");
-    let mut sampler = Sampler::new(1);
-    let row = |v: DVec3| format!("{:.4},{:.4},{:.4}", v.x, v.y, v.z);
-    let people = ["k1", "k2", "o1", "o2"];
-    for (n, person) in (0..people.len() * REACHES).map(|n| (n, people[n / REACHES])) {
-        let centre = PLACES[n % 3];
-        let mut near = |m: f64| sampler.point_in_box(DVec3::splat(-m), DVec3::splat(m));
-        let (end, start) = (centre + near(0.05), DVec3::new(0.2, -0.2, 1.0) + near(0.02));
-        let (head, dur) = (DVec3::new(0.0, 0.0, 1.6), 0.7 + near(0.1).x);
-        let room = &person[..1];
-        let (centre, end_row) = (row(centre), row(end));
-        trials += &format!(
-            "{person},{n},{room},{},{centre},0.1,0.1,0.1,{dur},{end_row}\n",
-            n % 3
-        );
-        for step in -10..=90 {
-            let t = f64::from(step) / 90.0;
-            let s = (t / dur).clamp(0.0, 1.0);
-            let tip = start.lerp(end, s.powi(3) * (10.0 + s * (6.0 * s - 15.0))) + near(0.001);
-            let gaze = (end + near(0.03) - head).normalize();
-            let [tip, head, gaze] = [tip, head, gaze].map(row);
-            stream += &format!("\n{person},{n},{t:.4},{tip},{head},{gaze}");
-        }
-    }
-    (stream, trials)
+    made_up::files(&["k1", "k2", "o1", "o2"].map(|person| Reacher {
+        person,
+        reaches: REACHES,
+        ..Reacher::default()
+    }))
 }
 
 fn read_trials(stream: &str, trials: &str) -> Result<Vec<Trial>, HandError> {

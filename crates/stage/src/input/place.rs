@@ -253,10 +253,7 @@ pub fn before_a_wall(
         if !free(scene, recording, contacts, &hand, (point, normal))? {
             continue;
         }
-        let own = FloorPose {
-            origin_m: point - normal * BEHIND_M - DVec3::Z * BELOW_M,
-            yaw_rad: heading(normal),
-        };
+        let own = base_behind(point, normal);
         let remark = format!(
             "{} placed on {:?} at ({:.2}, {:.2}, {:.2}) of the scene; their ends scatter by {:.0} mm",
             counted(contacts.len(), "reach", "reaches"),
@@ -280,6 +277,15 @@ pub fn before_a_wall(
         counted(count, "wall", "walls"),
         looks_like(scene)
     )
+}
+
+/// The arm's base behind a point of a wall with a horizontal normal: the point is well within reach.
+#[must_use]
+pub fn base_behind(point_m: DVec3, normal: DVec3) -> FloorPose {
+    FloorPose {
+        origin_m: point_m - normal * BEHIND_M - DVec3::Z * BELOW_M,
+        yaw_rad: heading(normal),
+    }
 }
 
 /// Is the wall solid around the point, without a door or window?

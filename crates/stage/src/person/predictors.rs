@@ -219,12 +219,23 @@ impl Predictors {
                 (None, leader.unwrap_or(PredictorKind::RayLed), remark)
             }
         };
+        Ok((Self::of(fused, leader)?, remark))
+    }
+
+    /// A fused predictor, if there is one, beside the ray predictors.
+    ///
+    /// # Errors
+    /// Settings that a ray predictor refuses.
+    pub fn of<P: Predictor + Clone + Sync + 'static>(
+        fused: Option<P>,
+        leader: PredictorKind,
+    ) -> anyhow::Result<Self> {
         let ray = |kind: PredictorKind| -> anyhow::Result<Option<Box<dyn CopiedPredictor>>> {
             Ok(Some(Box::new(DeterministicPredictor::new(
                 kind.ray_config(),
             )?)))
         };
-        let all = Self {
+        Ok(Self {
             predictors: [
                 fused.map(|fused| Box::new(fused) as Box<dyn CopiedPredictor>),
                 ray(PredictorKind::RayLed)?,
@@ -235,8 +246,7 @@ impl Predictors {
             adapts: true,
             answers: Vec::with_capacity(16),
             records: Vec::new(),
-        };
-        Ok((all, remark))
+        })
     }
 
     /// The same trained predictors for another person, without any samples.

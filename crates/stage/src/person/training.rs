@@ -47,13 +47,26 @@ impl SurfaceTouch {
     }
 }
 
-/// The gaze is on a point if the true line of sight passes it within this angle, rad: 4 degrees, four times the
+/// The gaze is on a point if the line of sight passes it within this angle, rad: 4 degrees, four times the
 /// standard deviation of the aim of simulated people.
-const ON_TARGET_RAD: f64 = 0.07;
+pub const ON_TARGET_RAD: f64 = 0.07;
 /// Least duration of a fixation, s; shorter ones are sweeps.
 const RESTS_S: f64 = 0.03;
 
-/// When the gaze lands on the target of a touch.
+/// When the gaze lands on the target of a touch, s: the first of the times, in order, from which it rests there. `true`: it is on target.
+pub fn first_rest_s(looks: impl IntoIterator<Item = (f64, bool)>) -> Option<f64> {
+    let mut since_s = None;
+    for (t_s, is_on_target) in looks {
+        if !is_on_target {
+            since_s = None;
+        } else if t_s - *since_s.get_or_insert(t_s) >= RESTS_S {
+            return since_s;
+        }
+    }
+    None
+}
+
+/// When the gaze lands on the target of a simulated touch.
 fn landed_s(hand: &TouchSequence, truth: &TouchTruth) -> Option<f64> {
     const STEP_S: f64 = 0.002;
     let on_target = |t_s: f64| {
@@ -61,15 +74,8 @@ fn landed_s(hand: &TouchSequence, truth: &TouchTruth) -> Option<f64> {
         seen.gaze.angle_between(truth.target_m - seen.head_m) < ON_TARGET_RAD
     };
     let steps = ((truth.contact_s - truth.look_s) / STEP_S) as usize;
-    let mut since_s = None;
-    for t_s in (0..steps).map(|i| truth.look_s + STEP_S * i as f64) {
-        if !on_target(t_s) {
-            since_s = None;
-        } else if t_s - *since_s.get_or_insert(t_s) >= RESTS_S {
-            return since_s;
-        }
-    }
-    None
+    let times_s = (0..steps).map(|i| truth.look_s + STEP_S * i as f64);
+    first_rest_s(times_s.map(|t_s| (t_s, on_target(t_s))))
 }
 
 /// A person's samples and touches.
