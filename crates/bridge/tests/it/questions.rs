@@ -134,9 +134,9 @@ fn a_page_that_others_reach_needs_its_key() {
     assert!(query.starts_with("?key="), "{url}");
     let asks = |path: String| {
         let stream = TcpStream::connect(address).unwrap();
-        tungstenite::client(format!("ws://{address}/ws{path}"), stream)
+        tungstenite::client(format!("ws://{address}/ws{path}"), stream).ok()
     };
-    assert!(asks(String::new()).is_err());
+    assert!(asks(String::new()).is_none());
     let (mut page, _) = asks(query.to_owned()).unwrap();
     assert_eq!(next(&mut page)["type"], "status");
 }
