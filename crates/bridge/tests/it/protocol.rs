@@ -348,6 +348,10 @@ fn no_bytes_harm_the_server() {
         let _ = stream.write_all(&bytes);
     }
     wait_for("all of them to leave", || server.counts().clients == 0);
+    // Half of the connections at most are of one address.
+    wait_for("room", || {
+        answer(&server, b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n").contains("200")
+    });
     let mut socket = Socket::open(&server);
     socket.text(&good(1, 1.0));
     wait_for("a hand", || server.counts().accepted == 1);

@@ -321,5 +321,10 @@ fn no_bytes_of_a_handshake_end_the_server() {
         let mut stream = TcpStream::connect(server.address()).expect("a connection");
         let _ = stream.write_all(&bytes);
     }
+    // Half of the connections at most are of one address.
+    wait_for("room", || {
+        let counts = server.counts();
+        counts.failed_handshakes + counts.refused_requests == 100
+    });
     assert!(page(&server, client(&server, &file, "localhost")).starts_with("HTTP/1.1 200"));
 }
