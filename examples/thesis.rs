@@ -5,6 +5,7 @@
 use anyhow::Context;
 use clap::Parser;
 use hwall_lab::documents::Destination;
+use hwall_lab::reach::published;
 use hwall_lab::thesis::Chapter;
 use hwall_lab::thesis::document::{self, Request};
 use hwall_stage::{exit, note, printed};
@@ -26,8 +27,7 @@ struct Args {
     /// Seed of simulated people and sensors
     #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
-    /// Folder with ori_1.txt .. ori_7.txt, the maps published with the 2018 paper [default: ../shared/data/hwall_maps_2018, if it is there]
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", help = format!("Folder with ori_1.txt .. ori_7.txt, the maps published with the 2018 paper [default: {}, if it is there]", published::FOLDER))]
     published: Option<PathBuf>,
 }
 

@@ -5,6 +5,7 @@
 use anyhow::Context;
 use clap::Parser;
 use hwall_lab::documents::Destination;
+use hwall_lab::reach::published;
 use hwall_lab::validation::document::{self, Request};
 use hwall_stage::exit;
 use hwall_stage::numbers::count_within;
@@ -19,7 +20,7 @@ use std::process::ExitCode;
 #[derive(Parser)]
 struct Args {
     /// Folder with ori_1.txt .. ori_7.txt, the maps published with the 2018 paper
-    #[arg(long, default_value = "../shared/data/hwall_maps_2018")]
+    #[arg(long, default_value = published::FOLDER)]
     published: PathBuf,
     /// Folder with the reference runs of Bayesian Interaction Primitives and their workload
     #[arg(long, default_value = "../shared/reference/bip")]

@@ -123,6 +123,24 @@ try {
   keep("live_phone", await phone.screenshot());
   assert.equal(await phone.value("document.documentElement.scrollWidth <= innerWidth"), true);
   assert.deepEqual(phone.complaints, []);
+
+  // A browser that offers VR is no headset before VR begins, and its Calibrate asks for whichever headset is worn.
+  const offers = `Object.defineProperty(navigator, "xr", { value: { isSessionSupported: async () => true, requestSession: async () => { throw new Error("no headset"); } } });`;
+  const desktop = await browser.open(`http://127.0.0.1:${port}/`, { before: offers });
+  await desktop.until("!!window.hwall?.newest() && !document.getElementById('vr').hidden");
+  await desktop.value("document.getElementById('calibrate').click()");
+  await desktop.until("document.getElementById('log').textContent.includes('no headset')");
+  assert.equal(server.told.filter((m) => m.type === "calibrate" && m.step === "begin").length, 1);
+  assert.equal(server.told.filter((m) => m.type === "headset").length, 0);
+
+  // A bridge that was started again has another key: the page says what to open.
+  server.key = "aaaaaaaaaa";
+  const keyed = await browser.open(`http://127.0.0.1:${port}/?key=${server.key}`);
+  await keyed.until("!!window.hwall?.newest()");
+  server.key = "bbbbbbbbbb";
+  server.drop();
+  await keyed.until("document.getElementById('notice').textContent.includes('its key is new')");
+  keep("live_old_key", await keyed.screenshot());
   console.log(`ok: reached, pressed, withdrew, told, reconnected; ${rate.toFixed(1)} samples a second`);
 } finally {
   await browser.close();

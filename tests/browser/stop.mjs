@@ -40,6 +40,14 @@ const moved = { ...front, model: translation([-0.1, 0, 0]) };
 assert.equal(stopOf(scene(moved), hand([0.55, 0.1, 1]), eye, away), null);
 close(stopOf(scene(moved), hand([0.45, 0.1, 1]), eye, away).place, [0.5, 0.1, 1]);
 
+// The facets of a surface that is far away are not looked at, those of one that has come near are.
+const distant = wall([5, -1, 0], [0, 2, 0], [0, 0, 2]), { places } = distant;
+assert.equal(stopOf(scene(distant), hand([0.55, 0.1, 1]), eye, away), null);
+distant.places = { get length() { throw new Error("a facet was looked at"); } };
+close(stopOf(scene(distant, front), hand([0.55, 0.1, 1]), eye, away).place, [0.6, 0.1, 1]);
+Object.assign(distant, { places, model: translation([-4.4, 0, 0]) });
+close(stopOf(scene(distant), hand([0.55, 0.1, 1]), eye, away).place, [0.6, 0.1, 1]);
+
 // The board meets the hand: upright at the place it stops nothing, 5 cm behind the wall or beside it does.
 const upright = (x, y) => [0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 0, x, y, 1, 1];
 assert.equal(stopOf(scene(front), hand([0.59, 0.1, 1]), eye, upright(0.6, 0.12)), null);

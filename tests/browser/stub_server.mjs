@@ -34,12 +34,13 @@ function packet(opcode, payload) {
 /** Serves a page and a socket on a free port of this machine. */
 export class StubServer {
   constructor(page, { scene, frames }) {
-    Object.assign(this, { told: [], sockets: new Set(), frames, scene, frame: 0 });
+    Object.assign(this, { told: [], sockets: new Set(), frames, scene, frame: 0, key: null });
     this.server = createServer((request, response) => {
       response.writeHead(200, { "content-type": "text/html; charset=utf-8" });
       response.end(page);
     });
     this.server.on("upgrade", (request, socket) => {
+      if (new URL(request.url, "http://localhost").searchParams.get("key") !== this.key) { socket.end("HTTP/1.1 403 Forbidden\r\nConnection: close\r\n\r\n"); return; }
       const key = createHash("sha1").update(`${request.headers["sec-websocket-key"]}258EAFA5-E914-47DA-95CA-C5AB0DC85B11`).digest("base64");
       socket.write(`HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: ${key}\r\n\r\n`);
       this.sockets.add(socket);

@@ -137,6 +137,9 @@ try {
   await page.value(`void (window.before = true, localStorage.setItem("hwall-headset", "5"), setTimeout(() => location.reload(), 50))`);
   await until("the page of another headset", () => page.value("!window.before").catch(() => false));
   await ready(page);
+  // A page is nobody's headset before VR begins.
+  check((await told(page)).state === "good", "a page outside of VR is told of the calibration");
+  await enter(page);
   await until("words for another headset", async () => {
     const [, state, words] = (await listed(page)).find(([what]) => what === "calibration") ?? [];
     return (await told(page))?.state === "other" && state === "do" && words.includes("another headset");

@@ -34,8 +34,8 @@ impl FollowedHand {
 /// Settings of a [`BridgeServer`](crate::BridgeServer).
 #[derive(Debug, Clone, PartialEq)]
 pub struct BridgeConfig {
-    /// Address to listen on. Default 127.0.0.1:8080, for this machine only; port 0 takes a free one. At other addresses clients
-    /// need a key, see [`BridgeServer::url`](crate::BridgeServer::url).
+    /// Address to listen on. Default 127.0.0.1:8080, for this machine only; port 0 takes a free one. At other addresses, and with
+    /// [`hosts`](Self::hosts), clients need a key, see [`BridgeServer::url`](crate::BridgeServer::url).
     pub listen: SocketAddr,
     /// Names other than this machine's that a browser may use for the server, without a port, such as those of a proxy. Numeric addresses
     /// and `localhost` are always allowed. Default none.

@@ -48,10 +48,10 @@ impl Face {
         self.middle_m + self.offset_m(corner)
     }
 
-    /// The largest distance of a corner from the same one of another face, m.
-    pub(super) fn moved_m(&self, other: &Self) -> f64 {
-        let moved = |corner| self.corner_m(corner).distance(other.corner_m(corner));
-        (0..SIDES.len()).map(moved).fold(0.0, f64::max)
+    /// Is every corner this near to the same one of another face, m?
+    pub(super) fn is_at(&self, other: &Self, within_m: f64) -> bool {
+        let moved_m = |corner| self.corner_m(corner).distance(other.corner_m(corner));
+        (0..SIDES.len()).all(|corner| moved_m(corner) <= within_m)
     }
 
     /// Is a place of the base frame on the side of the person?
@@ -68,6 +68,17 @@ impl Face {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_face_that_is_nowhere_does_not_stand() {
+        let face = Face::of(&Pose::IDENTITY, &Board::default());
+        let moved = |x_m| Face {
+            middle_m: DVec3::new(x_m, 0.0, 0.0),
+            ..face
+        };
+        assert!(face.is_at(&moved(1e-3), 2e-3) && !face.is_at(&moved(1e-3), 5e-4));
+        assert!(!face.is_at(&moved(f64::NAN), 1.0) && !moved(f64::NAN).is_at(&face, 1.0));
+    }
 
     #[test]
     fn corners_are_where_the_person_sees_them() {

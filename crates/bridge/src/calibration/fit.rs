@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 /// Largest root mean square of what a fit leaves at the corners, m. Headsets find a fingertip within some 11 mm \[Abdlkarim 2024\].
 pub const FIT_BOUND_M: f64 = 0.015;
-/// Largest distance of a check touch from its corner, and largest difference between the errors of two, m: two touches that are each off by what a
-/// fit may be. On a board of 0.2 m, that detects a turn of the space by more than 6 degrees.
+/// Bound, m, on the distance of a check touch from its corner, and on the difference between two such errors: each touch may be off by as much as
+/// a fit allows. On a board of 0.2 m, that detects a turn of the space by more than 6 degrees.
 pub const CHECK_BOUND_M: f64 = 0.02;
 /// Least distance between two corners, m: three times the accuracy of a touch.
 const CLOSEST_M: f64 = 0.05;

@@ -30,6 +30,8 @@ const FACE_S: f64 = 0.5;
 const MOVED_M: f64 = 0.0005;
 /// Corners that are touched to check a calibration: two, since one does not show a turn about itself.
 const CHECKED: usize = 2;
+/// Without the head, exchanged sides would not be noticed.
+const NO_HEAD: &str = "the head is not seen: look at the board until the headset tracks it";
 
 /// What a page asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -104,7 +106,7 @@ pub(crate) struct Procedure {
     touches: Option<u64>,
     /// Time, s, and place in the headset's space, m, of the fingertip.
     tips: VecDeque<(f64, DVec3)>,
-    /// The head in the headset's space, m.
+    /// The head in the headset's space, m, where it was last seen since the calibration began.
     head_m: Option<DVec3>,
     /// Why the last step did not do what was asked for.
     refused: Option<String>,
@@ -190,7 +192,7 @@ impl Procedure {
     pub(crate) fn see_board(&mut self, now_s: f64, base_from_face: &Pose, board: &Board) -> bool {
         let face = Face::of(base_from_face, board);
         match &mut self.face {
-            Some(seen) if seen.face.moved_m(&face) <= MOVED_M => {
+            Some(seen) if seen.face.is_at(&face, MOVED_M) => {
                 seen.seen_s = now_s;
                 false
             }
@@ -229,7 +231,7 @@ impl Procedure {
         if self.headset() != Some(headset) {
             return;
         }
-        self.head_m = head_m;
+        self.head_m = head_m.or(self.head_m);
         self.tips.push_back((now_s, tip_m));
         while self
             .tips
@@ -270,6 +272,7 @@ impl Procedure {
         if step != Step::Take {
             // The board may have moved until now, or the headset's space.
             self.tips.clear();
+            self.head_m = None;
         }
         match step {
             Step::Begin => {
@@ -309,6 +312,7 @@ impl Procedure {
         let touched_m = self.touch_m(now_s)?;
         match &mut self.state {
             State::Touching(pairs) => {
+                let head_m = self.head_m.ok_or(NO_HEAD)?;
                 pairs.push(PointPair {
                     in_a_m: face.corner_m(pairs.len()),
                     in_b_m: touched_m,
@@ -323,7 +327,7 @@ impl Procedure {
                     return Ok(false);
                 };
                 self.state = State::Touching(Vec::new());
-                let found = self.found(&face, pairs);
+                let found = self.found(&face, pairs, head_m);
                 self.calibration = Some(found.map_err(|error| error.to_string())?);
                 self.state = State::Good(None);
                 Ok(true)
@@ -353,12 +357,16 @@ impl Procedure {
         Ok(false)
     }
 
-    fn found(&self, face: &Face, pairs: [PointPair; 3]) -> Result<Calibration, CalibrationError> {
+    fn found(
+        &self,
+        face: &Face,
+        pairs: [PointPair; 3],
+        head_m: DVec3,
+    ) -> Result<Calibration, CalibrationError> {
         let headset = self.touches.unwrap_or_default();
         let found = Calibration::from_touches(headset, pairs)?;
         // Exchanged sides of an upright board fit as well, by half a turn.
-        let head_m = self.head_m.map(|head_m| found.place_m(head_m));
-        match head_m.is_none_or(|head_m| face.is_before(head_m)) {
+        match face.is_before(found.place_m(head_m)) {
             true => Ok(found),
             false => Err(CalibrationError::Behind),
         }
@@ -382,7 +390,7 @@ impl Procedure {
                 "type": "calibration",
                 "state": "other",
                 "side": self.side,
-                "text": "another headset is calibrated: the hands of this one do not count; press Calibrate to change over to it",
+                "text": "another headset is calibrated: the hands of this one do not count; press Calibrate to calibrate this headset instead",
             })
             .to_string();
         }
@@ -456,20 +464,38 @@ impl Procedure {
     }
 }
 
-/// What check touches that were off by this, m, mean.
+/// The state after check touches with these errors, m.
 fn checked(errors_m: Vec<DVec3>) -> State {
-    let mut off_m = 0.0;
-    for (count, error_m) in errors_m.iter().enumerate() {
-        // Errors that differ turn the space.
-        let differ = errors_m
-            .iter()
-            .take(count)
-            .map(|other| other.distance(*error_m));
-        off_m = differ.fold(f64::max(off_m, error_m.length()), f64::max);
-    }
-    match (off_m <= CHECK_BOUND_M, errors_m.len() < CHECKED) {
+    // Errors that differ turn the space.
+    let differences_m = errors_m.iter().enumerate().flat_map(|(count, error_m)| {
+        let before = errors_m.iter().take(count);
+        before.map(|other| other.distance(*error_m))
+    });
+    let lengths_m = errors_m.iter().map(|error_m| error_m.length());
+    let off_m: Vec<f64> = lengths_m.chain(differences_m).collect();
+    let is_near = off_m.iter().all(|off_m| *off_m <= CHECK_BOUND_M);
+    let off_m = off_m.into_iter().fold(0.0, f64::max);
+    match (is_near, errors_m.len() < CHECKED) {
         (false, _) => State::Off(off_m),
         (true, true) => State::Unchecked(errors_m),
         (true, false) => State::Good(Some(off_m)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_that_are_no_numbers_are_off() {
+        let near_m = DVec3::splat(1e-3);
+        assert_eq!(checked(vec![near_m]), State::Unchecked(vec![near_m]));
+        assert_eq!(checked(vec![near_m; 2]), State::Good(Some(near_m.length())));
+        for no_number in [f64::NAN, -f64::NAN, f64::INFINITY] {
+            let off_m = DVec3::new(0.0, no_number, 0.0);
+            for errors_m in [vec![off_m], vec![near_m, off_m], vec![off_m, near_m]] {
+                assert!(matches!(checked(errors_m), State::Off(_)));
+            }
+        }
     }
 }

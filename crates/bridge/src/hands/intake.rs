@@ -43,7 +43,7 @@ pub(crate) struct ClientStream {
     pub(crate) in_seconds: bool,
     /// The headset that it comes from.
     pub(crate) headset: Option<u64>,
-    /// Does it come from nobody knows which headset, while that matters?
+    /// Its last hand was dropped because it has not named its headset.
     pub(crate) is_nameless: bool,
 }
 

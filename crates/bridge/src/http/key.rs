@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::io;
+use std::net::SocketAddr;
 
 /// 32 letters and digits that nobody mistakes for each other when typing.
 const LETTERS: &[u8; 32] = b"abcdefghijkmnpqrstuvwxyz23456789";
@@ -9,10 +10,20 @@ const LETTERS: &[u8; 32] = b"abcdefghijkmnpqrstuvwxyz23456789";
 const LENGTH: usize = 10;
 
 /// A random key, for one start.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Clone, PartialEq, Eq)]
 pub(crate) struct Key(String);
 
 impl Key {
+    /// A new one for a server at this address, if others can reach it: directly, by one of these names, or because it is encrypted for them.
+    pub(crate) fn of_server(
+        address: SocketAddr,
+        hosts: &[String],
+        is_encrypted: bool,
+    ) -> io::Result<Option<Self>> {
+        let is_reached = is_encrypted || !hosts.is_empty() || !address.ip().is_loopback();
+        is_reached.then(Self::random).transpose()
+    }
+
     pub(crate) fn random() -> io::Result<Self> {
         let mut bytes = [0; LENGTH];
         getrandom::fill(&mut bytes).map_err(|error| io::Error::other(error.to_string()))?;
@@ -29,17 +40,16 @@ impl Key {
         given.len() == self.0.len() && differing.fold(0, |all, one| all | one) == 0
     }
 
-    /// Only what may be the key of some start.
-    pub(super) fn plausible(given: &str) -> Option<Self> {
-        let is = given.len() == LENGTH && given.bytes().all(|byte| LETTERS.contains(&byte));
-        is.then(|| Self(given.to_owned()))
+    /// The end of the server's addresses.
+    pub(crate) fn query(&self) -> String {
+        format!("?key={}", self.0)
     }
 }
 
-impl fmt::Display for Key {
-    /// The end of an address.
+impl fmt::Debug for Key {
+    /// Keeps it out of logs.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "?key={}", self.0)
+        f.write_str("Key(..)")
     }
 }
 
@@ -52,7 +62,23 @@ mod tests {
         let [one, two] = [0; 2].map(|_| Key::random().expect("a key"));
         assert!(one != two && one.is(&one.0) && !one.is(&two.0));
         assert!(!one.is("") && !one.is(&one.0[1..]) && !one.is(&format!("{}a", one.0)));
-        assert!(Key::plausible(&one.0) == Some(one.clone()));
-        assert!(Key::plausible("\r\nevil: 12").is_none());
+        assert_eq!(format!("{one:?}"), "Key(..)");
+    }
+
+    #[test]
+    fn servers_that_others_reach_have_a_key() {
+        let has = |address: &str, hosts: &[&str], is_encrypted| {
+            let hosts: Vec<_> = hosts.iter().map(|host| (*host).to_owned()).collect();
+            let address = address.parse().expect("an address");
+            let key = Key::of_server(address, &hosts, is_encrypted);
+            key.expect("random bytes").is_some()
+        };
+        for loopback in ["127.0.0.1:1", "127.0.0.2:1", "[::1]:1"] {
+            assert!(!has(loopback, &[], false) && has(loopback, &[], true));
+            assert!(has(loopback, &["my.proxy.example"], false));
+        }
+        for address in ["0.0.0.0:1", "10.0.0.7:1", "[::]:1"] {
+            assert!(has(address, &[], false), "{address}");
+        }
     }
 }

@@ -147,15 +147,12 @@ pub(crate) fn open(
     let mut stream = Stream::plain(tcp);
     let asked = match request::read_head(&mut stream, within)? {
         Ok(None) => return Ok(None),
-        // The key is asked for where it is encrypted.
+        // Whatever it has for a key has crossed the network unencrypted and is not repeated.
         Ok(Some(head)) => request::judge(&head.bytes, Admission { hosts, key: None }).ok(),
         Err(_) => None,
     };
     let answer = match asked {
-        Some(Request::Page { host, key, .. }) => {
-            let key = key.map_or_else(String::new, |key| key.to_string());
-            response::elsewhere(&format!("https://{host}/{key}"))
-        }
+        Some(Request::Page { host, .. }) => response::elsewhere(&format!("https://{host}/")),
         _ => response::refusal(request::NOT_ENCRYPTED),
     };
     last_words(&mut stream, &answer)?;

@@ -2,6 +2,7 @@
 
 use super::question::{Question, Said, Told};
 use crate::error::BridgeError;
+use crate::http::key::Key;
 use crate::http::request::Admission;
 use crate::http::serve;
 use crate::http::stream::Stream;
@@ -29,10 +30,12 @@ const LONGEST: usize = 1024;
 /// Serves a page that shows a status or one question, and takes the first valid answer.
 ///
 /// Every open browser shows the same; the first answer counts. Requests are checked as in [`BridgeServer`](crate::BridgeServer): only this
-/// machine's names and allowed names. Dropping the server stops it.
+/// machine's names and allowed names, and a key where others can connect. Dropping the server stops it.
 pub struct QuestionServer {
     board: Arc<Board>,
     address: SocketAddr,
+    /// The end of its address.
+    query: String,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -58,6 +61,8 @@ impl QuestionServer {
     /// The server cannot listen on the address.
     pub fn start(listen: SocketAddr, hosts: Vec<String>) -> Result<Self, BridgeError> {
         let (listener, address) = serve::listen(listen)?;
+        let key = Key::of_server(address, &hosts, false)?;
+        let query = key.as_ref().map_or_else(String::new, Key::query);
         let board = Arc::new(Board {
             state: Mutex::new(State {
                 version: 0,
@@ -76,7 +81,7 @@ impl QuestionServer {
             };
             let admission = Admission {
                 hosts: &hosts,
-                key: None,
+                key: key.as_ref(),
             };
             match serve::answer(&mut stream, WITHIN, admission, PAGE, |_| {})? {
                 Some(rest) => converse(&own, stream, rest),
@@ -88,14 +93,15 @@ impl QuestionServer {
         Ok(Self {
             board,
             address,
+            query,
             thread: Some(thread),
         })
     }
 
-    /// The URL to open in a browser on this machine.
+    /// The URL to open in a browser on this machine. With a key as [`BridgeServer::url`](crate::BridgeServer::url).
     #[must_use]
     pub fn url(&self) -> String {
-        format!("http://{}/", serve::reachable(self.address))
+        format!("http://{}/{}", serve::reachable(self.address), self.query)
     }
 
     /// Shows a text without a question; withdraws a question that was shown.

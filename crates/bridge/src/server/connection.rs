@@ -17,7 +17,7 @@ use tungstenite::{Error, Message, Utf8Bytes, WebSocket};
 const WRITE: Duration = Duration::from_secs(2);
 /// A client is told about errors in its messages at most once in this time, s.
 const SAY_S: f64 = 1.0;
-const NAMELESS: &str = "a calibration is of one headset, and this hand is of an unknown one: it does not count before a message headset";
+const NAMELESS: &str = "this hand does not count: the client has not said which headset it is; send a `headset` message first";
 
 /// A stream shared by two WebSockets, one reading, one writing. A WebSocket writes whole frames, and each write is complete.
 struct Half(Stream);

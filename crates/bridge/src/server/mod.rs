@@ -77,8 +77,7 @@ impl BridgeServer {
             config.hand.calibrates().name(),
         )?;
         let (listener, address) = serve::listen(config.listen)?;
-        let is_reached = security.is_some() || !address.ip().is_loopback();
-        let key = is_reached.then(Key::random).transpose()?;
+        let key = Key::of_server(address, &config.hosts, security.is_some())?;
         let shared = Arc::new(Shared::new(config, security, key, procedure));
         let thread = |name: &str| Builder::new().name(name.to_owned());
         let speaks = Arc::clone(&shared);
@@ -100,8 +99,8 @@ impl BridgeServer {
         self.address
     }
 
-    /// The URL to open in a browser on this machine. If other machines can connect, or with a certificate, it ends with a key, random for each
-    /// start, without which nobody gets the page or the WebSocket.
+    /// The URL to open in a browser on this machine. If other machines can connect, with a certificate, or with [hosts](BridgeConfig::hosts), it
+    /// ends with a key, random for each start, without which nobody gets the page or the WebSocket.
     #[must_use]
     pub fn url(&self) -> String {
         let secure = if self.shared.security.is_some() {
@@ -115,7 +114,7 @@ impl BridgeServer {
 
     fn query(&self) -> String {
         let key = self.shared.key.as_ref();
-        key.map_or_else(String::new, Key::to_string)
+        key.map_or_else(String::new, Key::query)
     }
 
     /// For a person: which address to open, and a warning if others can connect. With TLS also all addresses for other devices, what the browser
@@ -133,7 +132,7 @@ impl BridgeServer {
             self.address,
             &config.hosts,
         );
-        if self.address.ip().is_loopback() {
+        if self.shared.key.is_none() {
             return text;
         }
         format!(

@@ -187,7 +187,7 @@ impl Shared {
             self.heed(&procedure);
             kept
         };
-        // Disks are slow at times: nobody waits for one.
+        // Written without a lock, because disks can be slow.
         if let Some((file, text)) = kept
             && let Err(error) = hwall_files::write(file, text)
         {

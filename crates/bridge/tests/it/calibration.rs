@@ -205,8 +205,8 @@ struct Wearer<'a> {
     stops: &'a AtomicBool,
     /// Nothing is heard of the arm while it is true.
     is_silent: &'a AtomicBool,
-    /// The head before the board, base frame.
-    head_m: DVec3,
+    /// The head before the board, base frame; `None`: it is not seen.
+    head_m: Option<DVec3>,
     seq: u64,
     began: Instant,
 }
@@ -252,9 +252,12 @@ impl Wearer<'_> {
             &joints(25, there_m.to_array()),
             "webxr",
         );
-        let [x, y, z] = self.truth.inverse_transform_point(self.head_m).to_array();
-        let head = format!("\"head\":[{x},{y},{z},0,0,0,1]");
-        self.socket.text(&text.replace("\"head\":null", &head));
+        let head = self.head_m.map_or("null".to_owned(), |head_m| {
+            let [x, y, z] = self.truth.inverse_transform_point(head_m).to_array();
+            format!("[{x},{y},{z},0,0,0,1]")
+        });
+        let text = text.replace("\"head\":null", &format!("\"head\":{head}"));
+        self.socket.text(&text);
         std::thread::sleep(Duration::from_millis(14));
     }
 
@@ -317,7 +320,7 @@ fn worn(file: &Path, truth: Pose, act: impl FnOnce(&mut Wearer<'_>, &BridgeServe
             truth,
             stops: &stops,
             is_silent: &is_silent,
-            head_m: DVec3::new(1.4, 0.1, 0.9),
+            head_m: Some(DVec3::new(1.4, 0.1, 0.9)),
             seq: 0,
             began: Instant::now(),
         };
@@ -338,7 +341,7 @@ fn file(name: &str) -> PathBuf {
 }
 
 #[test]
-fn three_touches_calibrate_and_one_checks_at_the_next_start() {
+fn three_touches_calibrate_and_two_check_at_the_next_start() {
     let file = file("headset.json");
     let truth = truth(&mut Sampler::new(6));
     let (_, corners) = face();
@@ -475,6 +478,33 @@ fn exchanged_sides_are_refused() {
         let told = wearer.calibrates([b, a, d]);
         assert_eq!(told["corner"], 0, "{told}");
         assert!(text_of(&told, "text").contains("left and right"), "{told}");
+    });
+    assert!(!file.exists());
+}
+
+/// Regression: exchanged sides were accepted if the newest sample had no head.
+#[test]
+fn exchanged_sides_are_refused_without_a_head_in_view() {
+    let file = file("headset_headless.json");
+    let (_, [a, b, c]) = face();
+    let exchanged = [b, a, a + c - b];
+    worn(&file, truth(&mut Sampler::new(11)), |wearer, _| {
+        let seen = wearer.head_m.take();
+        let told = wearer.calibrates(exchanged);
+        assert_eq!(told["corner"], 0, "{told}");
+        assert!(text_of(&told, "text").contains("head is not seen"));
+        // It was seen at the first corner.
+        wearer.head_m = seen;
+        wearer.asks("begin");
+        wearer.touches(exchanged[0]);
+        wearer.head_m = None;
+        assert_eq!(wearer.touches(exchanged[1])["corner"], 2);
+        let told = wearer.touches(exchanged[2]);
+        assert_eq!(told["corner"], 0, "{told}");
+        assert!(text_of(&told, "text").contains("left and right"), "{told}");
+        // An earlier calibration's head is not this one's.
+        let told = wearer.calibrates(exchanged);
+        assert!(text_of(&told, "text").contains("head is not seen"));
     });
     assert!(!file.exists());
 }

@@ -6,7 +6,7 @@ use hwall::hand::HandFrame;
 use hwall::haptics::Board;
 use hwall::kinematics::{JointPositions, SrsArm};
 use hwall_bridge::view::{ViewFrame, ViewState};
-use hwall_bridge::{Bridge, BridgeConfig, FollowedHand};
+use hwall_bridge::{Bridge, BridgeConfig, BridgeServer, FollowedHand};
 use hwall_testkit::Sampler;
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -229,7 +229,7 @@ fn a_scene_reaches_those_who_wait_and_those_who_come() {
 }
 
 /// The status line of the answer to bytes sent to the server; empty if it hung up without one.
-fn answer(server: &hwall_bridge::BridgeServer, request: &[u8]) -> String {
+fn answer(server: &BridgeServer, request: &[u8]) -> String {
     let mut stream = TcpStream::connect(server.address()).expect("a connection");
     stream
         .set_read_timeout(Some(Duration::from_secs(20)))
@@ -282,6 +282,34 @@ fn requests_are_answered_with_the_page_or_refused() {
     );
 }
 
+/// Regression: a server behind a proxy, at an address of this machine, had no key.
+#[test]
+fn a_server_that_others_reach_asks_for_its_key() {
+    let plain = |host: &[&str], ip: [u8; 4]| {
+        let config = BridgeConfig {
+            listen: (ip, 0).into(),
+            hosts: host.iter().map(|host| (*host).to_owned()).collect(),
+            ..BridgeConfig::default()
+        };
+        BridgeServer::start(config).expect("a server")
+    };
+    let local = plain(&[], [127, 0, 0, 1]);
+    assert!(local.url().ends_with('/') && !local.invitation().contains("key"));
+    assert!(plain(&[], [0, 0, 0, 0]).url().contains("/?key="));
+    let behind = plain(&["my.proxy.example"], [127, 0, 0, 1]);
+    let url = behind.url();
+    let (_, query) = url.split_once("/?key=").expect("a key");
+    assert!(behind.invitation().contains("can open the page"));
+    for (path, status) in [("/", "403"), (&format!("/?key={query}"), "200")] {
+        let head = format!("GET {path} HTTP/1.1\r\nHost: my.proxy.example\r\n\r\n");
+        let answer = answer(&behind, head.as_bytes());
+        assert!(
+            answer.starts_with(&format!("HTTP/1.1 {status} ")),
+            "{answer}"
+        );
+    }
+}
+
 #[test]
 fn a_request_drop_by_drop_is_cut_off() {
     let server = server(BridgeConfig {
@@ -320,6 +348,10 @@ fn no_bytes_harm_the_server() {
         let _ = stream.write_all(&bytes);
     }
     wait_for("all of them to leave", || server.counts().clients == 0);
+    // Half of the connections at most are of one address.
+    wait_for("room", || {
+        answer(&server, b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n").contains("200")
+    });
     let mut socket = Socket::open(&server);
     socket.text(&good(1, 1.0));
     wait_for("a hand", || server.counts().accepted == 1);

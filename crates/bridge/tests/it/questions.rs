@@ -126,6 +126,22 @@ fn the_page_is_served_to_this_machine_alone() {
 }
 
 #[test]
+fn a_page_that_others_reach_needs_its_key() {
+    let listen = SocketAddr::from((Ipv4Addr::UNSPECIFIED, 0));
+    let server = QuestionServer::start(listen, Vec::new()).unwrap();
+    let url = server.url();
+    let (address, query) = url.trim_start_matches("http://").split_once('/').unwrap();
+    assert!(query.starts_with("?key="), "{url}");
+    let asks = |path: String| {
+        let stream = TcpStream::connect(address).unwrap();
+        tungstenite::client(format!("ws://{address}/ws{path}"), stream).ok()
+    };
+    assert!(asks(String::new()).is_none());
+    let (mut page, _) = asks(query.to_owned()).unwrap();
+    assert_eq!(next(&mut page)["type"], "status");
+}
+
+#[test]
 fn answers_fit_their_questions() {
     let scale = Answering::Scale { points: 5 };
     let cases: [(Answering, &[f64], &[f64]); 4] = [

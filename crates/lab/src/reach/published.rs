@@ -10,6 +10,9 @@ use hwall_reachability::{LineIndex, Steps, WallGrid, WallLine};
 use hwall_testkit::{MarkdownTable, quantile};
 use std::path::Path;
 
+/// Where these files lie beside the project, which does not include them.
+pub const FOLDER: &str = "../shared/data/hwall_maps_2018";
+
 /// Direction g of each file, degrees.
 const DIRECTION_DEG: [f64; 7] = [45.0, 15.0, 15.0, 0.0, -15.0, -30.0, -45.0];
 /// Angle whose cosine c scales the distances of each file, degrees.

@@ -36,14 +36,11 @@ impl Chapter {
     }
 }
 
-/// Where those maps lie beside the project.
-pub(super) const PUBLISHED: &str = "../shared/data/hwall_maps_2018";
-
 /// What the function of a chapter gets.
 pub(super) struct Job<'a> {
     /// Seed of simulated people and sensors.
     pub seed: u64,
-    /// Folder with the maps published with the 2018 paper; `None`: [`PUBLISHED`], if it is there.
+    /// Folder with the maps published with the 2018 paper; `None`: [`FOLDER`](crate::reach::published::FOLDER), if it is there.
     pub published: Option<&'a Path>,
     /// Where figures go.
     pub documents: &'a Documents,

@@ -19,7 +19,7 @@ pub struct Request<'a> {
     pub chapter: Option<Chapter>,
     /// Seed of simulated people and sensors.
     pub seed: u64,
-    /// Folder with `ori_1.txt` to `ori_7.txt`, the maps published with the 2018 paper. `None`: `../shared/data/hwall_maps_2018`; where
+    /// Folder with `ori_1.txt` to `ori_7.txt`, the maps published with the 2018 paper. `None`: [`FOLDER`](crate::reach::published::FOLDER); where
     /// that is missing, the page says what was skipped.
     pub published: Option<&'a Path>,
 }

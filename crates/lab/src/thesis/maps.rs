@@ -1,6 +1,6 @@
 //! Chapter IV: the map of one orientation, its solvers, and two experiments.
 
-use super::chapter::{Job, PUBLISHED};
+use super::chapter::Job;
 use super::roughness::means;
 use crate::dissertation::{MAP_S, Row};
 use crate::reach::in_space::OrientationMap;
@@ -70,11 +70,12 @@ fn solved(solver: Solver, grid: &[WallGrid]) -> anyhow::Result<Solved> {
 fn of_files(job: &Job<'_>) -> anyhow::Result<(Option<Vec<OrientationRow>>, String)> {
     let command =
         "cargo run --release --example reach_map -- --published --compare DIR --figures figures";
-    let folder = job.published.unwrap_or(Path::new(PUBLISHED));
+    let folder = job.published.unwrap_or(Path::new(published::FOLDER));
     if job.published.is_none() && !folder.is_dir() {
         let skipped = format!(
-            "**Skipped**: the published files are not part of this project, and there is no folder {PUBLISHED}. With them in DIR, \
-             `{command}` makes this comparison, `thesis --published DIR` this page with it."
+            "**Skipped**: the published files are not part of this project, and there is no folder {}. With them in DIR, \
+             `{command}` makes this comparison, `thesis --published DIR` this page with it.",
+            published::FOLDER
         );
         return Ok((None, skipped));
     }

@@ -69,13 +69,15 @@ pub fn run(
     }
     writeln!(
         out,
-        "hands: open {}\nwaiting for an FRI controller at {}",
-        waiting.server.url(),
+        "hands: {}\nwaiting for an FRI controller at {}",
+        waiting.server.invitation(),
         waiting.fri_address()?
     )?;
     if options.enabling_switch {
-        let url = waiting.server.url();
-        writeln!(out, "the arm moves only while somebody holds {url}#switch")?;
+        writeln!(
+            out,
+            "the arm moves only while somebody holds the switch on that page, opened with #switch behind its address"
+        )?;
     }
     let mut arm = waiting.connect(CONTROLLER_WITHIN)?;
     // Never set before.

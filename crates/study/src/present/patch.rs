@@ -27,7 +27,7 @@ impl Patch {
     /// All patches.
     pub const ALL: [Self; 5] = [Self::R1_5, Self::R2, Self::R2_5, Self::R3, Self::Cones3];
 
-    /// Its number, 1 to 5, which does not tell a subject its size: numbers are not in the order of the patches.
+    /// Its number, 1 to 5. Numbers do not follow size, so they tell a subject nothing.
     #[must_use]
     pub const fn number(self) -> usize {
         match self {

@@ -6,10 +6,14 @@ const ENLARGED = 5;
 const THERE_M = 0.03, DONE_MS = 8000;
 
 class Calibration {
-  /** `order` sends a step; `enters` lets somebody into the headset. */
+  /** `order` sends a step; `enters` lets somebody into the headset, if it is not in VR already. */
   constructor({ order, enters, placed, touched }) {
     Object.assign(this, { order, placed, touched, told: null });
-    $("calibrate").addEventListener("click", () => { order("begin"); enters(); });
+    $("calibrate").addEventListener("click", async () => {
+      order("begin");
+      // Again, now that the server knows that this page is a headset's.
+      if (await enters()) order("begin");
+    });
     $("take").addEventListener("click", () => order("take"));
     $("cancel").addEventListener("click", () => order("cancel"));
   }

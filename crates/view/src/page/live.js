@@ -32,8 +32,9 @@ function live() {
   let moved = false;
   const recentred = () => { moved = !connection.order("calibrate", { step: "recentred" }); };
 
-  /** A page without VR is nobody's headset: whoever sits before it may still press Take. */
-  const introduce = () => { if (offered) connection.put({ type: "headset", id }); };
+  /** A page is a headset's once it was in VR: a desktop's browser offers VR, too, and whoever sits before it may still press Take. */
+  let worn = false;
+  const introduce = () => { if (worn) connection.put({ type: "headset", id }); };
 
   const begin = (message) => {
     scene = message;
@@ -47,6 +48,8 @@ function live() {
       pinched: (side) => calibration.pinch(side),
       words: () => calibration.words(headset),
       begins: (onFloor) => {
+        worn = true;
+        introduce();
         pointer.on = false;
         $("vr").textContent = "Leave VR";
         if (!onFloor) tell(newest?.t, "VR: the headset does not know its floor; hands are off by the height of the head");
@@ -56,7 +59,6 @@ function live() {
     mode(true);
     Headset.offered().then((is) => {
       offered = is;
-      introduce();
       $("vr").hidden = !is;
       $("checks").open = is || !isSecureContext;
     });
@@ -132,8 +134,8 @@ function live() {
   // Opaque VR shows the board where the calibration says that it is; only a touch of the real one checks that.
   const kind = async (isTouched) => (isTouched && (await Headset.offered("immersive-ar")) ? "immersive-ar" : "immersive-vr");
   const enters = async () => {
-    if (headset?.session || !offered) return;
-    try { await headset.enter(await kind(true)); } catch (error) { tell(null, `VR: ${error.message}`); }
+    if (headset?.session || !offered) return false;
+    try { await headset.enter(await kind(true)); return true; } catch (error) { tell(null, `VR: ${error.message}`); return false; }
   };
   const calibration = new Calibration({
     order: (step) => connection.order("calibrate", { step }),

@@ -5,7 +5,7 @@ const DEEPEST = 0.3;
 /** The face of the board meets a touch that is this near to it, m. */
 const MET = 0.03;
 
-/** How a place behind a facet moves to its foot on the facet, if the eye sees the front of that; else null. */
+/** How a place behind a facet moves to its foot on the facet, if the eye is in front of the surface; else null. */
 function pushedOut(place, [a, b, c], eye) {
   const across = cross(sub(b, a), sub(c, a)), size = norm(across);
   if (!(size > 1e-12)) return null;
@@ -16,14 +16,24 @@ function pushedOut(place, [a, b, c], eye) {
   return within(a, b) && within(b, c) && within(c, a) ? scale(n, depth) : null;
 }
 
+/** The box around corners, three numbers each. */
+function boxOf(p) {
+  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+  p.forEach((v, i) => { low[i % 3] = Math.min(low[i % 3], v); high[i % 3] = Math.max(high[i % 3], v); });
+  return [low, high];
+}
+
 /** The shortest way out of what a place is behind, over all surfaces; null: it is behind none. */
 function wayOut(scene, place, eye) {
   let least = null;
-  for (const { places: p, model } of scene.surfaces) {
-    const back = inverseRigid(model), [at, from] = [point(back, place), point(back, eye)];
+  for (const surface of scene.surfaces) {
+    const { places: p, model } = surface, back = inverseRigid(model), [at, from] = [point(back, place), point(back, eye)];
+    const isFar = (k, low, high) => low > at[k] + DEEPEST || high < at[k] - DEEPEST;
+    // Most surfaces are far away, and most facets of the others.
+    const [low, high] = surface.box ??= boxOf(p);
+    if ([0, 1, 2].some((k) => isFar(k, low[k], high[k]))) continue;
     for (let i = 0; i < p.length; i += 9) {
-      // Most facets are far away.
-      if ([0, 1, 2].some((k) => Math.min(p[i + k], p[i + 3 + k], p[i + 6 + k]) > at[k] + DEEPEST || Math.max(p[i + k], p[i + 3 + k], p[i + 6 + k]) < at[k] - DEEPEST)) continue;
+      if ([0, 1, 2].some((k) => isFar(k, Math.min(p[i + k], p[i + 3 + k], p[i + 6 + k]), Math.max(p[i + k], p[i + 3 + k], p[i + 6 + k])))) continue;
       const out = pushedOut(at, [0, 3, 6].map((k) => [p[i + k], p[i + k + 1], p[i + k + 2]]), from);
       if (out && !(least && norm(least) <= norm(out))) least = turned(model, out);
     }
