@@ -2,7 +2,6 @@
 
 use super::drive::{BaseDrive, BasePose};
 use super::inversion::BaseInversion;
-use super::person::BaseSafety;
 use super::route::{KeepOutArea, route};
 use crate::error::ArrivalError;
 use glam::{DVec2, DVec3};
@@ -22,8 +21,8 @@ pub struct BaseChoiceConfig {
     pub touches_per_s: f64,
     /// The last choice is kept unless another saves this much; default 0.03.
     pub least_gain: f64,
-    /// Radius of the robot from above while it drives, m: for the estimate of how much a person slows it down; default 0.45.
-    pub robot_radius_m: f64,
+    /// Top speed on all ways, m/s; default 0.6: less than the base's own, because it slows down beside the person.
+    pub speed_m_per_s: f64,
 }
 
 impl Default for BaseChoiceConfig {
@@ -34,7 +33,7 @@ impl Default for BaseChoiceConfig {
             onset_share: 0.4,
             touches_per_s: 0.15,
             least_gain: 0.03,
-            robot_radius_m: 0.45,
+            speed_m_per_s: 0.6,
         }
     }
 }
@@ -50,20 +49,12 @@ pub struct BaseHypothesis {
     pub probability: f64,
     /// Median of the time until then, s.
     pub touch_s: f64,
-    /// Where the person stands then, m.
-    pub stands_m: DVec2,
 }
-
-/// Legs are cut into this many pieces to see how near they lead past the person.
-const PIECES: usize = 8;
-/// The base is taken to get past a person at this speed at least, m/s.
-const SLOWEST_M_PER_S: f64 = 0.04;
 
 /// Weighs the base poses that serve what may be touched.
 #[derive(Debug, Clone, Copy)]
 pub struct BaseChooser<'a> {
     config: BaseChoiceConfig,
-    safety: BaseSafety,
     inversion: &'a BaseInversion,
     area: KeepOutArea,
 }
@@ -75,20 +66,17 @@ impl<'a> BaseChooser<'a> {
     /// A setting outside its range.
     pub fn new(
         config: BaseChoiceConfig,
-        safety: BaseSafety,
         inversion: &'a BaseInversion,
         area: KeepOutArea,
     ) -> Result<Self, ArrivalError> {
-        safety.validate()?;
         non_negative("arm_s", config.arm_s)?;
         positive("scale_s", config.scale_s)?;
         positive("onset_share", config.onset_share)?;
         non_negative("touches_per_s", config.touches_per_s)?;
         non_negative("least_gain", config.least_gain)?;
-        non_negative("robot_radius_m", config.robot_radius_m)?;
+        positive("speed_m_per_s", config.speed_m_per_s)?;
         Ok(Self {
             config,
-            safety,
             inversion,
             area,
         })
@@ -103,9 +91,6 @@ impl<'a> BaseChooser<'a> {
         last: Option<BasePose>,
         hypotheses: &[BaseHypothesis],
     ) -> Option<(BasePose, Vec<DVec2>)> {
-        let likeliest = hypotheses
-            .iter()
-            .max_by(|a, b| a.probability.total_cmp(&b.probability))?;
         let mut served: Vec<u32> = hypotheses
             .iter()
             .flat_map(|h| self.inversion.serving(h.point_m, h.normal))
@@ -128,9 +113,11 @@ impl<'a> BaseChooser<'a> {
             let Some(way) = route(drive.stopping_m(), to.at_m, &self.area) else {
                 continue;
             };
-            let arrival_s = self.arrival_s(drive, &to, &way, likeliest.stands_m);
+            let turn_s = drive.turn_s(to.yaw_rad - drive.state().pose().yaw_rad);
+            let way_s = self.way_s(drive, drive.stopping_m(), &way);
+            let arrival_s = turn_s.max(drive.begins_s(way.first().copied()) + way_s);
             let kept = if is_last { self.config.least_gain } else { 0.0 };
-            let loss = self.loss(&to, arrival_s, hypotheses) - kept;
+            let loss = self.loss(drive, &to, arrival_s, hypotheses) - kept;
             if best.as_ref().is_none_or(|(least, ..)| loss < *least) {
                 best = Some((loss, to, way));
             }
@@ -138,63 +125,46 @@ impl<'a> BaseChooser<'a> {
         best.map(|(_, to, way)| (to, way))
     }
 
-    /// Time until the base rests at the end of a way, s, past a person who stands at a place.
-    #[must_use]
-    pub fn arrival_s(
-        &self,
-        drive: &BaseDrive,
-        to: &BasePose,
-        way: &[DVec2],
-        person_m: DVec2,
-    ) -> f64 {
-        let most = drive.limits().speed_m_per_s;
-        let radii_m = self.config.robot_radius_m + self.safety.person_radius_m;
-        let allowed = |at_m: DVec2| {
-            let gap_m = at_m.distance(person_m) - radii_m;
-            let a = drive.limits().acceleration_m_per_s2;
-            self.safety
-                .speed_at_m_per_s(gap_m, a, most)
-                .max(SLOWEST_M_PER_S)
-        };
-        let mut from_m = drive.stopping_m();
-        let mut time_s = drive.begins_s(way.first().copied());
-        for &end_m in way {
-            let length_m = from_m.distance(end_m);
-            time_s += drive.leg_s(length_m, most);
-            for piece in 0..PIECES {
-                let share = (piece as f64 + 0.5) / PIECES as f64;
-                let speed = allowed(from_m.lerp(end_m, share));
-                time_s += length_m / PIECES as f64 * (speed.recip() - most.recip());
-            }
-            from_m = end_m;
-        }
-        time_s.max(drive.turn_s(to.yaw_rad - drive.state().pose().yaw_rad))
+    /// Time for a way from rest to rest, s.
+    fn way_s(&self, drive: &BaseDrive, from_m: DVec2, way: &[DVec2]) -> f64 {
+        let legs = std::iter::once(&from_m).chain(way).zip(way);
+        legs.map(|(a, b)| drive.leg_s(a.distance(*b), self.config.speed_m_per_s))
+            .sum()
     }
 
     /// Expected loss of going to a base pose and arriving there after a time, s.
-    fn loss(&self, to: &BasePose, arrival_s: f64, hypotheses: &[BaseHypothesis]) -> f64 {
+    ///
+    /// From a pose that does not serve a place the base goes on as soon as it is there and the place is known. Ways now and later are charged alike.
+    fn loss(
+        &self,
+        drive: &BaseDrive,
+        to: &BasePose,
+        arrival_s: f64,
+        hypotheses: &[BaseHypothesis],
+    ) -> f64 {
         let c = &self.config;
-        let late = |takes_s: f64, left_s: f64| 1.0 / (1.0 + ((left_s - takes_s) / c.scale_s).exp());
         let of = |h: &BaseHypothesis| {
             let bases = self.inversion.serving(h.point_m, h.normal);
-            let off_m = |base: &u32| {
-                self.inversion.bases()[*base as usize]
-                    .at_m
-                    .distance(to.at_m)
+            let bases = bases
+                .iter()
+                .map(|&i| self.inversion.bases()[i as usize].at_m);
+            let nearest = bases.min_by(|a, b| {
+                let [a_m, b_m] = [a, b].map(|m| m.distance(to.at_m));
+                a_m.total_cmp(&b_m)
+            });
+            let served_s = match nearest {
+                Some(at_m) if at_m.distance(to.at_m) <= SAME_M => arrival_s,
+                Some(at_m) => {
+                    let known_s = (1.0 - c.onset_share) * h.touch_s;
+                    let way = route(to.at_m, at_m, &self.area);
+                    let on_s = way.map_or(LONGEST_S, |way| self.way_s(drive, to.at_m, &way));
+                    arrival_s.max(known_s) + on_s
+                }
+                None => LONGEST_S,
             };
-            let nearest_m = bases.iter().map(off_m).fold(f64::INFINITY, f64::min);
-            let there_s = arrival_s + c.arm_s;
-            let (missed, served_s) = if nearest_m <= SAME_M {
-                (late(there_s, h.touch_s), there_s)
-            } else {
-                let onwards_s = nearest_m / SLOW_M_PER_S + STARTS_S + c.arm_s;
-                let missed = late(onwards_s, c.onset_share * h.touch_s);
-                (
-                    missed.max(late(there_s, h.touch_s)),
-                    arrival_s.max(h.touch_s) + onwards_s,
-                )
-            };
-            h.probability * (missed + c.touches_per_s * served_s.min(LONGEST_S))
+            let there_s = (served_s + c.arm_s).min(LONGEST_S);
+            let late = 1.0 / (1.0 + ((h.touch_s - there_s) / c.scale_s).exp());
+            h.probability * (late + c.touches_per_s * there_s)
         };
         hypotheses.iter().map(of).sum()
     }
@@ -202,8 +172,5 @@ impl<'a> BaseChooser<'a> {
 
 /// Base poses this near to each other serve the same, m.
 const SAME_M: f64 = 0.05;
-/// Mean speed of a short way near a person, m/s, and the time to start and stop, s.
-const SLOW_M_PER_S: f64 = 0.4;
-const STARTS_S: f64 = 1.0;
 /// Places that nothing serves count as served after this time, s.
 const LONGEST_S: f64 = 60.0;

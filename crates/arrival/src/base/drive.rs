@@ -267,13 +267,16 @@ impl BaseDrive {
         along_s.max(state.yaw.time_to_stop_s(&self.turn))
     }
 
-    /// The largest speed, m/s, and turning rate, rad/s, on the way to rest: the acceleration has to return to zero first.
+    /// Velocities, m/s, and the largest turning rate, rad/s, on the way to rest: the present ones, and those after the acceleration has returned to
+    /// zero. All others lie between them and rest.
     #[must_use]
-    pub fn fastest(&self, state: &BaseState) -> [f64; 2] {
-        [(&state.along, &self.line), (&state.yaw, &self.turn)].map(|(point, bounds)| {
-            let coming = point.coming_velocity_rad_per_s(bounds).abs();
-            coming.max(point.qd_rad_per_s.abs())
-        })
+    pub fn fastest(&self, state: &BaseState) -> ([DVec2; 2], f64) {
+        let coming = state.along.coming_velocity_rad_per_s(&self.line);
+        let turning = state.yaw.coming_velocity_rad_per_s(&self.turn).abs();
+        (
+            [state.velocity_m_per_s(), state.direction * coming],
+            turning.max(state.yaw.qd_rad_per_s.abs()),
+        )
     }
 
     /// Where the present leg can end at the soonest, m.

@@ -1,16 +1,23 @@
 //! Speed and separation: does the base stand before a person can reach it?
 
-use super::drive::{BaseDrive, BaseState};
+use super::drive::{BaseDrive, BasePose, BaseState};
 use crate::error::ArrivalError;
 use glam::{DVec2, DVec3};
 use hwall_numeric::check::non_negative;
 
 /// How a moving base keeps away from a person, by the rule of `hwall_haptics::body::SeparationConfig`: while it reacts and brakes, it is always
 /// farther from the person than the person can come by then.
+///
+/// A person can come as far as the measured velocity, a bound on the acceleration and a bound on the speed allow: [ISO/TS 15066], 5.5.4.2.3, has a
+/// person whose speed is measured keep it, changed in the way that shortens the distance most.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BaseSafety {
-    /// Approach speed of a person, m/s; default 1.6, that of [ISO 13855] for walking.
+    /// Largest speed of a person, m/s; default 1.6, that of [ISO 13855] for walking.
     pub person_m_per_s: f64,
+    /// Largest acceleration of a person, m/s²; default 2: people who start to walk reach 1 to 1.5 m/s in about 1 s.
+    pub person_m_per_s2: f64,
+    /// Error of the measured velocity, m/s; default 0.1: the mean over 0.1 s at 2 m/s².
+    pub velocity_error_m_per_s: f64,
     /// Radius of an upright cylinder around the person's head that holds the body without the arms, m; default 0.25.
     pub person_radius_m: f64,
     /// Time from a change of the world until braking begins, s; default 0.045, as for the arm.
@@ -28,6 +35,8 @@ impl Default for BaseSafety {
     fn default() -> Self {
         Self {
             person_m_per_s: 1.6,
+            person_m_per_s2: 2.0,
+            velocity_error_m_per_s: 0.1,
             person_radius_m: 0.25,
             latency_s: 0.045,
             clearance_m: 0.02,
@@ -37,13 +46,24 @@ impl Default for BaseSafety {
     }
 }
 
-/// A part of the robot from above, in the frame of the base.
+/// A part of the robot from above, in the frame of the base: what is within a radius of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Circle {
-    /// Middle, m.
-    pub at_m: DVec2,
+pub struct BasePart {
+    /// Ends of the line, m.
+    pub ends_m: [DVec2; 2],
     /// Radius, m.
     pub radius_m: f64,
+}
+
+impl BasePart {
+    /// Distance of a place from this part of a base at a pose, m; negative inside.
+    #[must_use]
+    pub fn distance_m(&self, base: &BasePose, place_m: DVec2) -> f64 {
+        let [from_m, to_m] = self.ends_m.map(|end_m| base.floor_m(end_m));
+        let line_m = to_m - from_m;
+        let share = (place_m - from_m).dot(line_m) / line_m.length_squared().max(f64::MIN_POSITIVE);
+        from_m.lerp(to_m, share.clamp(0.0, 1.0)).distance(place_m) - self.radius_m
+    }
 }
 
 /// What the base knows of person and arm.
@@ -51,6 +71,8 @@ pub struct Circle {
 pub struct Surroundings<'a> {
     /// The person's head from above, floor frame, m.
     pub person_m: DVec2,
+    /// Its measured velocity, m/s; NaN if unknown: then it may have the largest speed in any direction.
+    pub person_m_per_s: DVec2,
     /// Hands, floor frame with z up from the base, m.
     pub hands_m: &'a [DVec3],
     /// The middle of the board, base frame, m.
@@ -58,11 +80,11 @@ pub struct Surroundings<'a> {
     /// Is the board touched?
     pub touched: bool,
     /// The parts of the robot, base frame.
-    pub parts: &'a [Circle],
+    pub parts: &'a [BasePart],
 }
 
 /// Intervals of the braking time.
-const PIECES: usize = 6;
+const PIECES: usize = 10;
 
 impl BaseSafety {
     /// Rejects settings below zero.
@@ -72,6 +94,8 @@ impl BaseSafety {
     pub fn validate(&self) -> Result<(), ArrivalError> {
         for (what, value) in [
             ("person_m_per_s", self.person_m_per_s),
+            ("person_m_per_s2", self.person_m_per_s2),
+            ("velocity_error_m_per_s", self.velocity_error_m_per_s),
             ("person_radius_m", self.person_radius_m),
             ("latency_s", self.latency_s),
             ("clearance_m", self.clearance_m),
@@ -95,33 +119,40 @@ impl BaseSafety {
         let clear = |hand: &DVec3| hand.distance(board_m) >= hand_m;
         !around.touched
             && around.hands_m.iter().all(clear)
-            && self.left_m(drive, state, around.person_m, around.parts) >= 0.0
+            && self.left_m(drive, state, around) >= 0.0
     }
 
     /// Least distance that is left to the person beyond the required one while the base reacts and brakes, m: a lower bound. NaN for NaN.
     ///
-    /// Between two instants a part is at least as far as their mean distance less what it covers in half of the time.
+    /// The person is within two discs: around the present place, growing at the largest speed; and around the place that the measured velocity leads
+    /// to, growing as acceleration and error of measurement allow. The farther one counts. Between two instants a part is at least as far from the
+    /// middle of a disc as their mean distance less what they cover, relative to each other, in half of the time.
     #[must_use]
-    pub fn left_m(
-        &self,
-        drive: &BaseDrive,
-        state: &BaseState,
-        person_m: DVec2,
-        parts: &[Circle],
-    ) -> f64 {
+    pub fn left_m(&self, drive: &BaseDrive, state: &BaseState, around: &Surroundings<'_>) -> f64 {
         let piece_s = drive.stop_s(state) / PIECES as f64;
-        let [speed_m_per_s, rate] = drive.fastest(state);
+        let (fastest, rate) = drive.fastest(state);
         let poses: [_; PIECES + 1] =
             std::array::from_fn(|i| drive.braked(state, i as f64 * piece_s).pose());
+        let v = around.person_m_per_s;
+        let most = self.person_m_per_s.max(v.length());
+        // The reaction counts with the first piece.
+        let at_s = |i: usize| i as f64 * piece_s + if i == 0 { 0.0 } else { self.latency_s };
         let mut least_m = f64::INFINITY;
-        for part in parts {
-            let covers_m = piece_s * (speed_m_per_s + rate * part.at_m.length());
-            let away_m = |i: usize| poses[i].floor_m(part.at_m).distance(person_m);
+        for part in around.parts {
+            let turns = rate * part.ends_m[0].length().max(part.ends_m[1].length());
+            let apart_m = |piece: usize, v: DVec2| {
+                let relative = fastest.map(|base| (base - v).length());
+                let relative = relative[0].max(relative[1]).max(v.length());
+                let away_m = |i: usize| part.distance_m(&poses[i], around.person_m + v * at_s(i));
+                0.5 * (away_m(piece - 1) + away_m(piece)
+                    - (at_s(piece) - at_s(piece - 1)) * (relative + turns))
+            };
             for piece in 1..=PIECES {
-                let apart_m = 0.5 * (away_m(piece - 1) + away_m(piece) - covers_m);
-                let comes_m = self.person_m_per_s * (self.latency_s + piece as f64 * piece_s);
-                let radii_m = part.radius_m + self.person_radius_m;
-                let left_m = apart_m - radii_m - self.clearance_m - comes_m;
+                let t_s = at_s(piece);
+                let anywhere_m = apart_m(piece, DVec2::ZERO) - most * t_s;
+                let spread = self.velocity_error_m_per_s + 0.5 * self.person_m_per_s2 * t_s;
+                let onwards_m = apart_m(piece, v) - spread * t_s;
+                let left_m = anywhere_m.max(onwards_m) - self.person_radius_m - self.clearance_m;
                 // NaN is the least.
                 if left_m.is_nan() || left_m < least_m {
                     least_m = left_m;
@@ -129,17 +160,5 @@ impl BaseSafety {
             }
         }
         least_m
-    }
-
-    /// The largest speed of a base that keeps this distance from the person beyond the radii, m/s: without jerk, and at most `most`.
-    ///
-    /// The person comes `person_m_per_s (latency + v/a)` and the base goes `v²/2a` while it brakes; a quadratic in v.
-    #[must_use]
-    pub fn speed_at_m_per_s(&self, gap_m: f64, acceleration_m_per_s2: f64, most: f64) -> f64 {
-        let room_m = gap_m - self.clearance_m - self.person_m_per_s * self.latency_s;
-        let a = acceleration_m_per_s2;
-        let p = self.person_m_per_s;
-        let speed = -p + (p * p + 2.0 * a * room_m.max(0.0)).sqrt();
-        speed.clamp(0.0, most)
     }
 }

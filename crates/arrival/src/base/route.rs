@@ -11,10 +11,16 @@ pub struct KeepOutArea {
     pub high_m: DVec2,
 }
 
-/// Ways pass the corners at this distance along both axes, m: as far as a base stands behind a wall that it serves.
-const BESIDE_M: f64 = 0.55;
-
 impl KeepOutArea {
+    /// The area and what is this near to it along the axes, m.
+    #[must_use]
+    pub fn grown(&self, by_m: f64) -> Self {
+        Self {
+            low_m: self.low_m - by_m,
+            high_m: self.high_m + by_m,
+        }
+    }
+
     /// Is a place inside?
     #[must_use]
     pub fn contains(&self, at_m: DVec2) -> bool {
@@ -46,7 +52,7 @@ impl KeepOutArea {
 
     /// Corners to pass, counter-clockwise.
     fn corners_m(&self) -> [DVec2; 4] {
-        let (low, high) = (self.low_m - BESIDE_M, self.high_m + BESIDE_M);
+        let (low, high) = (self.low_m, self.high_m);
         [
             low,
             DVec2::new(high.x, low.y),
@@ -64,7 +70,7 @@ pub fn route(from_m: DVec2, to_m: DVec2, area: &KeepOutArea) -> Option<Vec<DVec2
     if !area.contains(from_m) {
         return around(from_m, to_m, area).map(|(_, way)| way);
     }
-    let exits = [area.low_m.y - BESIDE_M, area.high_m.y + BESIDE_M];
+    let exits = [area.low_m.y, area.high_m.y];
     let ways = exits.into_iter().filter_map(|y| {
         let exit_m = DVec2::new(from_m.x, y);
         let (length_m, way) = around(exit_m, to_m, area)?;

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3, dvec2};
 use hwall_arrival::base::{
     BaseChoiceConfig, BaseChooser, BaseDrive, BaseHypothesis, BaseInversion, BaseInversionConfig,
-    BaseLimits, BasePose, BaseSafety, BaseState, Circle, KeepOutArea, Surroundings, route,
+    BaseLimits, BasePart, BasePose, BaseSafety, BaseState, KeepOutArea, Surroundings, route,
 };
 use hwall_arrival::reachability::{Interval, WallFacet, WallPlane};
 use hwall_kinematics::SrsArm;
@@ -108,29 +108,51 @@ fn a_base_seen_from_elsewhere_moves_alike() {
     assert!(stopping.truncate().distance(drive.stopping_m()) < 1e-12);
 }
 
-fn robot() -> [Circle; 2] {
-    [(0.0, 0.35), (0.45, 0.15)].map(|(x, radius_m)| Circle {
-        at_m: dvec2(x, 0.0),
-        radius_m,
-    })
+/// A platform, and a board before it.
+fn robot() -> [BasePart; 2] {
+    [
+        ([DVec2::ZERO; 2], 0.35),
+        ([dvec2(0.45, -0.1), dvec2(0.45, 0.1)], 0.02),
+    ]
+    .map(|(ends_m, radius_m)| BasePart { ends_m, radius_m })
 }
 
-/// A person who walks at most at 1.6 m/s, half of the time straight at the base.
+fn around<'a>(
+    person_m: DVec2,
+    person_m_per_s: DVec2,
+    hands_m: &'a [DVec3],
+    touched: bool,
+    parts: &'a [BasePart],
+) -> Surroundings<'a> {
+    Surroundings {
+        person_m,
+        person_m_per_s,
+        hands_m,
+        board_m: DVec3::new(0.45, 0.0, 0.5),
+        touched,
+        parts,
+    }
+}
+
+/// A person within 1.6 m/s and 2 m/s², half of the time straight at the base, whose velocity is measured over 0.1 s or unknown.
 #[test]
 fn the_base_stands_before_anybody_reaches_it() {
-    let safety = BaseSafety::default();
+    const LAG: usize = 25;
+    let (safety, parts) = (BaseSafety::default(), robot());
     let bare = BaseSafety {
         latency_s: 0.0,
         clearance_m: 0.0,
+        velocity_error_m_per_s: 0.0,
         ..safety
     };
     let (mut moved, mut least_m) = (0, f64::INFINITY);
     for seed in 0..40 {
         let mut sampler = Sampler::new(seed);
         let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
-        let mut person_m = dvec2(4.0, 0.0);
-        let mut way = DVec2::ZERO;
+        let mut been_m = vec![dvec2(4.0, 0.0)];
+        let (mut velocity, mut wanted) = (DVec2::ZERO, DVec2::ZERO);
         for step in 0..4000 {
+            let person_m = been_m[step];
             if step % 500 == 0 {
                 drive.set_route(&[somewhere(&mut sampler)], sampler.uniform(-PI, PI));
             }
@@ -140,20 +162,26 @@ fn the_base_stands_before_anybody_reaches_it() {
                 } else {
                     somewhere(&mut sampler)
                 };
-                way = (to_m - person_m).normalize_or_zero() * sampler.uniform(0.0, 1.6);
+                wanted = (to_m - person_m).normalize_or_zero() * sampler.uniform(0.0, 1.6);
             }
-            person_m += way * DT_S;
-            let around = Surroundings {
-                person_m,
-                hands_m: &[],
-                board_m: DVec3::new(0.45, 0.0, 0.5),
-                touched: false,
-                parts: &robot(),
+            velocity += (wanted - velocity).clamp_length_max(2.0 * DT_S);
+            let person_m = person_m + velocity * DT_S;
+            been_m.push(person_m);
+            let lag = LAG.min(step + 1);
+            let measured = if seed % 4 == 0 {
+                DVec2::NAN
+            } else {
+                (person_m - been_m[step + 1 - lag]) / (lag as f64 * DT_S)
             };
-            drive.step(DT_S, |drive, state| safety.allows(drive, state, &around));
+            let seen = around(person_m, measured, &[], false, &parts);
+            drive.step(DT_S, |drive, state| safety.allows(drive, state, &seen));
             if !drive.state().is_at_rest() {
                 moved += 1;
-                least_m = least_m.min(bare.left_m(&drive, drive.state(), person_m, &robot()));
+                let truth = around(person_m, velocity, &[], false, &parts);
+                least_m = least_m.min(bare.left_m(&drive, drive.state(), &truth));
+                let pose = drive.state().pose();
+                let nearest_m = parts.map(|part| part.distance_m(&pose, person_m));
+                assert!(nearest_m[0].min(nearest_m[1]) >= safety.person_radius_m);
             }
         }
     }
@@ -161,39 +189,55 @@ fn the_base_stands_before_anybody_reaches_it() {
     assert!(least_m >= 0.0, "{least_m}");
 }
 
+/// The faster somebody comes, the less is left; nobody leaves less than somebody of unknown velocity.
+#[test]
+fn a_measured_velocity_leaves_more_room_than_an_unknown_one() {
+    let (safety, parts) = (BaseSafety::default(), robot());
+    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
+    drive.set_route(&[dvec2(4.0, 0.0)], 0.0);
+    for _ in 0..200 {
+        drive.step(DT_S, |_, _| true);
+    }
+    let left_m = |velocity| {
+        let seen = around(dvec2(2.5, 1.0), velocity, &[], false, &parts);
+        safety.left_m(&drive, drive.state(), &seen)
+    };
+    let unknown_m = left_m(DVec2::NAN);
+    let [leaves_m, stands_m, comes_m] = [1.0, 0.0, -1.0].map(|x| left_m(dvec2(x, 0.0)));
+    assert!(leaves_m > stands_m && stands_m > comes_m && comes_m >= unknown_m);
+    // Nobody is there.
+    let nobody = around(dvec2(1e6, 0.0), DVec2::ZERO, &[], false, &parts);
+    assert!(safety.allows(&drive, drive.state(), &nobody));
+    // Somebody stands in the way: the base stops before, and never touches.
+    let in_the_way_m = drive.state().pose().at_m + dvec2(1.6, 0.0);
+    let there = around(in_the_way_m, DVec2::ZERO, &[], false, &parts);
+    for _ in 0..4000 {
+        drive.step(DT_S, |drive, state| safety.allows(drive, state, &there));
+    }
+    let gap_m = parts[1].distance_m(&drive.state().pose(), in_the_way_m) - safety.person_radius_m;
+    assert!((0.0..0.4).contains(&gap_m), "{gap_m}");
+    assert!(drive.state().velocity_m_per_s().length() < 0.05);
+}
+
 #[test]
 fn nothing_moves_while_the_board_is_touched_or_a_hand_is_near() {
     let safety = BaseSafety::default();
     let board_m = DVec3::new(0.45, 0.0, 0.5);
-    let far = dvec2(9.0, 9.0);
+    let (far, parts) = (dvec2(9.0, 9.0), robot());
     let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
     drive.set_route(&[dvec2(0.0, 2.0)], 1.0);
-    for (hands_m, touched) in [
-        (vec![], true),
-        (vec![board_m + DVec3::X * 0.2], false),
-        (vec![DVec3::NAN], false),
+    for (hands_m, touched, person_m) in [
+        (vec![], true, far),
+        (vec![board_m + DVec3::X * 0.2], false, far),
+        (vec![DVec3::NAN], false, far),
+        (vec![], false, DVec2::NAN),
     ] {
+        let seen = around(person_m, DVec2::ZERO, &hands_m, touched, &parts);
         for _ in 0..500 {
-            let around = Surroundings {
-                person_m: far,
-                hands_m: &hands_m,
-                board_m,
-                touched,
-                parts: &robot(),
-            };
-            drive.step(DT_S, |drive, state| safety.allows(drive, state, &around));
+            drive.step(DT_S, |drive, state| safety.allows(drive, state, &seen));
             assert!(drive.state().is_at_rest());
         }
     }
-    let lost = Surroundings {
-        person_m: DVec2::NAN,
-        hands_m: &[],
-        board_m,
-        touched: false,
-        parts: &robot(),
-    };
-    drive.step(DT_S, |drive, state| safety.allows(drive, state, &lost));
-    assert!(drive.state().is_at_rest());
 }
 
 #[test]
@@ -346,13 +390,7 @@ fn the_base_goes_where_it_serves_what_is_probable() {
         low_m: DVec2::ZERO,
         high_m: DVec2::splat(6.0),
     };
-    let chooser = BaseChooser::new(
-        BaseChoiceConfig::default(),
-        BaseSafety::default(),
-        &inversion,
-        area,
-    )
-    .unwrap();
+    let chooser = BaseChooser::new(BaseChoiceConfig::default(), &inversion, area).unwrap();
     let at = BasePose {
         at_m: dvec2(3.0, -0.62),
         yaw_rad: FRAC_PI_2,
@@ -363,7 +401,6 @@ fn the_base_goes_where_it_serves_what_is_probable() {
         normal,
         probability,
         touch_s: 6.0,
-        stands_m: (point_m + normal * 0.7).truncate(),
     };
     let here = place(DVec3::new(3.0, 0.0, 0.7), DVec3::Y, 0.8);
     let aside = place(DVec3::new(0.0, 1.5, 0.5), DVec3::X, 0.8);
@@ -385,4 +422,13 @@ fn the_base_goes_where_it_serves_what_is_probable() {
     ];
     assert_eq!(chooser.choose(&drive, Some(at), &doubtful).unwrap().0, at);
     assert!(chooser.choose(&drive, None, &[]).is_none());
+    // A place that no wall has is served from nowhere.
+    let nowhere = place(DVec3::new(3.0, 3.0, 0.5), DVec3::Y, 0.8);
+    assert!(chooser.choose(&drive, None, &[nowhere]).is_none());
+    // The way is the same now and later, so nobody waits for a place that is known, however late the base will be there.
+    for touch_s in [0.5, 2.0, 20.0] {
+        let behind = BaseHypothesis { touch_s, ..aside };
+        let (goes, _) = chooser.choose(&drive, Some(at), &[behind]).unwrap();
+        assert!(goes.at_m.x < -0.5, "{touch_s} {goes:?}");
+    }
 }

@@ -131,7 +131,6 @@ impl Belief {
                 normal,
                 probability: probability * (1.0 - LATER),
                 touch_s: AT_PLACE_S + walk_s,
-                stands_m,
             })
         };
         let mut found: Vec<BaseHypothesis> = likely.filter_map(of).collect();
@@ -140,7 +139,7 @@ impl Belief {
         };
         // Who stands there will touch more of what is at hand there.
         let stands_m = if first.touch_s > AT_PLACE_S {
-            first.stands_m
+            (first.point_m + first.normal * BEFORE_M).truncate()
         } else {
             person_m
         };
@@ -158,7 +157,6 @@ impl Belief {
             point_m: (middle_m + ahead).with_z(HEIGHTS_M[1]),
             probability: AHEAD,
             touch_s: first.touch_s + GOES_ON_S,
-            stands_m: stands_m + ahead.truncate(),
             ..*first
         }];
         let count = (ASIDE_M.len() * HEIGHTS_M.len()) as f64;
@@ -167,7 +165,6 @@ impl Belief {
                 point_m: (middle_m + along * aside_m).with_z(z),
                 probability: LATER / count,
                 touch_s: first.touch_s + NEXT_S,
-                stands_m,
                 ..*first
             }));
         }

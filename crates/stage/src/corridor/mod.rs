@@ -67,8 +67,11 @@ pub fn run(
     plan.check()?;
     std::fs::create_dir_all(&request.out).with_context(|| request.out.display().to_string())?;
     let arm = BoardArm::named(request.arm.clone(), &Board::default())?;
-    let people = TrainingPeople::default();
-    // Predictions do not depend on where a room stands, so people of the built-in room teach them.
+    // People of the built-in room teach the predictor.
+    let people = TrainingPeople {
+        elsewhere: true,
+        ..TrainingPeople::default()
+    };
     let (built_in, _) = crate::setting::load_scene(None)?;
     let (predictors, learnt) = Predictors::train(&built_in, &arm, &people, request.predictor)?;
     note(learnt);

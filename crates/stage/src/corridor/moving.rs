@@ -5,32 +5,34 @@ use super::visits::{BEFORE_M, Visit};
 use super::walker::{Body, shorter};
 use glam::{DVec2, DVec3, dvec2};
 use hwall::arrival::base::{
-    BaseChoiceConfig, BaseChooser, BaseDrive, BaseHypothesis, BaseLimits, BasePose, BaseSafety,
-    Circle, KeepOutArea, Surroundings,
+    BaseChoiceConfig, BaseChooser, BaseDrive, BaseHypothesis, BaseLimits, BasePart, BasePose,
+    BaseSafety, KeepOutArea, Surroundings,
 };
 use hwall_hand::Pose;
+use hwall_haptics::Board;
 use hwall_redirection::{AvatarTurn, PersonMotion, TurnConfig};
 use std::f64::consts::FRAC_PI_2;
 
 /// The base from above, m: a platform of half a metre.
 const CHASSIS_M: f64 = 0.35;
-/// Radius of the links, and of the points between the joints that stand for them: 0.1 m of arm and half of the distance between points, m.
-const LINK_M: f64 = 0.14;
-/// Half a diagonal of the board, m.
-const BOARD_M: f64 = 0.142;
-/// A room is left when the base is this far outside, m.
-const OUTSIDE_M: f64 = 0.4;
-/// A base this near to the person's head serves what the person touches, m: 1.3 m straight ahead, 0.7 m aside.
-const NEAR_M: f64 = 1.5;
+/// Radius of the links, m.
+const LINK_M: f64 = 0.1;
+/// The axis of the base stays this far outside of a room, m: less than it stands behind the wall of a shelf.
+const OUTSIDE_M: f64 = 0.45;
+/// A base that leaves a room goes this much farther, m.
+const CLEAR_M: f64 = 0.1;
 /// Speeds below are rest, m/s.
 const RESTS_M_PER_S: f64 = 1e-3;
 
 /// What the base sees, in the frame of the corridor or of the base.
 pub(super) struct Seen<'a> {
     pub(super) person_m: DVec2,
+    /// Its measured velocity, m/s.
+    pub(super) person_m_per_s: DVec2,
     pub(super) hands_m: &'a [DVec3],
     pub(super) skeleton_m: &'a [DVec3],
-    pub(super) board_m: DVec3,
+    pub(super) board: &'a Board,
+    pub(super) base_from_board: Pose,
     pub(super) touched: bool,
 }
 
@@ -113,16 +115,7 @@ impl MovingBase {
 
     /// Is it outside an area, with room to spare?
     pub(super) fn is_out_of(&self, area: &KeepOutArea) -> bool {
-        let grown = KeepOutArea {
-            low_m: area.low_m - OUTSIDE_M,
-            high_m: area.high_m + OUTSIDE_M,
-        };
-        !grown.contains(self.place().at_m)
-    }
-
-    /// Can it serve what is before a person?
-    pub(super) fn is_near(&self, person_m: DVec2) -> bool {
-        self.place().at_m.distance(person_m) <= NEAR_M
+        !area.grown(OUTSIDE_M).contains(self.place().at_m)
     }
 
     pub(super) fn forget_goal(&mut self) {
@@ -139,16 +132,17 @@ impl MovingBase {
         let area = KeepOutArea {
             low_m: room.area.low_m,
             high_m: next.map_or(room.area.high_m, |next| next.area.high_m),
-        };
+        }
+        .grown(OUTSIDE_M);
         let here = self.drive.seen_from(&self.hall_from_corridor);
         let chosen = match next {
             // Out of the room behind the door, by the nearer side.
             Some(_) if area.contains(self.place().at_m) => {
                 let at_m = self.place().at_m;
                 let y = if at_m.y < 0.5 * (area.low_m.y + area.high_m.y) {
-                    area.low_m.y - BEHIND_M
+                    area.low_m.y - CLEAR_M
                 } else {
-                    area.high_m.y + BEHIND_M
+                    area.high_m.y + CLEAR_M
                 };
                 let to = BasePose {
                     at_m: dvec2(at_m.x, y),
@@ -159,7 +153,7 @@ impl MovingBase {
             Some(_) => None,
             None => {
                 let config = BaseChoiceConfig::default();
-                let chooser = BaseChooser::new(config, self.safety, &room.inversion, area)?;
+                let chooser = BaseChooser::new(config, &room.inversion, area)?;
                 chooser.choose(&here, self.goal, hypotheses)
             }
         };
@@ -218,8 +212,11 @@ impl MovingBase {
             .collect();
         let around = Surroundings {
             person_m: hall.transform_point(seen.person_m.extend(0.0)).truncate(),
+            person_m_per_s: hall
+                .transform_vector(seen.person_m_per_s.extend(0.0))
+                .truncate(),
             hands_m: &hands_m,
-            board_m: seen.board_m,
+            board_m: seen.base_from_board.position_m(),
             touched: seen.touched,
             parts: &parts,
         };
@@ -233,11 +230,8 @@ impl MovingBase {
     fn keep(&mut self, dt_s: f64, before_m: DVec2, around: &Surroundings<'_>) {
         let (state, record) = (*self.drive.state(), &mut self.record);
         let pose = state.pose();
-        let gap_m = |part: &Circle| {
-            pose.floor_m(part.at_m).distance(around.person_m)
-                - part.radius_m
-                - self.safety.person_radius_m
-        };
+        let gap_m =
+            |part: &BasePart| part.distance_m(&pose, around.person_m) - self.safety.person_radius_m;
         let gap_m = around.parts.iter().map(gap_m).fold(f64::INFINITY, f64::min);
         record.closest_standing_m = record.closest_standing_m.min(gap_m);
         record.way_m += pose.at_m.distance(before_m);
@@ -249,9 +243,10 @@ impl MovingBase {
         let bare = BaseSafety {
             latency_s: 0.0,
             clearance_m: 0.0,
+            velocity_error_m_per_s: 0.0,
             ..self.safety
         };
-        let margin_m = bare.left_m(&self.drive, &state, around.person_m, around.parts);
+        let margin_m = bare.left_m(&self.drive, &state, around);
         record.moves_s += dt_s;
         record.margin_m = record.margin_m.min(margin_m);
         record.too_near += u64::from(margin_m < 0.0);
@@ -263,23 +258,23 @@ impl MovingBase {
     }
 }
 
-/// The robot from above: platform, links and board.
-fn parts(seen: &Seen<'_>) -> Vec<Circle> {
-    let links = seen.skeleton_m.windows(2).flat_map(|link| {
-        [0.0, 0.5, 1.0].map(|share| Circle {
-            at_m: link[0].lerp(link[1], share).truncate(),
-            radius_m: LINK_M,
-        })
+/// The robot from above: platform, links and the edges of the board.
+fn parts(seen: &Seen<'_>) -> Vec<BasePart> {
+    let part = |from_m: DVec2, to_m: DVec2, radius_m| BasePart {
+        ends_m: [from_m, to_m],
+        radius_m,
+    };
+    let platform = part(DVec2::ZERO, DVec2::ZERO, CHASSIS_M);
+    let links = seen.skeleton_m.windows(2);
+    let links = links.map(|link| part(link[0].truncate(), link[1].truncate(), LINK_M));
+    let (x_m, y_m) = (seen.board.half_width_m, seen.board.half_height_m);
+    let corners = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)].map(|(x, y)| {
+        let corner_m = DVec3::new(x * x_m, y * y_m, 0.0);
+        seen.base_from_board.transform_point(corner_m).truncate()
     });
-    let fixed = [
-        Circle {
-            at_m: DVec2::ZERO,
-            radius_m: CHASSIS_M,
-        },
-        Circle {
-            at_m: seen.board_m.truncate(),
-            radius_m: BOARD_M,
-        },
-    ];
-    fixed.into_iter().chain(links).collect()
+    let edges = (0..4).map(|i| part(corners[i], corners[(i + 1) % 4], seen.board.thickness_m));
+    std::iter::once(platform)
+        .chain(links)
+        .chain(edges)
+        .collect()
 }

@@ -24,6 +24,8 @@ const PERIOD_S: f64 = 1e-3;
 const TRACKER_S: f64 = 1.0 / 90.0;
 const BASE_EVERY: u64 = 4;
 const CHOICE_S: f64 = 0.1;
+/// The velocity of a person is the mean over this time, s.
+const VELOCITY_S: f64 = 0.1;
 /// Nobody takes longer for a touch, s.
 const LONGEST_S: f64 = 60.0;
 
@@ -223,14 +225,9 @@ impl<'a> Rig<'a> {
             t_s,
             base_from_world,
         })?;
-        // A session takes a hand that is carried along for one that reaches, and learns from touches that it cannot serve that nobody leaves it time.
+        // A session takes a hand that is carried along for one that reaches.
         let walks = self.belief.walks(&frame);
-        let is_far = !self.base.is_near(body.at_m);
-        let told = if walks || is_far {
-            without_hand(frame)
-        } else {
-            frame
-        };
+        let told = if walks { without_hand(frame) } else { frame };
         self.session.frame(&told.transformed(&base_from_world));
         {
             let perception = self.session.perception();
@@ -262,13 +259,17 @@ impl<'a> Rig<'a> {
         let hands = [HandPoint::Index, HandPoint::Palm].map(|point| self.frame.point(point));
         let hands: Vec<DVec3> = hands.into_iter().flatten().collect();
         let skeleton = self.corridor.arm.skeleton_m(&self.arm.q());
+        let person_m = self.walker.body(t_s).at_m;
+        let before_m = self.walker.body(t_s - VELOCITY_S).at_m;
         self.base.step(
             dt_s,
             &Seen {
-                person_m: self.walker.body(t_s).at_m,
+                person_m,
+                person_m_per_s: (person_m - before_m) / VELOCITY_S,
                 hands_m: &hands,
                 skeleton_m: &skeleton,
-                board_m: self.arm.pose().position_m(),
+                board: self.corridor.arm.board(),
+                base_from_board: self.arm.pose(),
                 touched: self.is_touched,
             },
         );

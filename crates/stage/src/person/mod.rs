@@ -6,5 +6,6 @@ pub mod participants;
 pub mod predictors;
 pub mod responses;
 pub mod sights;
+pub mod standing_anywhere;
 pub mod touches;
 pub mod training;

@@ -2,6 +2,7 @@
 
 use crate::input::arms::BoardArm;
 use crate::input::floor_pose::FloorPose;
+use crate::person::standing_anywhere::StandingAnywhere;
 use crate::person::touches::{self, Standing};
 use crate::person::training::{self, Stream};
 use clap::ValueEnum;
@@ -71,6 +72,8 @@ pub struct TrainingPeople {
     pub head: bool,
     /// Is the gaze tracked?
     pub gaze: bool,
+    /// Are those to come elsewhere, and face other ways? Needs the head.
+    pub elsewhere: bool,
 }
 
 impl Default for TrainingPeople {
@@ -81,6 +84,7 @@ impl Default for TrainingPeople {
             points: HandPoint::ALL.to_vec(),
             head: true,
             gaze: true,
+            elsewhere: false,
         }
     }
 }
@@ -112,6 +116,7 @@ impl TrainingPeople {
                 .collect(),
             head: seen(&|f| f.head_m.is_some()),
             gaze: seen(&|f| f.gaze_ray().is_some()),
+            elsewhere: false,
         }
     }
 
@@ -368,7 +373,7 @@ pub fn fused(
     scene: &Scene,
     arm: &BoardArm,
     people: &TrainingPeople,
-) -> anyhow::Result<(FusedPredictor<LearnedEstimator>, usize)> {
+) -> anyhow::Result<(FusedPredictor<StandingAnywhere<LearnedEstimator>>, usize)> {
     let streams = training_streams(scene, arm, people)?;
     let reaches = training::reaches(&streams)?;
     let config = LearnedConfig {
@@ -389,10 +394,12 @@ pub fn fused(
         Err(error) if is_too_few(&error) => None,
         Err(error) => return Err(error),
     };
-    Ok((
-        FusedPredictor::new(model.estimator(), config)?,
-        reaches.len(),
-    ))
+    let trained = people.elsewhere.then_some(Standing {
+        head_m: people.person.head_m,
+        hand_m: people.person.hand_rest_m,
+    });
+    let estimator = StandingAnywhere::new(model.estimator(), trained);
+    Ok((FusedPredictor::new(estimator, config)?, reaches.len()))
 }
 
 /// Samples and touches of other people in the scene.
