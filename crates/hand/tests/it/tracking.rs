@@ -357,3 +357,43 @@ proptest! {
         }
     }
 }
+
+/// A palm that is not seen for a moment goes along with the finger; what was seen too long ago, or beside another hand, is not made up.
+#[test]
+fn a_lost_palm_goes_along_with_the_finger_for_a_moment() {
+    let both = |t_s: f64| HandFrame {
+        tips_m: [None, Some(DVec3::X * t_s), None, None, None],
+        ..palm(t_s, DVec3::X * (t_s - 0.1))
+    };
+    let without = |t_s: f64| HandFrame {
+        palm_m: None,
+        ..both(t_s)
+    };
+    let times = |from: u32, to: u32| (from..to).map(|i| 0.01 * f64::from(i));
+    let mut filter = filter();
+    let seen = state(feed(&mut filter, times(0, 60).map(both)));
+    assert_eq!(seen.palm_m, Some(DVec3::X * (0.59 - 0.1)));
+    let carried = state(feed(&mut filter, times(60, 66).map(without)));
+    let palm_m = carried.palm_m.expect("carried");
+    assert!((palm_m.x - (0.65 - 0.1)).abs() < 1e-9, "{palm_m}");
+    let old = state(feed(&mut filter, times(66, 75).map(without)));
+    assert_eq!(old.palm_m, None);
+    // A finger that jumped belongs to another hand.
+    let _ = feed(&mut filter, times(75, 140).map(both));
+    let far = |t_s: f64| HandFrame {
+        tips_m: [
+            None,
+            Some(DVec3::Y * 3.0 + DVec3::X * t_s),
+            None,
+            None,
+            None,
+        ],
+        ..without(t_s)
+    };
+    let times_after = times(140, 149);
+    for t_s in times_after {
+        if let Some(state) = filter.step(&far(t_s)).state() {
+            assert_eq!(state.palm_m, None);
+        }
+    }
+}

@@ -69,9 +69,9 @@ fn shortened(
 ) -> f64 {
     let length_m = from.and_then(|from| Some(arm.middle_m(from)?.distance(stand.point_m)));
     // NaN saves nothing.
-    let saved = length_m.map_or(0.0, |length_m| (slack_m / length_m).min(0.5));
+    let saved = length_m.map_or(0.0, |length_m| slack_m / length_m);
     if saved > 0.0 {
-        (1.0 - saved).sqrt()
+        (1.0 - saved.min(0.5)).sqrt()
     } else {
         1.0
     }

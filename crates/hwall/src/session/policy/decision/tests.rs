@@ -1,4 +1,4 @@
-use super::super::way::Stand;
+use super::super::way::{self, Stand};
 use super::*;
 use hwall_contact::TimeToContact;
 use hwall_hand::HandPoint;
@@ -167,7 +167,8 @@ fn a_hand_whose_eyes_are_not_seen_is_awaited_where_it_probably_touches_again() {
     };
     // The alternative is more probable, but too vague for any place of a board.
     assert_eq!(decided(0.45, 0.2), Some(0.0));
-    assert_eq!(decided(0.1, 0.2), None);
+    // From the middle of a vague place the touch is hardly nearer than from the waiting posture.
+    assert_eq!(decided(0.05, 0.6), None);
     assert_eq!(decided(0.45, 0.03), Some(0.5));
 }
 
@@ -185,7 +186,7 @@ fn changing_ones_mind_costs_the_way_that_has_begun() {
         };
         rests(&mut policy, &both(0.9), arm, [0.0, 0.5]);
         match rests(&mut policy, &both(1.0 - share), arm, [0.51, 0.55]) {
-            Decision::Present(contact) => contact.surface.0,
+            Decision::Present(contact) | Decision::Preposition(contact) => contact.surface.0,
             other => panic!("{other:?}"),
         }
     };
@@ -320,4 +321,85 @@ fn a_fast_hand_is_expected_when_it_would_have_slowed_down() {
     for slow in [0.5, 0.05, 0.0, -1.0, f64::NAN] {
         assert_eq!(expected_s(slow), 0.6, "{slow}");
     }
+}
+
+/// An arm whose board moves along y with its third joint: its middle is known.
+#[derive(Clone, Copy)]
+struct Rail(Arm);
+
+impl Presenting for Rail {
+    fn waits_at(&self) -> Option<JointPositions> {
+        self.0.waits_at()
+    }
+
+    fn stand(&self, contact: &ContactPrediction) -> Option<Stand> {
+        self.0.stand(contact)
+    }
+
+    fn travel_s(&self, from: &JointPositions, to: &JointPositions) -> Option<f64> {
+        self.0.travel_s(from, to)
+    }
+
+    fn middle_m(&self, q: &JointPositions) -> Option<DVec3> {
+        Some(DVec3::new(0.6, 10.0 * q[2], 0.5))
+    }
+}
+
+#[test]
+fn slack_shortens_a_way_by_the_root_of_its_length_and_by_no_more_than_half_of_it() {
+    let rail = Rail(Arm([Some(0.0), None]));
+    let stand = rail.stand(&place(0, 0.4, 0.02, 1.0)).expect("held");
+    let from = JointPositions::default();
+    let arrives_s = |slack_m: f64| way::arrival_s(&rail, Some(&from), &stand, slack_m);
+    let whole_s = arrives_s(0.0);
+    assert!((whole_s - 0.04).abs() < 1e-12, "{whole_s}");
+    assert!((arrives_s(0.1) - whole_s * 0.75_f64.sqrt()).abs() < 1e-12);
+    for wide_m in [0.2, 0.4, 10.0, f64::INFINITY] {
+        assert!((arrives_s(wide_m) - whole_s * 0.5_f64.sqrt()).abs() < 1e-12);
+    }
+    for none_m in [-1.0, f64::NAN] {
+        assert_eq!(arrives_s(none_m), whole_s);
+    }
+    // An arm that cannot say where its board is gets no credit.
+    assert_eq!(way::arrival_s(&rail.0, Some(&from), &stand, 0.1), whole_s);
+    // The reaction is not shortened.
+    let way = Way::at(Some(from)).to(&rail, stand.q, 1.0);
+    let saved_s = way.left_s(1.0) - way.left_within_s(&rail, &stand, 0.1, 1.0);
+    assert!((saved_s - (whole_s - arrives_s(0.1))).abs() < 1e-12);
+    // Around an edge the arm needs longer.
+    let around = Stand {
+        is_behind_edge: true,
+        ..stand
+    };
+    assert!(way::arrival_s(&rail, Some(&from), &around, 0.0) > whole_s + 0.1);
+}
+
+#[test]
+fn the_time_from_reveal_to_touch_is_learnt_for_each_person_and_starts_anew_with_the_clock() {
+    let mut policy = policy();
+    let arm = Arm([Some(0.5), None]);
+    let before_s = policy.revealed_time.budget_s();
+    assert!((before_s - 0.4 * USUAL_S).abs() < 1e-12);
+    let target = place(0, 0.0, 0.01, 1.0);
+    let mut reaches = |policy: &mut Policy, began_s: f64| {
+        for frame in 0..=130 {
+            let t_s = began_s + 0.01 * f64::from(frame);
+            // Rests for 0.3 s, reaches for 1 s at a constant speed.
+            let left = 1.0 - ((t_s - began_s - 0.3) / 1.0).clamp(0.0, 1.0);
+            let point_m = target.point_m + DVec3::X * 0.4 * left;
+            let velocity = DVec3::X * if left < 1.0 { -0.4 } else { 0.0 };
+            let seen = ContactPrediction {
+                distance_m: 0.4 * left,
+                ..target
+            };
+            let _ = policy.step(t_s, &[seen], Some(&hand_at(t_s, point_m, velocity)), &arm);
+        }
+    };
+    reaches(&mut policy, 0.0);
+    reaches(&mut policy, 10.0);
+    let learnt_s = policy.revealed_time.budget_s();
+    assert!((0.7..1.1).contains(&learnt_s), "{learnt_s}");
+    // A clock that was set back ends the reach and teaches nothing.
+    let _ = policy.step(0.0, &[target], None, &arm);
+    assert_eq!(policy.revealed_time.budget_s(), learnt_s);
 }
