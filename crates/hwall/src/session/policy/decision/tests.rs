@@ -381,7 +381,7 @@ fn the_time_from_reveal_to_touch_is_learnt_for_each_person_and_starts_anew_with_
     let before_s = policy.revealed_time.budget_s();
     assert!((before_s - 0.4 * USUAL_S).abs() < 1e-12);
     let target = place(0, 0.0, 0.01, 1.0);
-    let mut reaches = |policy: &mut Policy, began_s: f64| {
+    let reaches = |policy: &mut Policy, began_s: f64| {
         for frame in 0..=130 {
             let t_s = began_s + 0.01 * f64::from(frame);
             // Rests for 0.3 s, reaches for 1 s at a constant speed.
