@@ -5,23 +5,23 @@ use hwall_contact::ContactPrediction;
 use hwall_hand::HandState;
 use hwall_scene::SurfaceId;
 
-/// Time from dispatching the board to the touch, estimated per person.
+/// Time from when a place is known to the touch, estimated per person.
 ///
 /// The estimate is the mean of the person's touches and a prior, weighted by the variance between people and within a person.
-/// Touches are seen by the tracker, so touches that the board missed count too, if it was dispatched.
+/// Touches are seen by the tracker, so touches that the board missed count too.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct AvailableTime {
     mean_s: f64,
     /// Weight of the mean, in touches.
     touches: f64,
-    /// Where the board was dispatched to, and when, s.
-    sent: Option<Sent>,
+    /// The place that is known.
+    known: Option<Known>,
     /// The hand has touched and not yet left.
     is_touching: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Sent {
+struct Known {
     surface: SurfaceId,
     point_m: DVec3,
     since_s: f64,
@@ -34,21 +34,21 @@ struct Sent {
 pub(super) struct TimeFrame {
     /// Time, s.
     pub(super) t_s: f64,
-    /// The place that the board is sent to.
-    pub(super) sent_to: Option<(SurfaceId, DVec3)>,
+    /// The place that is known.
+    pub(super) known: Option<(SurfaceId, DVec3)>,
     /// Distance of the hand from that place, m; NaN if unknown.
     pub(super) distance_m: f64,
 }
 
 impl TimeFrame {
-    /// `sent_to`: where the board was dispatched to; `contact`: the prediction.
+    /// `known`: the place that is known; `contact`: the prediction.
     pub(super) fn new(
         t_s: f64,
-        sent_to: Option<&ContactPrediction>,
+        known: Option<&ContactPrediction>,
         contact: &ContactPrediction,
         hand: Option<&HandState>,
     ) -> Self {
-        let place = sent_to.unwrap_or(contact);
+        let place = known.unwrap_or(contact);
         let distance_m = hand.map_or(f64::NAN, |hand| {
             let away_m = hand.point_m.distance(place.point_m);
             // Away from the place, the distance from its plane is meaningless.
@@ -60,7 +60,7 @@ impl TimeFrame {
         });
         Self {
             t_s,
-            sent_to: sent_to.map(|to| (to.surface, to.point_m)),
+            known: known.map(|to| (to.surface, to.point_m)),
             distance_m,
         }
     }
@@ -86,7 +86,7 @@ impl AvailableTime {
         Self {
             mean_s: usual_s,
             touches: USUAL_TOUCHES,
-            sent: None,
+            known: None,
             is_touching: false,
         }
     }
@@ -98,7 +98,7 @@ impl AvailableTime {
 
     /// Drops the current reach without counting it.
     pub(super) const fn forget_reach(&mut self) {
-        self.sent = None;
+        self.known = None;
     }
 
     /// The next frame.
@@ -109,16 +109,16 @@ impl AvailableTime {
         // An unknown distance does not end a touch.
         let is_away = frame.distance_m >= LEFT_M;
         self.is_touching &= !is_away;
-        self.sent = frame.sent_to.map(|(surface, point_m)| {
-            let same = self
-                .sent
-                .filter(|sent| sent.surface == surface && sent.point_m.distance(point_m) <= SAME_M);
-            Sent {
+        self.known = frame.known.map(|(surface, point_m)| {
+            let same = self.known.filter(|known| {
+                known.surface == surface && known.point_m.distance(point_m) <= SAME_M
+            });
+            Known {
                 surface,
                 // A target that creeps far enough becomes another one.
-                point_m: same.map_or(point_m, |sent| sent.point_m),
-                since_s: same.map_or(frame.t_s, |sent| sent.since_s),
-                was_away: same.is_some_and(|sent| sent.was_away) || is_away,
+                point_m: same.map_or(point_m, |known| known.point_m),
+                since_s: same.map_or(frame.t_s, |known| known.since_s),
+                was_away: same.is_some_and(|known| known.was_away) || is_away,
             }
         });
         // NaN touches nothing.
@@ -126,8 +126,8 @@ impl AvailableTime {
         if touches && !self.is_touching {
             self.is_touching = true;
             // A hand that reappears on a surface gives no time.
-            if let Some(sent) = self.sent.filter(|sent| sent.was_away) {
-                self.touched(frame.t_s - sent.since_s);
+            if let Some(known) = self.known.filter(|known| known.was_away) {
+                self.touched(frame.t_s - known.since_s);
             }
         }
     }
@@ -150,7 +150,7 @@ mod tests {
             let distance_m = (0.3 * (1.0 - 0.01 * f64::from(k))).abs();
             time.step(&TimeFrame {
                 t_s,
-                sent_to: (k <= 120).then_some((SurfaceId(0), DVec3::X)),
+                known: (k <= 120).then_some((SurfaceId(0), DVec3::X)),
                 distance_m,
             });
         }
@@ -175,7 +175,7 @@ mod tests {
         let mut time = AvailableTime::usual(0.86);
         let touching = |k: u32| TimeFrame {
             t_s: 0.01 * f64::from(k),
-            sent_to: Some((SurfaceId(0), DVec3::X)),
+            known: Some((SurfaceId(0), DVec3::X)),
             distance_m: if k < 40 { 0.2 } else { 0.001 },
         };
         for k in 0..60 {
@@ -192,15 +192,15 @@ mod tests {
     fn what_says_nothing_teaches_nothing() {
         let at = |t_s: f64, distance_m: f64| TimeFrame {
             t_s,
-            sent_to: Some((SurfaceId(0), DVec3::X)),
+            known: Some((SurfaceId(0), DVec3::X)),
             distance_m,
         };
         let mut time = AvailableTime::usual(0.86);
-        // A hand that is found on the surface, and one without a dispatch.
+        // A hand that is found on the surface, and one that came to no known place.
         time.step(&at(1.0, 0.0));
         time.forget_reach();
         let nowhere = |t_s: f64, distance_m: f64| TimeFrame {
-            sent_to: None,
+            known: None,
             ..at(t_s, distance_m)
         };
         time.step(&nowhere(2.0, 0.3));
@@ -259,7 +259,7 @@ mod tests {
         let mut time = AvailableTime::usual(0.86);
         let at = |t_s: f64, distance_m: f64| TimeFrame {
             t_s,
-            sent_to: Some((SurfaceId(0), DVec3::X)),
+            known: Some((SurfaceId(0), DVec3::X)),
             distance_m,
         };
         time.step(&at(0.0, 0.3));
@@ -280,7 +280,7 @@ mod tests {
             let point_m = if k < 60 { DVec3::Y } else { DVec3::X };
             time.step(&TimeFrame {
                 t_s: 0.01 * f64::from(k),
-                sent_to: Some((SurfaceId(0), point_m)),
+                known: Some((SurfaceId(0), point_m)),
                 distance_m: 0.2 * (1.0 - 0.01 * f64::from(k)),
             });
         }
