@@ -66,7 +66,7 @@ pub struct Results {
 /// Runs every reach; `progress` receives the person after each.
 ///
 /// A reach has the scene of [`panel_study`](crate::contact::panel_study), with a panel that stands upright, since walls are what the arm
-/// presents. The base stands at one place for all reaches for an object, see [`bases`]. The predictor learns from all other people of the
+/// presents. The base stands at one place for all reaches for an object. The predictor learns from all other people of the
 /// room, in the frame of the room. Nothing is learnt from one reach for the next.
 ///
 /// # Errors
