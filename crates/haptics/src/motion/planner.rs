@@ -217,8 +217,9 @@ impl Planner {
     fn forget(&mut self) {
         let (asked, seen) = (self.asked.counts, self.seen.counts);
         if asked.forgets != seen.forgets {
+            let face = (self.goals.solver.arm()).forward(&self.reference.state().q);
+            self.route.restart(self.goals.goal(), &face);
             self.goals.forget();
-            self.route.forget();
             self.destination = None;
         }
         if (asked.stops, asked.slides) != (seen.stops, seen.slides) {

@@ -145,8 +145,17 @@ impl Route {
         self.search = None;
     }
 
-    pub(super) const fn forget(&mut self) {
-        (self.left, self.under_way, self.departed) = ([None; PLACES], None, None);
+    /// The motion begins anew where the board is, at `face`. Only the places that it is still over count on: a board that was stopped in a shelf
+    /// must come out of it.
+    pub(super) fn restart(&mut self, goal: Option<&Goal>, face: &Pose) {
+        let last = [goal.map(Goal::on_surface), self.under_way];
+        let mut over = [None; PLACES];
+        let places = last.into_iter().chain(self.left).flatten();
+        let still = places.filter(|place| self.is_over(place, face));
+        for (slot, place) in over.iter_mut().zip(still) {
+            *slot = Some(place);
+        }
+        (self.left, self.under_way, self.departed) = (over, None, None);
         (self.on_known, self.ends) = (None, None);
         (self.detour_m, self.is_blocked) = (None, false);
         self.search = None;
@@ -209,22 +218,23 @@ impl Route {
         self.keep(goal.on_surface(), face);
     }
 
+    /// Is a board with this face still over a place?
+    fn is_over(&self, place: &Place, face: &Pose) -> bool {
+        let at = board_pose(place.point_m, place.normal, place.roll_rad);
+        self.board.zip(at.ok()).is_some_and(|(board, at)| {
+            Footprint::new(at, &board, self.config.footprint_m).is_under(&board, face)
+        })
+    }
+
     /// Puts a place before the left ones; of those, only the ones that the board is still over are kept.
     fn keep(&mut self, place: Place, face: &Pose) {
-        let Some(board) = self.board else { return };
         if self.on_known == Some(place) && !self.barriers.have(place.point_m, place.normal) {
             return;
         }
         let mut kept = [None; PLACES];
         kept[0] = Some(place);
-        let still_over = |left: &Place| {
-            let left_face = board_pose(left.point_m, left.normal, left.roll_rad);
-            *left != place
-                && left_face.is_ok_and(|at| {
-                    Footprint::new(at, &board, self.config.footprint_m).is_under(&board, face)
-                })
-        };
-        let others = self.left.into_iter().flatten().filter(still_over);
+        let left = self.left.into_iter().flatten();
+        let others = left.filter(|left| *left != place && self.is_over(left, face));
         for (slot, left) in kept.iter_mut().skip(1).zip(others) {
             *slot = Some(left);
         }

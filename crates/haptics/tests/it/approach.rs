@@ -6,7 +6,7 @@ use hwall_haptics::{
     ApproachConfig, Barrier, BarrierTree, Board, BoardTarget, Follower, FollowerConfig, Planner,
     PlannerConfig, board_pose,
 };
-use hwall_kinematics::JointPositions;
+use hwall_kinematics::{JointPositions, JointVelocities};
 use hwall_testkit::Sampler;
 use std::sync::Arc;
 
@@ -281,6 +281,42 @@ fn a_shelf_is_reached_from_behind_its_wall() {
     }
     assert!(follower.commanded_pose().position_m().distance(point_m) < 1e-9);
     assert!(most_m <= 5e-3, "{most_m}");
+}
+
+/// A hold begins the motion anew from wherever the board is. Regression: it forgot the shelf that the board was in, whose wall then hemmed the board
+/// in for good.
+#[test]
+fn a_board_that_was_stopped_in_a_shelf_comes_out_of_it() {
+    let mut sampler = Sampler::new(11);
+    for number in 0..40 {
+        let mut follower = follower(&barriers());
+        let point_m = DVec3::new(0.7, sampler.uniform(-0.45, -0.15), 0.35);
+        let target = BoardTarget::new(point_m, DVec3::X, 0.0);
+        if follower.aim(&target).unwrap().is_some() {
+            continue;
+        }
+        let steps = |s: f64| 0..(s / DT_S) as usize;
+        steps(4.0).for_each(|_| go_on(&mut follower));
+        assert_eq!(Some(follower.commanded()), follower.goal(), "{point_m}");
+        // On the way out, twice.
+        for _ in 0..2 {
+            follower.set_posture(&waiting(), None).unwrap();
+            steps(sampler.uniform(0.0, 0.4)).for_each(|_| go_on(&mut follower));
+            let at = follower.commanded();
+            follower.restart(&at, &JointVelocities([0.0; 7])).unwrap();
+        }
+        follower.set_posture(&waiting(), None).unwrap();
+        for _ in steps(4.0) {
+            go_on(&mut follower);
+            // What was allowed on the way in, no more.
+            let in_front_m = follower.protrusion_m();
+            assert!(
+                in_front_m.is_none_or(|m| m <= 5e-3),
+                "{number}: {in_front_m:?}"
+            );
+        }
+        assert_eq!(follower.commanded(), waiting(), "{number}: from {point_m}");
+    }
 }
 
 /// The plane of a shelf's top, which ends at no barrier, lies between the board and a place of the wall above it.

@@ -41,3 +41,24 @@ fn only_the_place_left_last_keeps_its_plane_whether_there_is_a_goal_or_not() {
     route.under_way = None;
     assert!(counts(&route, None).is_empty());
 }
+
+#[test]
+fn of_the_places_only_those_that_the_board_is_over_outlast_a_restart() {
+    let mut route = Route::new(ApproachConfig::default(), Some(Board::default()));
+    route.left = left([0.6, 0.5, 0.4]);
+    route.left[1] = route.left[1].map(|place| Place {
+        point_m: place.point_m + DVec3::Y,
+        ..place
+    });
+    let face = board_pose(DVec3::new(0.5, 0.05, 0.5), DVec3::X, 0.0).expect("a pose");
+    let over = [route.left[0], route.left[2]];
+    route.restart(None, &face);
+    assert_eq!(
+        (route.left[..2].to_vec(), route.left[2]),
+        (over.to_vec(), None)
+    );
+    // An arm that stands elsewhere begins as at first.
+    let away = board_pose(DVec3::new(0.39, 1.0, 0.5), DVec3::NEG_Y, 0.0).expect("a pose");
+    route.restart(None, &away);
+    assert_eq!(route.left, [None; PLACES]);
+}
