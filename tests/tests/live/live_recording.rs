@@ -8,9 +8,8 @@ use hwall_kinematics::JointPositions;
 use hwall_record::{Ending, Input, Recording, Request};
 use hwall_stage::input::scene_file::SceneFlags;
 use hwall_stage::live::{LiveFlags, prepare, run_simulated};
-use hwall_stage::person::predictors::PredictorKind;
 use hwall_stage::recording::replay;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, ErrorKind};
 use std::net::{Ipv4Addr, SocketAddr, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -61,26 +60,24 @@ fn server() -> anyhow::Result<BridgeServer> {
 }
 
 /// Runs a session before the wall, as `bridge --record` does.
-fn live(
-    server: &BridgeServer,
-    record: &Path,
-    predictor: Option<PredictorKind>,
-    enabling_switch: bool,
-) -> anyhow::Result<()> {
+fn live(server: &BridgeServer, record: &Path, flags: LiveFlags) -> anyhow::Result<()> {
     let scene = record.with_extension("obj");
     let flags = LiveFlags {
         scene: SceneFlags {
             scene: Some(scene),
             ..LiveFlags::parse_from([""]).scene
         },
-        predictor,
-        enabling_switch,
         seconds: Some(600.0),
         record: Some(record.to_owned()),
-        ..LiveFlags::parse_from([""])
+        ..flags
     };
     let prepared = prepare(server, &flags)?;
     run_simulated(server, prepared, &flags)
+}
+
+/// Flags of `bridge`.
+fn flags(flags: &str) -> LiveFlags {
+    LiveFlags::parse_from(std::iter::once("").chain(flags.split_whitespace()))
 }
 
 /// A client of the page's protocol.
@@ -88,6 +85,7 @@ struct Client {
     socket: WebSocket<TcpStream>,
     began: Instant,
     sent: u32,
+    head: &'static str,
 }
 
 impl Client {
@@ -110,6 +108,7 @@ impl Client {
             socket,
             began: Instant::now(),
             sent: 0,
+            head: "[1.3,-0.1,1.1,0,0,0,1]",
         })
     }
 
@@ -123,11 +122,34 @@ impl Client {
         self.sent += 1;
         let joints = vec![format!("[{x},{y},0.6]"); 25].join(",");
         let client_ms = 1e3 * self.began.elapsed().as_secs_f64();
-        let seq = self.sent;
+        let (seq, head) = (self.sent, self.head);
         self.socket.send(Message::text(format!(
-            r#"{{"type":"hand","seq":{seq},"client_ms":{client_ms},"side":"right","joints":[{joints}],"head":[1.3,-0.1,1.1,0,0,0,1],"gaze":null,"axes":"base","source":"test"}}"#
+            r#"{{"type":"hand","seq":{seq},"client_ms":{client_ms},"side":"right","joints":[{joints}],"head":{head},"gaze":null,"axes":"base","source":"test"}}"#
         )))?;
         Ok(())
+    }
+
+    /// The events that have come, each as its kind and its text.
+    fn events(&mut self) -> anyhow::Result<Vec<String>> {
+        let mut events = Vec::new();
+        (self.socket.get_ref()).set_read_timeout(Some(Duration::from_millis(1)))?;
+        loop {
+            match self.socket.read() {
+                Ok(Message::Text(text)) => {
+                    let message: serde_json::Value = serde_json::from_str(&text)?;
+                    if message["type"] == "event" {
+                        events.push(format!("{}: {}", message["kind"], message["text"]));
+                    }
+                }
+                Ok(_) => {}
+                Err(tungstenite::Error::Io(error))
+                    if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) =>
+                {
+                    return Ok(events.iter().map(|event| event.replace('"', "")).collect());
+                }
+                Err(error) => return Err(error.into()),
+            }
+        }
     }
 
     /// What a person asks of the arm.
@@ -164,6 +186,56 @@ fn replayed(path: &Path) -> anyhow::Result<String> {
     Ok(text)
 }
 
+/// The events that a client with a head is told, and after it one without, each from its third second on.
+fn told_without_a_head(bridge: &str, name: &str) -> anyhow::Result<[Vec<String>; 2]> {
+    let files = Files::new(name)?;
+    let server = server()?;
+    let (address, stop) = (server.address().to_string(), server.stop_handle());
+    std::thread::scope(|scope| {
+        let clients = scope.spawn(|| {
+            let both = ["[1.3,-0.1,1.1,0,0,0,1]", "null"].map(|head| {
+                let mut client = Client::of_a_session(&address)?;
+                client.head = head;
+                let mut told = Vec::new();
+                while client.sent < 72 * 8 {
+                    client.send()?;
+                    // Until then the client before may still lead.
+                    if client.sent > 72 * 2 {
+                        told.extend(client.events()?);
+                    }
+                }
+                anyhow::Ok(told)
+            });
+            stop.stop();
+            let [first, second] = both;
+            anyhow::Ok([first?, second?])
+        });
+        live(&server, files.mcap(), flags(bridge))?;
+        clients.join().ok().context("the clients' thread")?
+    })
+}
+
+/// What a client said ends with it: whoever comes then without a head is neither stopped for the head of the client before, nor served with it.
+#[test]
+fn a_client_without_a_head_after_one_with_a_head() -> anyhow::Result<()> {
+    let _alone = alone();
+    let is_served = |told: &[String]| told.iter().any(|event| event.starts_with("touched"));
+    let [first, second] = told_without_a_head("--predictor ray-led", "head")?;
+    assert!(is_served(&first), "{first:?}");
+    let unseen = "the head has not been tracked yet";
+    assert!(
+        second.iter().any(|event| event.contains(unseen)),
+        "{second:?}"
+    );
+    assert!(!is_served(&second), "{second:?}");
+    let [first, second] = told_without_a_head("--predictor ray-led --no-head", "no-head")?;
+    assert!(
+        is_served(&first) && is_served(&second),
+        "{first:?} {second:?}"
+    );
+    Ok(())
+}
+
 #[test]
 fn a_live_session_is_made_again_bit_by_bit() -> anyhow::Result<()> {
     let _alone = alone();
@@ -180,7 +252,7 @@ fn a_live_session_is_made_again_bit_by_bit() -> anyhow::Result<()> {
             stop.stop();
             anyhow::Ok(client.sent)
         });
-        let run = live(&server, files.mcap(), None, false);
+        let run = live(&server, files.mcap(), flags(""));
         is_over.store(true, Ordering::Relaxed);
         run?;
         client.join().ok().context("the client's thread")?
@@ -219,7 +291,8 @@ fn the_arm_moves_only_while_the_switch_is_held() -> anyhow::Result<()> {
             stop.stop();
             anyhow::Ok(())
         });
-        live(&server, files.mcap(), Some(PredictorKind::RayLed), true)?;
+        let switched = flags("--predictor ray-led --enabling-switch");
+        live(&server, files.mcap(), switched)?;
         client.join().ok().context("the client's thread")?
     })?;
     // While the arm is stopped, without the time in which it brakes, and while it is free.
@@ -266,12 +339,7 @@ fn a_child_that_records_until_it_is_killed() -> anyhow::Result<()> {
     };
     let server = server()?;
     println!("\nlistens at {}", server.address());
-    live(
-        &server,
-        Path::new(&record),
-        Some(PredictorKind::RayLed),
-        false,
-    )
+    live(&server, Path::new(&record), flags("--predictor ray-led"))
 }
 
 #[test]

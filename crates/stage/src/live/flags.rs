@@ -98,6 +98,9 @@ pub struct LiveFlags {
     /// A hand that stands quite still counts as lost: for a headset that repeats its last pose when it loses a hand
     #[arg(long)]
     pub watch_frozen: bool,
+    /// Nothing tracks the person's head: the arm does not wait for a head, and nothing keeps it away from one that is not sent
+    #[arg(long)]
+    pub no_head: bool,
     /// Listens here for the FRI controller of an iiwa and leads its arm instead of a simulated one: 127.0.0.1:30200 for a simulated controller, the address of this computer towards a real one, with a port of 30200 to 30209
     #[arg(long, conflicts_with = "unity_udp", value_parser = socket_address)]
     pub fri: Option<SocketAddr>,

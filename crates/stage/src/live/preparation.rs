@@ -73,6 +73,9 @@ pub fn prepare(server: &BridgeServer, flags: &LiveFlags) -> anyhow::Result<Prepa
     };
     let (predictor, leader, learnt) = predictor(&scenery, flags.predictor)?;
     remarks.push(learnt);
+    if flags.no_head {
+        remarks.push("no head is waited for: nothing keeps the arm away from one".to_owned());
+    }
     let room = flags.real_room()?;
     let settings = SessionSettings {
         scenery,
@@ -82,8 +85,7 @@ pub fn prepare(server: &BridgeServer, flags: &LiveFlags) -> anyhow::Result<Prepa
             true => HandFilterConfig::default(),
             false => HandFilterConfig::simulated(),
         },
-        // Live users wear a headset: the arm waits until it is tracked.
-        sees_head: true,
+        sees_head: !flags.no_head,
         // Frames already use the arm's clock.
         arm_minus_tracker_s: 0.0,
     };
