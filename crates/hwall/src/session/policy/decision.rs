@@ -63,6 +63,8 @@ pub(in crate::session) struct Policy {
     told: Option<ContactPrediction>,
     /// When the hand last reached, s.
     reached_s: f64,
+    /// While it reaches for the goal: the time until the touch as expected in the last frame, s.
+    left_s: Option<f64>,
     /// When the hand was last not at rest, s.
     moved_s: f64,
     /// When a prediction was last not finite, s.
@@ -93,6 +95,7 @@ impl Policy {
             way: None,
             told: None,
             reached_s: f64::NEG_INFINITY,
+            left_s: None,
             moved_s: f64::NEG_INFINITY,
             bad_s: f64::NEG_INFINITY,
             last_s: f64::NEG_INFINITY,
@@ -107,7 +110,7 @@ impl Policy {
     /// Drops the current choice and reach, for a world that jumped; what was learnt of the person stays.
     pub(in crate::session) fn reset(&mut self) {
         self.choice = Choice::Wait;
-        (self.way, self.told) = (None, None);
+        (self.way, self.told, self.left_s) = (None, None, None);
         [self.reached_s, self.moved_s, self.bad_s, self.last_s] = [f64::NEG_INFINITY; 4];
         self.fixations.forget_look();
         self.available_time.forget_reach();
@@ -143,6 +146,7 @@ impl Policy {
             // The clock was set back.
             self.reset();
         }
+        let since_s = t_s - self.last_s;
         self.last_s = t_s;
         self.course.step(t_s, hand.map(|hand| hand.point_m));
         let Some(first) = ranked.first() else {
@@ -162,6 +166,7 @@ impl Policy {
         }
         let ranked = &ranked[..ranked.len().min(MOST)];
         self.watch(t_s, ranked, hand);
+        self.left_s = self.left_s.map(|left_s| left_s + since_s);
         let hypothesis = |contact: &ContactPrediction| self.hypothesis(t_s, contact, hand, arm);
         let mut hypotheses = [hypothesis(first); MOST];
         for (into, contact) in hypotheses.iter_mut().zip(ranked).skip(1) {
@@ -181,7 +186,17 @@ impl Policy {
                 passed_s: 0.0,
             },
         };
-        let way = self.way.unwrap_or_else(|| Way::at(arm.waits_at()));
+        let waits_at = arm.waits_at();
+        let way = match self.way.unwrap_or_else(|| Way::at(waits_at)) {
+            // The waiting posture has changed.
+            way if self.choice == Choice::Wait
+                && waits_at.is_some()
+                && way.leads_to() != waits_at =>
+            {
+                way.to(arm, waits_at, t_s)
+            }
+            way => way,
+        };
         let stays = || {
             let contact = self.told.filter(|_| arm.waits_at().is_none())?;
             let stand = arm.stand(&contact)?;
@@ -197,6 +212,10 @@ impl Policy {
         }
         let (choice, way) = chooser.best(last, &way);
         (self.choice, self.way) = (choice, Some(way));
+        let reached = hypotheses
+            .iter()
+            .filter(|place| place.reaches && place.chance > 0.0 && self.is_goal(&place.contact));
+        self.left_s = reached.map(|place| place.time.median_s).reduce(f64::min);
         let decision = match choice {
             Choice::Wait => Decision::Wait,
             Choice::Preposition(goal) => {
@@ -233,7 +252,7 @@ impl Policy {
     }
 
     fn turn_to_waiting(&mut self, t_s: f64, arm: &impl Presenting) {
-        self.told = None;
+        (self.told, self.left_s) = (None, None);
         if self.choice != Choice::Wait {
             self.choice = Choice::Wait;
             self.way = self.way.map(|way| way.to(arm, arm.waits_at(), t_s));
@@ -292,7 +311,8 @@ impl Policy {
     ) -> Hypothesis {
         let usual = self.usual();
         let contact = &expected_soon(*contact, hand);
-        let stated = contact.time_to_contact_s.filter(|time| time.mean_s >= 0.0);
+        let stated =
+            (contact.time_to_contact_s).filter(|time| (0.0..f64::INFINITY).contains(&time.mean_s));
         let expected = stated.map_or(usual, |time| {
             let sd_s = time.sd_s.filter(|sd_s| *sd_s >= 0.0);
             TouchTime {
@@ -301,6 +321,14 @@ impl Policy {
                 passed_s: 0.0,
             }
         });
+        // As the hand slows down before the touch, estimates jump up: within a reach, the time left grows no faster than time passes.
+        let expected = match self.left_s.filter(|_| self.is_goal(contact)) {
+            Some(left_s) => TouchTime {
+                median_s: expected.median_s.min(left_s),
+                ..expected
+            },
+            None => expected,
+        };
         let meant = 1.0 - self.config.detour_share;
         let goes_on = t_s - self.reached_s <= self.config.pause_s && self.is_goal(contact);
         let (share, time) = match self.motion(contact, hand) {

@@ -103,6 +103,11 @@ impl Way {
         }
     }
 
+    /// Configuration that the motion leads to, rad.
+    pub(super) const fn leads_to(&self) -> Option<JointPositions> {
+        self.to
+    }
+
     /// Time left until the board stands within `slack_m` of the place that the motion leads to, s.
     pub(super) fn left_within_s(
         &self,
