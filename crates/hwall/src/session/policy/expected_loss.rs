@@ -207,6 +207,8 @@ impl<A: Presenting> Chooser<'_, A> {
             Choice::Wait | Choice::Preposition(_) => None,
         };
         let (mut late, mut there) = (0.0, 0.0);
+        // Elsewhere the arm goes on from where the choice leads.
+        let left_s = way.left_s(self.t_s);
         for hypothesis in self.possible() {
             let covered = goal.map_or(0.0, |goal| self.covered_share(goal, hypothesis));
             let [a_m, b_m] = hypothesis.sds_m;
@@ -220,8 +222,9 @@ impl<A: Presenting> Chooser<'_, A> {
                 None => f64::INFINITY,
             };
             let elsewhere = match hypothesis.reaches {
-                true => (hypothesis.time).comes_within(onwards_s / self.config.onset_share),
-                false => self.too_late(&hypothesis.time, onwards_s),
+                true => (hypothesis.time)
+                    .comes_within((left_s + onwards_s).max(onwards_s / self.config.onset_share)),
+                false => self.too_late(&hypothesis.time, left_s, onwards_s),
             };
             let arrives_s = self.arrives_s(choice, way, self.reach_m - a_m.max(b_m));
             let here = (1.0 - self.config.late_share) * hypothesis.time.comes_within(arrives_s);
@@ -230,15 +233,16 @@ impl<A: Presenting> Chooser<'_, A> {
         }
         // The touch may come where none is predicted. Places lie all around the waiting posture, so the two ways add like independent ones.
         let back_s = travel_s(self.arm, to.as_ref(), self.arm.waits_at().as_ref());
-        late += self.elsewhere() * self.too_late(&self.unknown, USUAL_S.hypot(back_s));
+        late += self.elsewhere() * self.too_late(&self.unknown, left_s, USUAL_S.hypot(back_s));
         late + goal.map_or(0.0, |_| self.config.false_dispatch * (1.0 - there))
     }
 
-    /// Probability that less than `onwards_s` (s) is left, from now or from when the motion of the hand reveals the place. The two times are taken as
-    /// independent, because the person's time from reveal to touch hardly depends on when the reach begins.
-    fn too_late(&self, time: &TouchTime, onwards_s: f64) -> f64 {
-        let in_time = |time: &TouchTime| 1.0 - time.comes_within(onwards_s);
-        1.0 - in_time(time) * in_time(&self.revealed)
+    /// Probability that a touch comes before the arm, which has `left_s` to go, has gone on for `onwards_s`, or less than `onwards_s` after the motion of
+    /// the hand reveals the place. The two times are taken as independent, because the person's time from reveal to touch hardly depends on when the
+    /// reach begins.
+    fn too_late(&self, time: &TouchTime, left_s: f64, onwards_s: f64) -> f64 {
+        let in_time = |time: &TouchTime, s: f64| 1.0 - time.comes_within(s);
+        1.0 - in_time(time, left_s + onwards_s) * in_time(&self.revealed, onwards_s)
     }
 
     /// Probability that a touch of a hypothesis is on the face of a board at a goal.
