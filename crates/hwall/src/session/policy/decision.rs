@@ -409,12 +409,9 @@ impl Policy {
         let mean_m_per_s = course.map_or(found_m_per_s, |course| course.mean_m_per_s);
         let off_m_per_s = mean_m_per_s.dot(contact.normal);
         if contact.distance_m <= self.config.near_m {
-            // Close to the surface, the direction to a point on it is unreliable. A hand that has left returns with a clear motion.
-            let most_m_per_s = match is_goal {
-                true => LEAVES_M_PER_S,
-                false => self.config.reach_m_per_s,
-            };
-            return match off_m_per_s > most_m_per_s {
+            // Close to the surface, the direction to a point on it is unreliable, and people who search for the place move back and forth at up to
+            // 0.25 m/s. A hand that has left returns with a clear motion.
+            return match !is_goal && off_m_per_s > self.config.reach_m_per_s {
                 true => Motion::Leaves,
                 false => Motion::Reaches,
             };
