@@ -3,7 +3,7 @@
 use crate::arrays::{Array, Floats, Rows, array, in_order, like, tuple};
 use crate::error::{Error, OrRaise, one_of, refuse};
 use hwall::bip::{
-    Bank, BankConfig, Basis, Demonstration, Group, Model, Observation, TrainingConfig,
+    Bank, BankConfig, Basis, BipError, Demonstration, Group, Model, Observation, TrainingConfig,
     TuningConfig, tune,
 };
 use hwall::numeric::check::{all_finite, that};
@@ -101,7 +101,10 @@ pub(crate) fn fit(
         };
         motions.push(motion.or_raise_in_row(number)?);
     }
-    let columns = motions.first().map_or(0, Demonstration::dofs);
+    let Some(columns) = motions.first().map(Demonstration::dofs) else {
+        let (got, needed) = (0, if tune { 3 } else { 1 });
+        return Err(BipError::TooFewDemonstrations { got, needed }).or_raise();
+    };
     let mut seen = vec![observed.is_none(); columns];
     for column in observed.unwrap_or_default() {
         match seen.get_mut(column) {
@@ -117,10 +120,7 @@ pub(crate) fn fit(
     PyModel::of(model.or_raise()?)
 }
 
-fn tuned(
-    motions: &[Demonstration],
-    config: &TrainingConfig,
-) -> Result<Model, hwall::bip::BipError> {
+fn tuned(motions: &[Demonstration], config: &TrainingConfig) -> Result<Model, BipError> {
     Ok(tune(motions, config, &TuningConfig::new(config))?.model)
 }
 

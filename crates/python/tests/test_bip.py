@@ -121,7 +121,8 @@ def test_bad_samples_leave_the_filter_as_it_was(model):
     [
         (lambda: bip.fit([np.full((5, 2), np.nan)]), "row 0: row 0, column 0 is NaN, not a finite number"),
         (lambda: bip.fit([np.zeros(5)]), "demonstration 0 has the shape (5,), it must be (samples, columns)"),
-        (lambda: bip.fit([]), ""),
+        (lambda: bip.fit([]), "0 demonstrations, 3 are needed"),
+        (lambda: bip.fit([], [0], tune=False), "0 demonstrations, 1 are needed"),
         (lambda: bip.fit(REACHES, [7]), "there is no column 7 among 2"),
         (lambda: bip.fit(REACHES, times=[[0.0]]), "5 demonstrations and 1 times"),
         (lambda: bip.fit(REACHES, basis="spline"), 'basis "spline" is not one of legendre'),

@@ -95,3 +95,20 @@ def test_hostile_values_give_an_answer_or_an_error(name):
             call(*given, **options)
         except (ValueError, TypeError, OverflowError):
             pass  # hwall.Error is a ValueError; the others come from numpy and from Python itself.
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", CALLS)
+def test_nothing_is_lost_in_conversion(name):
+    """Masked values, imaginary parts, texts and times are refused wherever an array is asked for; of a single number numpy warns."""
+    call, arguments, named = CALLS[name]
+    for place, value in [*enumerate(arguments), *named.items()]:
+        values = np.asarray(value, dtype=object)
+        if values.ndim == 0 or not all(isinstance(v, float) for v in values.flat):
+            continue
+        values = values.astype(float)
+        for bad in (np.ma.masked_all_like(values), values + 1j, values.astype(str), values.astype("m8[s]")):
+            given, options = list(arguments), dict(named)
+            (given if isinstance(place, int) else options)[place] = bad
+            with pytest.raises((hwall.Error, TypeError, Warning)):
+                call(*given, **options)
