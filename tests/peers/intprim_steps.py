@@ -47,6 +47,10 @@ def motions(folder: Path, kind: str) -> list:
     return [np.loadtxt(f, delimiter=",", skiprows=1).T for f in files]
 
 
+def polynomials(intprim):
+    return intprim.basis.PolynomialModel(8, np.array(["x"] * DOFS))
+
+
 def gaussians(intprim, count: int, dofs: int):
     """Standard deviation: the distance of the centres. Without the cache."""
     names = np.array(["x"] * dofs)
@@ -92,6 +96,10 @@ class Contestant:
             bip.filter.get_projected_mean_covariance(None)
         return phase
 
+    def end(self):
+        """Mean of all degrees of freedom at the end of the motion."""
+        return self.primitive.filter.get_projected_mean_covariance(1.0)[0]
+
     def follow(self, motion, call: str):
         """Phases and times, us, of all steps of one motion."""
         seen = motion.copy()
@@ -128,7 +136,7 @@ def main() -> None:
     import intprim
 
     train, test = motions(args.workload, "train"), motions(args.workload, "test")
-    eight = [intprim.basis.PolynomialModel(8, np.array(["x"] * DOFS))]
+    eight = [polynomials(intprim)]
     mixed = [gaussians(intprim, 18, HAND), gaussians(intprim, 7, ARM)]
     reference = args.workload.resolve().parent / "poly_B8" / "ekf_intprim.json"
     for name, bases in (("polynomial 8", eight), ("Gaussian 18/7", mixed)):
@@ -147,4 +155,5 @@ def main() -> None:
                 check(reference, [p for p, _ in runs])
 
 
-main()
+if __name__ == "__main__":
+    main()
