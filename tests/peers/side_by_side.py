@@ -13,6 +13,7 @@ Poses, `--count` of each kind, the truth of which does not depend on any contest
 An answer is right if it meets a reachable pose within 1 mm, 1 mrad and 1e-6 rad of the limits (hwall:
 1e-9 m, 1e-9 rad, 1e-12 rad), and if it is "no" for the others. The program ends with an error if hwall
 is wrong or refuted. A contestant that is not installed is named as skipped. `--intprim`: see intprim_steps.py.
+`hwall.bip` runs twice: as published, to be compared number by number, and with its own hypotheses and noise.
 """
 
 import argparse
@@ -182,7 +183,7 @@ def ask(solve, poses, starts):
 
 
 def spread(us):
-    return "{:.3g} / {:.3g}".format(*np.percentile(us, [50, 99]))
+    return " / ".join(f"{x:.3g}" if x < 100 else f"{x:.0f}" for x in np.percentile(us, [50, 99]))
 
 
 def table(titles, rows):
@@ -214,7 +215,7 @@ def inverse(arm, count, rng):
         verdicts.append([name, setting, *shares, *worst])
         batched = [timed(solve_all, poses, starts) for _ in range(3 if solve_all else 0)]
         faults += sum(np.sum(np.isnan(answers) != np.isnan(q)) for answers, _ in batched)
-        mean = f"{np.median([us for _, us in batched]) / len(poses):.3g}" if batched else "none"
+        mean = f"{np.median([us for _, us in batched]) / len(poses):.4g}" if batched else "none"
         times.append([name, *(spread(us[kind == k]) for k in range(4)), mean])
     table(["contestant", "setting", *KINDS, "position error, m", "rotation error, rad"], verdicts)
     print("Right answers; errors, median / max, of those to poses that can be held.")
@@ -250,10 +251,11 @@ def primitives(intprim, workload):
     fit = partial(bip.fit, [m.T for m in train], range(HAND), basis="polynomial", functions=8)
     hidden = np.r_[np.ones(HAND), np.zeros(7)]
     runs = [("IntPrim", new_filter, lambda f, x: f.step("filter", (hidden * x)[:, None]), lambda f: f.end())]
-    for name, model in (("hwall.bip, noise of the fit", fit(tune=False)), ("hwall.bip, tuned", fit())):
-        runs.append((name, model.filter, lambda f, x: f.update(x[:HAND]), lambda f: f.predict().mean))
+    same, tuned = fit(tune=False, published=True), fit()
+    for name, make in (("hwall.bip as published", partial(same.filter, published=True)), ("hwall.bip", tuned.filter)):
+        runs.append((name, make, lambda f, x: f.update(x[:HAND]), lambda f: f.predict().mean))
     prior = published.primitive.get_mean_trajectory(101).T
-    off_before = abs(model.mean(np.linspace(0, 1, 101)) - prior).max()
+    off_before = abs(same.mean(np.linspace(0, 1, 101)) - prior).max()
     truth, reference, rows = np.array([m[HAND:, -1] for m in test]), None, []
     for name, make, update, end in runs:
         followed = [follow(make(), m, update, end) for m in test]
