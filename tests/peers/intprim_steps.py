@@ -4,7 +4,8 @@ Usage: intprim_steps.py --intprim FOLDER_WITH_THE_PACKAGE --workload FOLDER_OF_C
 
 Needs numpy, scipy, scikit-learn, matplotlib and the sources of IntPrim (GitHub ir-lab/intprim,
 HEAD 8994b15): FOLDER_WITH_THE_PACKAGE is the one that holds `intprim/`. Expected repairs:
-- imports of Python 3 (`from intprim.basis import basis_model` and the like);
+- imports of Python 3 (`from intprim.basis import basis_model` and the like); those of `examples`,
+  `util` and `filter.kf` are left out;
 - `basis/selection.py`: `np.sum` of a generator becomes `sum`;
 - `filter/spatiotemporal/ekf.py`: `self.basis_model.inverse_transform(w)` becomes `w`.
 
