@@ -2,7 +2,7 @@
 
 Usage: side_by_side.py [--count 500] [--seed 20180601] [--intprim FOLDER [--workload FOLDER]]
 
-Poses, `--count` of each kind, the truth of which does not depend on any contestant:
+Poses, `--count` of each kind:
 - reachable: forward kinematics (products of elementary rotations, below) of random joints;
 - impossible: the wrist centre lies beyond the stretched arm, or nearer to the shoulder than the
   elbow's limit allows, by 0.1 mm or more: no triangle has these sides;
