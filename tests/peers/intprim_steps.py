@@ -4,7 +4,8 @@ Usage: intprim_steps.py --intprim FOLDER_WITH_THE_PACKAGE --workload FOLDER_OF_C
 
 Needs numpy, scipy, scikit-learn, matplotlib and the sources of IntPrim (GitHub ir-lab/intprim,
 HEAD 8994b15): FOLDER_WITH_THE_PACKAGE is the one that holds `intprim/`. Expected repairs:
-- imports of Python 3 (`from intprim.basis import basis_model` and the like);
+- imports of Python 3 (`from intprim.basis import basis_model` and the like); those of `examples`,
+  `util` and `filter.kf` are left out;
 - `basis/selection.py`: `np.sum` of a generator becomes `sum`;
 - `filter/spatiotemporal/ekf.py`: `self.basis_model.inverse_transform(w)` becomes `w`.
 
@@ -45,6 +46,10 @@ def motions(folder: Path, kind: str) -> list:
     """One array a file, a row a degree of freedom."""
     files = sorted(folder.glob(f"{kind}_*.csv"))
     return [np.loadtxt(f, delimiter=",", skiprows=1).T for f in files]
+
+
+def polynomials(intprim):
+    return intprim.basis.PolynomialModel(8, np.array(["x"] * DOFS))
 
 
 def gaussians(intprim, count: int, dofs: int):
@@ -92,6 +97,10 @@ class Contestant:
             bip.filter.get_projected_mean_covariance(None)
         return phase
 
+    def end(self):
+        """Mean of all degrees of freedom at the end of the motion."""
+        return self.primitive.filter.get_projected_mean_covariance(1.0)[0]
+
     def follow(self, motion, call: str):
         """Phases and times, us, of all steps of one motion."""
         seen = motion.copy()
@@ -128,7 +137,7 @@ def main() -> None:
     import intprim
 
     train, test = motions(args.workload, "train"), motions(args.workload, "test")
-    eight = [intprim.basis.PolynomialModel(8, np.array(["x"] * DOFS))]
+    eight = [polynomials(intprim)]
     mixed = [gaussians(intprim, 18, HAND), gaussians(intprim, 7, ARM)]
     reference = args.workload.resolve().parent / "poly_B8" / "ekf_intprim.json"
     for name, bases in (("polynomial 8", eight), ("Gaussian 18/7", mixed)):
@@ -147,4 +156,5 @@ def main() -> None:
                 check(reference, [p for p, _ in runs])
 
 
-main()
+if __name__ == "__main__":
+    main()

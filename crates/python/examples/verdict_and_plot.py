@@ -13,8 +13,8 @@ import matplotlib.pyplot as plt
 PLANE = 0.5  # distance of the wall from the base, m
 arm = hwall.Arm.iiwa7()
 
-# Verdicts on 20,000 poses at once: the flange points at the wall, x forward.
-s, z = np.meshgrid(np.linspace(-0.9, 0.9, 200), np.linspace(-0.5, 1.2, 100))
+# Verdicts on 20,000 poses at once, in the middles of cells of 9 x 17 mm: the flange points at the wall, x forward.
+s, z = np.meshgrid(np.linspace(-0.8955, 0.8955, 200), np.linspace(-0.4915, 1.1915, 100))
 poses = np.tile(np.eye(4), (s.size, 1, 1))
 poses[:, :3, :3] = np.column_stack([[0, 1, 0], [0, 0, 1], [1, 0, 0]])
 poses[:, :3, 3] = np.column_stack([np.full(s.size, PLANE), s.ravel(), z.ravel()])

@@ -271,8 +271,10 @@ impl PyArm {
         like(py, &rows, in_row(&rows, all)?, &[6, joints])
     }
 
-    /// Can the arm hold this pose of its tool (base frame, m)? `Verdict` of T (4, 4), `Verdicts` of (n, 4, 4).
-    /// A proof if the arm is `exact`; otherwise a search, whose "not found" proves nothing.
+    /// Can the arm hold T, (4, 4), the pose of its tool in the base frame, m? A `Verdict`: `reachable`, with a configuration `q`, rad, that
+    /// holds it within the limits, or `reason`, `kind` and `gap`, m. Of (n, 4, 4) `Verdicts`: the same as arrays, and three times as fast.
+    /// If the arm is `exact`, both answers are proofs, and `forward(q)` is within 1e-12 (m, rad) of T; if not, it is a search, whose "not
+    /// found" proves nothing. T must be rigid: `hwall.Error` otherwise.
     fn verdict<'py>(&self, py: Python<'py>, T: Floats<'py>) -> PyResult<Bound<'py, PyAny>> {
         let (rows, joints) = (Rows::new("T", &T, &[4, 4])?, self.joint_count());
         let mut search = self.search(BranchPolicy::Any);
@@ -343,9 +345,11 @@ impl PyArm {
         }
     }
 
-    /// The configuration for T that is nearest to q. `Nearest` of T (4, 4) and q (joints,); raises `hwall.Error` for an
-    /// unreachable pose. `Nearests` of (n, 4, 4) and q (joints,) or (n, joints). `policy`: "prefer" (stay on the
-    /// branch if possible), "keep" (never leave it), "any".
+    /// The configuration within the limits that holds T (as for `verdict`) and is nearest to q, by the sum of squared differences, rad. q may
+    /// be beyond the limits. Near singularities a nearer one can be missed. A `Nearest` of T (4, 4) and q (joints,), or `hwall.Error` with
+    /// the reason why T cannot be held; `Nearests` of (n, 4, 4) and q (joints,) or (n, joints), with NaN where a pose cannot. `policy` says
+    /// which of the eight branches (signs of joints 2, 4 and 6) count: "prefer" (that of q, or all if it does not hold T), "keep" (that of q
+    /// only) or "any".
     #[pyo3(signature = (T, q, policy="prefer"))]
     fn nearest<'py>(
         &self,

@@ -5,12 +5,45 @@ use hwall::geometry::Pose;
 use hwall::glam::{DMat4, DVec3};
 use hwall::numeric::check::all_finite;
 use numpy::{AllowTypeChange, Element, PyArray1, PyArrayDyn, PyArrayLikeDyn, PyArrayMethods};
-use numpy::{PyUntypedArrayMethods, ndarray::IxDyn};
+use numpy::{PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods, ndarray::IxDyn};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use std::borrow::Cow;
+use std::ops::Deref;
 
-/// Anything that numpy can convert to an array of f64.
-pub(crate) type Floats<'py> = PyArrayLikeDyn<'py, f64, AllowTypeChange>;
+/// Anything that numpy can convert to an array of f64 without a loss: no complex numbers, texts, times or masked values.
+pub(crate) struct Floats<'py>(PyArrayLikeDyn<'py, f64, AllowTypeChange>);
+
+impl<'py> Deref for Floats<'py> {
+    type Target = PyReadonlyArrayDyn<'py, f64>;
+
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
+}
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Floats<'py> {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        let plain = given.is_exact_instance_of::<PyUntypedArray>();
+        if !(plain && given.cast::<PyArrayDyn<f64>>().is_ok()) {
+            let numpy = given.py().import("numpy")?;
+            let masked = numpy.getattr("ma")?.call_method1("is_masked", (given,))?;
+            if masked.is_truthy()? {
+                return refuse("an array with masked values: fill them or leave them out");
+            }
+            let dtype = numpy.call_method1("asarray", (given,))?.getattr("dtype")?;
+            let kind: char = dtype.getattr("kind")?.extract()?;
+            if !"biufO".contains(kind) {
+                let message = format!("values of type {dtype}, not real numbers");
+                return Err(PyTypeError::new_err(message));
+            }
+        }
+        Ok(Self(given.extract()?))
+    }
+}
+
 /// A returned array.
 pub(crate) type Array<'py, T = f64> = Bound<'py, PyArrayDyn<T>>;
 

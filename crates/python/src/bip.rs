@@ -3,8 +3,8 @@
 use crate::arrays::{Array, Floats, Rows, array, in_order, like, tuple};
 use crate::error::{Error, OrRaise, one_of, refuse};
 use hwall::bip::{
-    Bank, BankConfig, Basis, Demonstration, Group, Model, Observation, TrainingConfig,
-    TuningConfig, tune,
+    Bank, BankConfig, Basis, BipError, Demonstration, FilterConfig, Group, Model, NoiseSource,
+    Observation, TrainingConfig, TuningConfig, tune,
 };
 use hwall::numeric::check::{all_finite, that};
 use numpy::{PyArrayDyn, PyUntypedArrayMethods};
@@ -58,9 +58,12 @@ fn groups(observed: &[bool], basis: Basis) -> Vec<Group> {
 ///
 /// `observed`: the columns that a filter will see; the others are inferred. Default: all. Time: `times`, a list of arrays
 /// (samples,), or `period` between samples; filters use the same unit. `tune`: choose the noise on held-out
-/// motions, so that intervals have their stated coverage (a second for 47 demonstrations of 25 columns).
+/// motions, so that intervals have their stated coverage (a second for 47 demonstrations of 25 columns). `published`: the conventions
+/// of IntPrim, to compare with it: no centring, and a phase velocity of 1 / samples.
 #[pyfunction]
-#[pyo3(signature = (demonstrations, observed=None, *, period=1.0, times=None, basis="legendre", functions=8, tune=true))]
+#[pyo3(signature = (
+    demonstrations, observed=None, *, period=1.0, times=None, basis="legendre", functions=8, tune=true, published=false
+))]
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn fit(
     py: Python<'_>,
@@ -71,6 +74,7 @@ pub(crate) fn fit(
     basis: &str,
     functions: usize,
     tune: bool,
+    published: bool,
 ) -> PyResult<PyModel> {
     let mut motions = Vec::new();
     if let Some(times) = times
@@ -101,7 +105,10 @@ pub(crate) fn fit(
         };
         motions.push(motion.or_raise_in_row(number)?);
     }
-    let columns = motions.first().map_or(0, Demonstration::dofs);
+    let Some(columns) = motions.first().map(Demonstration::dofs) else {
+        let (got, needed) = (0, if tune { 3 } else { 1 });
+        return Err(BipError::TooFewDemonstrations { got, needed }).or_raise();
+    };
     let mut seen = vec![observed.is_none(); columns];
     for column in observed.unwrap_or_default() {
         match seen.get_mut(column) {
@@ -109,7 +116,11 @@ pub(crate) fn fit(
             None => return refuse(format!("there is no column {column} among {columns}")),
         }
     }
-    let config = TrainingConfig::new(groups(&seen, basis_of(basis, functions)?));
+    let groups = groups(&seen, basis_of(basis, functions)?);
+    let config = match published {
+        true => TrainingConfig::published(groups),
+        false => TrainingConfig::new(groups),
+    };
     let model = py.detach(|| match tune {
         true => tuned(&motions, &config),
         false => Model::train(&motions, &config),
@@ -117,11 +128,28 @@ pub(crate) fn fit(
     PyModel::of(model.or_raise()?)
 }
 
-fn tuned(
-    motions: &[Demonstration],
-    config: &TrainingConfig,
-) -> Result<Model, hwall::bip::BipError> {
+fn tuned(motions: &[Demonstration], config: &TrainingConfig) -> Result<Model, BipError> {
     Ok(tune(motions, config, &TuningConfig::new(config))?.model)
+}
+
+/// One hypothesis and the noise of the fit; the variance of the phase's acceleration is 1e-8 per sample.
+fn as_published(period: f64) -> BankConfig {
+    BankConfig {
+        filter: FilterConfig {
+            acceleration_variance: Some(1e-8 / period.powi(4)),
+            noise: NoiseSource::Fit,
+            noise_factor: Some(1.0),
+            correlation_time: Some(0.0),
+            ..FilterConfig::default()
+        },
+        split_velocity: false,
+        pauses: 0.0,
+        changes: 0.0,
+        not_begun: 0.0,
+        under_way: 0.0,
+        hypotheses: 1,
+        ..BankConfig::default()
+    }
 }
 
 /// Reads a model written by `save`.
@@ -155,10 +183,16 @@ impl PyModel {
 
 #[pymethods]
 impl PyModel {
-    /// A filter for a new motion.
-    fn filter(&self) -> PyResult<Filter> {
+    /// A filter for a new motion. `published`: the extended Kalman filter of IntPrim, to compare with it: one hypothesis, so no pauses,
+    /// changes of intention, late starts and outliers, and the noise of the fit.
+    #[pyo3(signature = (published=false))]
+    fn filter(&self, published: bool) -> PyResult<Filter> {
+        let config = match published {
+            true => as_published(self.model.sampling_period()),
+            false => BankConfig::default(),
+        };
         Ok(Filter {
-            bank: Bank::new(&self.model, &BankConfig::default()).or_raise()?,
+            bank: Bank::new(&self.model, &config).or_raise()?,
             seen: self.seen.clone(),
             columns: self.model.dofs(),
             period: self.model.sampling_period(),

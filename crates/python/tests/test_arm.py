@@ -128,10 +128,24 @@ def test_arrays_of_any_kind_are_read(arm, random_q):
     assert np.array_equal(arm.forward(np.asfortranarray(random_q)), expected)
     assert np.array_equal(arm.forward(np.repeat(random_q, 2, axis=0)[::2]), expected)
     assert np.array_equal(arm.forward(random_q.tolist()), expected)
+    assert np.array_equal(arm.forward(random_q.astype(">f8")), expected)
+    assert np.array_equal(arm.forward(random_q.astype(object)), expected)
+    assert np.array_equal(arm.forward(np.ma.array(random_q)), expected)
+    locked = random_q.copy()
+    locked.setflags(write=False)
+    assert np.array_equal(arm.forward(locked), expected)
     single = random_q.astype(np.float32)
     assert np.array_equal(arm.forward(single), arm.forward(single.astype(float)))
     assert arm.forward(np.empty((0, 7))).shape == (0, 4, 4)
     assert len(arm.verdict(np.empty((0, 4, 4)))) == 0
+
+
+def test_tables_of_pandas_are_read(arm, random_q):
+    pandas = pytest.importorskip("pandas")
+    assert np.array_equal(arm.forward(pandas.DataFrame(random_q)), arm.forward(random_q))
+    assert np.array_equal(arm.forward(pandas.Series(random_q[0])), arm.forward(random_q[0]))
+    with pytest.raises(hwall.Error, match=r"q\[1\] is NaN"):
+        arm.forward(pandas.Series([0, None] * 3 + [0], dtype="Int64"))
 
 
 @pytest.mark.parametrize(
@@ -149,6 +163,21 @@ def test_bad_configurations_are_refused(arm, q, words):
         arm.forward(q)
     assert str(refused.value) == words
     assert isinstance(refused.value, ValueError)
+
+
+@pytest.mark.parametrize(
+    ("q", "error", "words"),
+    [
+        (np.ma.masked_greater(np.arange(7.0), 5), hwall.Error, "an array with masked values: fill them or leave them out"),
+        (np.zeros(7) + 1j, TypeError, "values of type complex128, not real numbers"),
+        (["0"] * 7, TypeError, "values of type <U1, not real numbers"),
+        (np.zeros(7, "m8[s]"), TypeError, "values of type timedelta64[s], not real numbers"),
+    ],
+)
+def test_values_that_a_conversion_would_lose_are_refused(arm, q, error, words):
+    with pytest.raises(error) as refused:
+        arm.forward(q)
+    assert str(refused.value) == words
 
 
 @pytest.mark.parametrize(

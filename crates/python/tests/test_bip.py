@@ -70,6 +70,43 @@ def test_intervals_of_90_percent_hold_most_ends():
     assert inside >= 24
 
 
+def test_the_published_filter_is_a_plain_extended_kalman_filter():
+    count, powers = 5, np.arange(5)
+    model = bip.fit(REACHES, [0], basis="polynomial", functions=count, tune=False, published=True)
+
+    def at(phase, derivative=False):
+        x = 2 * phase - 1
+        return 2 * powers * x ** np.maximum(powers - 1, 0) if derivative else x**powers
+
+    weights, residuals = [], []
+    for reach_ in REACHES:
+        rows = np.array([at(phase) for phase in np.linspace(0, 1, len(reach_))])
+        fitted = np.linalg.lstsq(rows, reach_, rcond=None)[0]
+        weights.append(fitted.T.ravel())
+        residuals.append(np.mean((rows @ fitted - reach_)[:, 0] ** 2))
+    rates = [1 / len(reach_) for reach_ in REACHES]
+    state = np.r_[0, np.mean(rates), np.mean(weights, axis=0)]
+    covariance = np.zeros((12, 12))
+    covariance[0, 0], covariance[1, 1] = 1e-4, np.var(rates)
+    covariance[2:, 2:] = np.cov(np.array(weights), rowvar=False)
+    step, process = np.eye(12), np.zeros((12, 12))
+    step[0, 1] = 1
+    process[:2, :2] = 1e-8 * np.array([[0.25, 0.5], [0.5, 1]])
+    filter = model.filter(published=True)
+    for x in reach(0.58, 1.1)[:, 0]:
+        state, covariance = step @ state, step @ covariance @ step.T + process
+        state[0] = np.clip(state[0], 0, 1)
+        row = np.r_[at(state[0], True) @ state[2:7], 0, at(state[0]), np.zeros(count)]
+        gain = covariance @ row / (row @ covariance @ row + np.mean(residuals))
+        state = state + gain * (x - at(state[0]) @ state[2:7])
+        state[0] = np.clip(state[0], 0, 1)
+        keep = np.eye(12) - np.outer(gain, row)
+        covariance = keep @ covariance @ keep.T + np.mean(residuals) * np.outer(gain, gain)
+        filter.update([x])
+        assert filter.phase == pytest.approx(state[0], abs=1e-9)
+        assert filter.predict().mean == pytest.approx(at(1.0) @ state[2:].reshape(2, count).T, abs=1e-8)
+
+
 def test_files_and_times(model, tmp_path):
     model.save(tmp_path / "model.json")
     again = bip.load(tmp_path / "model.json")
@@ -121,7 +158,8 @@ def test_bad_samples_leave_the_filter_as_it_was(model):
     [
         (lambda: bip.fit([np.full((5, 2), np.nan)]), "row 0: row 0, column 0 is NaN, not a finite number"),
         (lambda: bip.fit([np.zeros(5)]), "demonstration 0 has the shape (5,), it must be (samples, columns)"),
-        (lambda: bip.fit([]), ""),
+        (lambda: bip.fit([]), "0 demonstrations, 3 are needed"),
+        (lambda: bip.fit([], [0], tune=False), "0 demonstrations, 1 are needed"),
         (lambda: bip.fit(REACHES, [7]), "there is no column 7 among 2"),
         (lambda: bip.fit(REACHES, times=[[0.0]]), "5 demonstrations and 1 times"),
         (lambda: bip.fit(REACHES, basis="spline"), 'basis "spline" is not one of legendre'),

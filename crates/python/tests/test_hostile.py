@@ -61,7 +61,7 @@ CALLS = {
     "fit reaches": (contact.LearnedModel.fit, [[contact.Reach(T, np.column_stack([T, T, k * T])) for k in range(9)]], {}),
     "touched": (contact.Predictor(SCENE).touched, [[0.6, 0, 1], 1.0], {}),
     "step": (SESSION.step, [0.0, START], {"qd": START, "torque": START, "t": 0.0}),
-    "world": (SESSION.world, [0.0, np.eye(4)], {}),
+    "world": (lambda *a, **k: hwall.Session(ARM, SCENE, prepared=False).world(*a, **k), [0.0, np.eye(4)], {}),
     "set_clock_offset": (SESSION.set_clock_offset, [0.1], {}),
     "Session": (lambda **k: hwall.Session(ARM, SCENE, prepared=False, **k), [], {"board": [0.1, 0.1, 0.02], "arm_minus_tracker": 0.0}),
     "ServoArm": (sim.ServoArm, [ARM, START], {"seed": 1, "delay": 0.01, "torque_noise": 0.1}),
@@ -95,3 +95,37 @@ def test_hostile_values_give_an_answer_or_an_error(name):
             call(*given, **options)
         except (ValueError, TypeError, OverflowError):
             pass  # hwall.Error is a ValueError; the others come from numpy and from Python itself.
+
+
+def each_array(name):
+    """The arrays among a call's arguments, each with a function that calls with another one in its place."""
+    call, arguments, named = CALLS[name]
+    for place, value in [*enumerate(arguments), *named.items()]:
+        values = np.asarray(value, dtype=object)
+        if values.ndim and all(isinstance(v, float) for v in values.flat):
+
+            def call_with(other, place=place):
+                given, options = list(arguments), dict(named)
+                (given if isinstance(place, int) else options)[place] = other
+                return call(*given, **options)
+
+            yield values.astype(float), call_with
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", CALLS)
+def test_nothing_is_lost_in_conversion(name):
+    """Masked values, imaginary parts, texts and times are refused wherever an array is asked for; of a single number numpy warns."""
+    for values, call_with in each_array(name):
+        for bad in (np.ma.masked_all_like(values), values + 1j, values.astype(str), values.astype("m8[s]")):
+            with pytest.raises((hwall.Error, TypeError, Warning)):
+                call_with(bad)
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_arrays_of_any_layout_are_read(name):
+    for values, call_with in each_array(name):
+        locked = values.copy()
+        locked.setflags(write=False)
+        for same in (locked, values.astype(">f8"), np.repeat(values, 2, axis=0)[::2], np.asfortranarray(values), values.tolist()):
+            call_with(same)

@@ -2,7 +2,6 @@
 
 mod hwall;
 mod k_crate;
-mod optik;
 mod report;
 mod targets;
 
@@ -18,7 +17,6 @@ const SEED: u64 = 20_180_601;
 struct Arguments {
     date: String,
     urdf: PathBuf,
-    optik_python: Option<PathBuf>,
     reachable: usize,
     unreachable: usize,
 }
@@ -28,7 +26,6 @@ impl Arguments {
         let mut arguments = Self {
             date: "no date given".to_owned(),
             urdf: Path::new(env!("CARGO_MANIFEST_DIR")).join("iiwa7.urdf"),
-            optik_python: None,
             reachable: 10_000,
             unreachable: 2_000,
         };
@@ -40,7 +37,6 @@ impl Arguments {
             match name.as_str() {
                 "--date" => arguments.date = value,
                 "--urdf" => arguments.urdf = value.into(),
-                "--optik-python" => arguments.optik_python = Some(value.into()),
                 "--reachable" => arguments.reachable = value.parse()?,
                 "--unreachable" => arguments.unreachable = value.parse()?,
                 _ => bail!("unknown argument {name}"),
@@ -91,14 +87,6 @@ fn main() -> Result<()> {
     println!("## Inverse, reachable targets\n");
     let mut runs = hwall.inverse(&reachable);
     runs.push(k_crate.inverse(&reachable, SEED));
-    let optik = |targets: &Targets, setting: (f64, f64)| {
-        let python = arguments.optik_python.as_deref();
-        python
-            .map(|python| optik::inverse(python, &arguments.urdf, targets, setting))
-            .transpose()
-    };
-    runs.extend(optik(&reachable, (DEFAULT_TOL_F, 0.1))?);
-    runs.extend(optik(&reachable, (TIGHT_TOL_F, 0.1))?);
     println!("{}", report::reachable_table(&reachable, &runs));
 
     println!(
@@ -107,9 +95,6 @@ fn main() -> Result<()> {
     );
     let mut runs = hwall.inverse(&unreachable);
     runs.push(k_crate.inverse(&unreachable, SEED));
-    runs.extend(optik(&unreachable, (TIGHT_TOL_F, 0.005))?);
-    // A full budget on every target would take minutes and show the same figure.
-    runs.extend(optik(&unreachable.first(100), (TIGHT_TOL_F, 0.1))?);
     println!("{}", report::unreachable_table(&unreachable, &runs));
 
     println!(
@@ -118,19 +103,9 @@ fn main() -> Result<()> {
     );
     let mut runs = hwall.inverse(&beyond);
     runs.push(k_crate.inverse(&beyond, SEED));
-    runs.extend(optik(&beyond, (DEFAULT_TOL_F, 0.1))?);
-    runs.extend(optik(&beyond.first(100), (TIGHT_TOL_F, 0.1))?);
     println!("{}", report::unreachable_table(&beyond, &runs));
-    if arguments.optik_python.is_none() {
-        println!("No rows of optik: give --optik-python.");
-    }
     Ok(())
 }
-
-/// The default of optik-py.
-const DEFAULT_TOL_F: f64 = 1e-6;
-/// The objective is a squared error: about 1e-6 m.
-const TIGHT_TOL_F: f64 = 1e-12;
 
 /// Why the targets cannot be reached, by count.
 fn reasons(targets: &Targets) -> String {

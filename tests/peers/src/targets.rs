@@ -29,15 +29,6 @@ impl Targets {
         Self { poses, starts }
     }
 
-    /// The first `count` of them.
-    pub fn first(&self, count: usize) -> Self {
-        let count = count.min(self.poses.len());
-        Self {
-            poses: self.poses[..count].to_vec(),
-            starts: self.starts[..count].to_vec(),
-        }
-    }
-
     /// Poses of configurations drawn uniformly within the limits.
     pub fn reachable(sampler: &mut Sampler, count: usize) -> Self {
         let poses = (0..count)
