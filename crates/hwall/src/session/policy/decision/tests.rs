@@ -403,3 +403,138 @@ fn the_time_from_reveal_to_touch_is_learnt_for_each_person_and_starts_anew_with_
     let _ = policy.step(0.0, &[target], None, &arm);
     assert_eq!(policy.revealed_time.budget_s(), learnt_s);
 }
+
+/// Frames of a hand that reaches for a place 0.3 m away in 1 s; the estimate of the time left is changed by `estimate(t_s, left_s)`. The decisions
+/// of the last 0.3 s.
+fn decided_at_the_end(
+    policy: &mut Policy,
+    come_m: impl Fn(f64) -> f64,
+    estimate: impl Fn(f64, f64) -> f64,
+) -> Vec<Decision> {
+    let target = place(0, 0.0, 0.01, 1.0);
+    let tip_m = |t_s: f64| target.point_m + DVec3::X * (0.3 - come_m(t_s));
+    let mut last = Vec::new();
+    for frame in 0..100 {
+        let t_s = 0.01 * f64::from(frame);
+        let velocity_m_per_s = (tip_m(t_s) - tip_m(t_s - 0.01)) / 0.01;
+        let seen = ContactPrediction {
+            distance_m: 0.3 - come_m(t_s),
+            time_to_contact_s: Some(TimeToContact {
+                mean_s: estimate(t_s, 1.0 - t_s),
+                sd_s: Some(0.05),
+            }),
+            ..looked_at(target, -1.0)
+        };
+        let hand = hand_at(t_s, tip_m(t_s), velocity_m_per_s);
+        let step = policy.step(t_s, &[seen], Some(&hand), &Arm([Some(0.3), None]));
+        if t_s >= 0.7 {
+            last.push(step.expect("a contact").1);
+        }
+    }
+    last
+}
+
+fn minimum_jerk(t: f64) -> f64 {
+    let t = t.clamp(0.0, 1.0);
+    t * t * t * (10.0 - 15.0 * t + 6.0 * t * t)
+}
+
+#[test]
+fn a_board_is_not_called_back_because_the_hand_slows_down_before_the_touch() {
+    let presented = |decisions: &[Decision]| {
+        let is_there = |decision: &Decision| matches!(decision, Decision::Present(_));
+        decisions.iter().all(is_there)
+    };
+    let come_m = |t_s: f64| 0.3 * minimum_jerk(t_s);
+    let true_s = decided_at_the_end(&mut policy(), come_m, |_, left_s| left_s);
+    assert!(presented(&true_s), "{true_s:?}");
+    // Seen on recorded people: 1.5 s where 0.2 s are left.
+    let jumps = |t_s: f64, left_s: f64| if t_s < 0.8 { left_s } else { 1.5 };
+    let jumped = decided_at_the_end(&mut policy(), come_m, jumps);
+    assert!(presented(&jumped), "{jumped:?}");
+    // Seen on recorded people: the finger searches for the place, 1 to 4 cm in front of it.
+    let searches = |t_s: f64| 0.275 * minimum_jerk(t_s / 0.6) + 0.015 * (15.0 * t_s.max(0.6)).sin();
+    let searched = decided_at_the_end(&mut policy(), searches, |_, left_s| left_s);
+    assert!(presented(&searched), "{searched:?}");
+}
+
+#[test]
+fn times_that_are_no_numbers_or_endless_leave_every_loss_a_number() {
+    let come_m = |t_s: f64| 0.3 * minimum_jerk(t_s);
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0] {
+        let mut policy = policy();
+        policy.explain();
+        decided_at_the_end(&mut policy, come_m, |_, _| bad);
+        let why = policy.explanation().expect("asked for");
+        let mut losses = why.others.iter().chain([&why.last]).map(|c| c.loss);
+        assert!(losses.all(f64::is_finite), "{bad}: {why}");
+    }
+}
+
+/// An arm that waits elsewhere from some time on.
+struct Turns(Arm, JointPositions);
+
+impl Presenting for Turns {
+    fn waits_at(&self) -> Option<JointPositions> {
+        Some(self.1)
+    }
+
+    fn stand(&self, contact: &ContactPrediction) -> Option<Stand> {
+        self.0.stand(contact)
+    }
+
+    fn travel_s(&self, from: &JointPositions, to: &JointPositions) -> Option<f64> {
+        self.0.travel_s(from, to)
+    }
+
+    fn middle_m(&self, _: &JointPositions) -> Option<DVec3> {
+        None
+    }
+}
+
+#[test]
+fn a_waiting_posture_that_changes_is_travelled_to() {
+    let mut policy = policy();
+    let arm = |rad: f64| {
+        let mut waits_at = JointPositions::default();
+        waits_at[2] = rad;
+        Turns(Arm([None, None]), waits_at)
+    };
+    let nothing = [place(0, 0.0, 0.02, 1.0)];
+    let mut step = |t_s: f64, rad: f64| {
+        let hand = hand_at(t_s, DVec3::new(0.9, 0.0, 0.5), DVec3::ZERO);
+        let _ = policy.step(t_s, &nothing, Some(&hand), &arm(rad));
+        policy.way.expect("one")
+    };
+    assert_eq!(step(0.0, 0.0).left_s(0.0), 0.0);
+    let turns = step(0.01, 0.4);
+    assert_eq!(turns.leads_to(), arm(0.4).waits_at());
+    assert!(turns.left_s(0.01) >= 0.4);
+    assert!(step(0.31, 0.4).left_s(0.31) < 0.2);
+}
+
+#[test]
+fn a_pre_position_counts_the_time_until_the_arm_is_there() {
+    let mut policy = policy();
+    policy.explain();
+    let target = ContactPrediction {
+        time_to_contact_s: Some(TimeToContact {
+            mean_s: 0.5,
+            sd_s: Some(0.02),
+        }),
+        distance_m: 0.05,
+        ..place(0, 0.0, 0.01, 1.0)
+    };
+    // A place that is 0.4 s away is reached in time directly, and no longer after a stop on the way.
+    let hand = hand_at(0.0, target.point_m + DVec3::X * 0.05, DVec3::NEG_X * 0.1);
+    let step = policy.step(0.0, &[target], Some(&hand), &Arm([Some(0.4), None]));
+    let why = policy.explanation().expect("asked for");
+    let loss = |kind: &str| {
+        let mut all = why.others.iter().chain([&why.last]);
+        all.find(|choice| choice.kind == kind)
+            .expect("weighed")
+            .loss
+    };
+    assert!(loss("pre-position") > loss("present"), "{why}");
+    assert!(matches!(step, Some((_, Decision::Present(_)))), "{step:?}");
+}
