@@ -411,7 +411,7 @@ fn decided_at_the_end(
     come_m: impl Fn(f64) -> f64,
     estimate: impl Fn(f64, f64) -> f64,
 ) -> Vec<Decision> {
-    let target = place(0, 0.0, 0.01, 1.0);
+    let target = place(0, 0.0, 0.05, 0.8);
     let tip_m = |t_s: f64| target.point_m + DVec3::X * (0.3 - come_m(t_s));
     let mut last = Vec::new();
     for frame in 0..100 {
@@ -515,26 +515,35 @@ fn a_waiting_posture_that_changes_is_travelled_to() {
 
 #[test]
 fn a_pre_position_counts_the_time_until_the_arm_is_there() {
-    let mut policy = policy();
-    policy.explain();
-    let target = ContactPrediction {
-        time_to_contact_s: Some(TimeToContact {
-            mean_s: 0.5,
-            sd_s: Some(0.02),
-        }),
-        distance_m: 0.05,
-        ..place(0, 0.0, 0.01, 1.0)
+    let arm = Arm([Some(0.6), None]);
+    let contact = place(0, 0.0, 0.01, 1.0);
+    let stand = arm.stand(&contact).expect("held");
+    let time = |median_s| TouchTime {
+        median_s,
+        scale_s: 0.1,
+        passed_s: 0.0,
     };
-    // A place that is 0.4 s away is reached in time directly, and no longer after a stop on the way.
-    let hand = hand_at(0.0, target.point_m + DVec3::X * 0.05, DVec3::NEG_X * 0.1);
-    let step = policy.step(0.0, &[target], Some(&hand), &Arm([Some(0.4), None]));
-    let why = policy.explanation().expect("asked for");
-    let loss = |kind: &str| {
-        let mut all = why.others.iter().chain([&why.last]);
-        all.find(|choice| choice.kind == kind)
-            .expect("weighed")
-            .loss
+    let hypothesis = Hypothesis {
+        contact,
+        sds_m: [0.01; 2],
+        chance: 0.7,
+        time: time(0.5),
+        reaches: false,
+        stand: Some(stand),
     };
-    assert!(loss("pre-position") > loss("present"), "{why}");
-    assert!(matches!(step, Some((_, Decision::Present(_)))), "{step:?}");
+    let chooser = Chooser {
+        config: &PolicyConfig::default(),
+        arm: &arm,
+        reach_m: 0.075,
+        hypotheses: &[hypothesis],
+        t_s: 0.0,
+        unknown: time(USUAL_S),
+        revealed: time(0.4),
+    };
+    let choice = Choice::Preposition(Goal { contact, stand });
+    let waits = arm.waits_at().expect("somewhere");
+    let there = way::part_way(&waits, &stand.q.expect("known"), 0.4);
+    let sets_off = Way::at(Some(waits)).to(&arm, Some(there), 0.0);
+    let [before, after] = [sets_off, Way::at(Some(there))].map(|way| chooser.loss(&choice, &way));
+    assert!(before > after + 0.2, "{before} {after}");
 }
