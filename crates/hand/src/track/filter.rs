@@ -102,7 +102,7 @@ pub struct HandState {
     pub delay_s: f64,
     /// Time since a point of the hand was measured, s: 0 except while a gap is bridged.
     pub unseen_s: f64,
-    /// The palm, m: as measured, or for up to [`HandFilterConfig::max_gap_s`] as far from the point as it was seen last.
+    /// The palm, m: as measured, or for up to [`HandFilterConfig::max_gap_s`] as far from the measured point as it was seen last.
     pub palm_m: Option<DVec3>,
 }
 
@@ -432,7 +432,9 @@ impl HandFilter {
         let point_m = b_m + velocity * delay_s;
         let carried_m = || {
             let offset_m = self.offsets_m[HandPoint::Palm as usize]?;
-            let is_recent = frame.t_s - self.palm_seen_s <= self.config.max_gap_s;
+            // Without a measured point there is nothing to carry it with.
+            let is_recent =
+                seen_s == frame.t_s && frame.t_s - self.palm_seen_s <= self.config.max_gap_s;
             is_recent.then(|| point_m - offset_m)
         };
         HandState {
