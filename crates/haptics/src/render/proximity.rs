@@ -10,8 +10,8 @@ use hwall_numeric::check::{non_negative, positive};
 /// Limits the board's approach speed by the distance of the nearest known point of the person.
 ///
 /// The closing speed counts, as in speed and separation monitoring ([ISO/TS 15066]): a board that slides along behind its wall does not approach
-/// a finger in front of it; one that comes out of the wall does. Very close to the board the speed in every direction counts, because the face
-/// may be touched at any moment.
+/// a finger in front of it; one that comes out of the wall does. Within [`along_m`](Self::along_m) the speed along the face counts as well, because the
+/// face may be touched at any moment; a board that moves away is not slowed for that.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProximityConfig {
     /// Distance that the board keeps from the person until it is touched, m; default 0.02.
@@ -85,7 +85,7 @@ impl ProximityConfig {
     }
 
     /// The share of the joint speeds for a moving board and the person's points (base frame, m), given the current share and the stopping time of the
-    /// joints, s.
+    /// joints, s. A point that is not finite allows the least share.
     #[must_use]
     pub fn speed_share(
         &self,
@@ -98,6 +98,9 @@ impl ProximityConfig {
         let allowed = person_m
             .iter()
             .map(|point_m| {
+                if !point_m.is_finite() {
+                    return 0.0;
+                }
                 let (way_m, velocity) = way_and_velocity(board, base_from_board, twist, *point_m);
                 let distance_m = way_m.length();
                 let towards = way_m.normalize_or_zero();
@@ -235,6 +238,9 @@ mod tests {
         assert_eq!(share(0.01, 0.03), SHARES[0]);
         assert_eq!(share(0.04, 0.03), 1.0);
         assert_eq!(share(0.0, 0.03), SHARES[0]);
+        // A point that is no number is not left out.
+        assert_eq!(share(f64::NAN, 0.03), SHARES[0]);
+        assert_eq!(share(f64::INFINITY, 0.03), SHARES[0]);
     }
 
     #[test]
