@@ -106,7 +106,7 @@ fn run(args: &Args) -> anyhow::Result<bool> {
         ensure!(there || !args.resume, "{}: no study", folder.display());
         let setup = Setup {
             page: args.page,
-            arm: args.arm.options()?,
+            arm: &args.arm,
             stop: &ARM,
         };
         let out = &mut io::stdout().lock();

@@ -72,54 +72,17 @@ pub struct ArmArgs {
 }
 
 impl ArmArgs {
-    /// The requested arm; `None`: the simulated arm.
-    ///
-    /// # Errors
-    /// An origin that is not finite.
-    pub fn options(&self) -> anyhow::Result<Option<ArmOptions>> {
-        let (Some(listen), Some(hands)) = (self.fri, self.hands) else {
-            return Ok(None);
-        };
-        Ok(Some(ArmOptions {
-            fri: FriClientConfig {
-                listen,
-                controller: self.fri_controller,
-                version: self.fri_version,
-                ..FriClientConfig::default()
-            },
-            bridge: BridgeConfig {
-                listen: hands,
-                hosts: self.hosts.clone(),
-                hand: self.hand.into(),
-                base_from_headset: Pose::from_affine(&self.origin.outer_from_here())?,
-                ..BridgeConfig::default()
-            },
-            scene: self.scene.clone(),
-            room: self.room.clone(),
-            level: self.arm_level,
-            watch_frozen: self.watch_frozen,
-            enabling_switch: self.enabling_switch,
-        }))
+    /// Is an arm behind FRI asked for, rather than the simulated one?
+    #[must_use]
+    pub fn is_given(&self) -> bool {
+        self.fri.is_some()
     }
-}
 
-/// An arm behind FRI, and the source of its hands.
-#[derive(Debug, Clone)]
-pub struct ArmOptions {
-    /// The connection to its controller.
-    pub fri: FriClientConfig,
-    /// The page that brings hands.
-    pub bridge: BridgeConfig,
-    /// OBJ file; `None`: one wall, door or panel.
-    pub scene: Option<PathBuf>,
-    /// The file of the real room around the arm; `None`: a floor.
-    pub room: Option<PathBuf>,
-    /// Command level of the controller.
-    pub level: ArmLevel,
-    /// Does a hand that stands quite still count as lost?
-    pub watch_frozen: bool,
     /// Does the arm move only while somebody holds the switch on the page?
-    pub enabling_switch: bool,
+    #[must_use]
+    pub fn has_enabling_switch(&self) -> bool {
+        self.enabling_switch
+    }
 }
 
 /// An arm ready for its controller, with scene, session and both addresses.
@@ -145,13 +108,14 @@ impl WaitingArm {
     /// Reads the scene, computes its walls, and listens for hands and for the controller.
     ///
     /// # Errors
-    /// A malformed scene, or one without surfaces that the protocol needs; without a scene, a protocol with several kinds of surfaces;
-    /// addresses that cannot be bound.
-    pub fn prepare(options: &ArmOptions, protocol: &Protocol) -> anyhow::Result<Self> {
-        receivable("--fri", options.fri.listen)?;
-        let room = options.room.as_deref().map(RealRoom::read);
+    /// Flags without addresses; a malformed scene, or one without surfaces that the protocol needs; without a scene, a protocol with several
+    /// kinds of surfaces; addresses that cannot be bound.
+    pub fn prepare(flags: &ArmArgs, protocol: &Protocol) -> anyhow::Result<Self> {
+        let (listen, hands) = flags.fri.zip(flags.hands).context("--fri needs --hands")?;
+        receivable("--fri", listen)?;
+        let room = flags.room.as_deref().map(RealRoom::read);
         let room = room.transpose().context("--room")?;
-        let (scene, remarks) = match &options.scene {
+        let (scene, remarks) = match &flags.scene {
             Some(path) => load_scene(Some(path.as_path().into())).context("--scene")?,
             None => {
                 let first = Stimulus::of(protocol, 0)?.surface;
@@ -165,7 +129,13 @@ impl WaitingArm {
             }
         };
         check_surfaces(&scene, protocol).context("--scene")?;
-        let server = BridgeServer::start(options.bridge.clone())?;
+        let server = BridgeServer::start(BridgeConfig {
+            listen: hands,
+            hosts: flags.hosts.clone(),
+            hand: flags.hand.into(),
+            base_from_headset: Pose::from_affine(&flags.origin.outer_from_here())?,
+            ..BridgeConfig::default()
+        })?;
         let arm = BoardArm::named("iiwa7", &Board::default())?;
         server.prepare("mapping where the arm can hold its board");
         let walls = arm.walls_of(&scene, LikelyTouches::default(), true)?;
@@ -179,8 +149,8 @@ impl WaitingArm {
         let settings = SessionSettings {
             scenery,
             room: room.as_ref().map(|read| &read.room),
-            level: options.level,
-            filter: match options.watch_frozen {
+            level: flags.arm_level,
+            filter: match flags.watch_frozen {
                 true => HandFilterConfig::default(),
                 false => HandFilterConfig::simulated(),
             },
@@ -189,12 +159,18 @@ impl WaitingArm {
         };
         let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led())?;
         let session = settings.session(predictor)?;
-        let client = FriClient::bind(session.control().arm(), options.fri)?;
+        let fri = FriClientConfig {
+            listen,
+            controller: flags.fri_controller,
+            version: flags.fri_version,
+            ..FriClientConfig::default()
+        };
+        let client = FriClient::bind(session.control().arm(), fri)?;
         Ok(Self {
             server,
             client,
             session,
-            enabling_switch: options.enabling_switch,
+            enabling_switch: flags.enabling_switch,
             remarks,
         })
     }
