@@ -4,6 +4,7 @@ use crate::texture::wanted::{PrinterKind, WantedArgs};
 use crate::texture::{encounters, patch_figures};
 use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
+use hwall_stage::arms::parse_list;
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::numbers::counted;
 use hwall_testkit::format_ns;
@@ -172,7 +173,7 @@ fn texture(request: &Request) -> anyhow::Result<Texture> {
             let [long_mm, short_mm] = preset.layout().pitch_mm();
             [long, short, preset.texton().height_mm(), long_mm, short_mm]
         }
-        None => parse(&request.preset).with_context(|| {
+        None => parse_list(&request.preset).with_context(|| {
             format!(
                 "--preset {}: neither released, study-1.5, study-2, study-2.5, study-3, \
                  spaced-3 nor RX,RY,H,PX,PY in mm",
@@ -195,16 +196,6 @@ fn texture(request: &Request) -> anyhow::Result<Texture> {
     Ok(Texture::new(texton, layout)?)
 }
 
-fn parse<const N: usize>(text: &str) -> anyhow::Result<[f64; N]> {
-    let numbers: Result<Vec<f64>, _> = text.split(',').map(|w| w.trim().parse()).collect();
-    let numbers = numbers.with_context(|| text.to_owned())?;
-    let count = numbers.len();
-    match numbers.try_into() {
-        Ok(numbers) => Ok(numbers),
-        Err(_) => bail!("{text}: {count} numbers, wanted {N}"),
-    }
-}
-
 /// One number for both axes, or one for each.
 fn pair(numbers: &[f64]) -> anyhow::Result<[f64; 2]> {
     match *numbers {
@@ -221,7 +212,7 @@ fn patch(request: &Request, texture: Texture) -> anyhow::Result<Patch> {
         (numbers, _) => pair(numbers).context("--size-mm")?,
     };
     let holes = request.holes.iter().map(|text| {
-        let [x, y, diameter_mm] = parse(text).context("--hole")?;
+        let [x, y, diameter_mm] = parse_list(text).context("--hole")?;
         Ok(MountingHole {
             centre_mm: DVec2::new(x, y),
             diameter_mm,
