@@ -2,11 +2,11 @@
 
 use crate::contact::candidates::Role;
 use crate::contact::scores::{REGIONS, Scores};
-use crate::report::figure::{
-    Area, Axes, Chart, Draw, Mesh, Plot, figure, log_ticks, named_line, tenths, whole,
-};
 use hwall_contact::score::{BEFORE_S, Moment};
 use hwall_stage::figures::{COLOURS, TEXT, legend};
+use hwall_stage::report::figure::{
+    Area, Axes, Chart, Draw, Mesh, Plot, figure, log_ticks, named_line, tenths, whole,
+};
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use std::path::Path;

@@ -1,12 +1,12 @@
 //! Simulated demonstrations: people reach for points within the arm's reach. Same format as real recordings.
 
 use crate::demonstrations::targets::{Panel, Places, TargetBox, Targets};
-use crate::report::named;
 use anyhow::{Context, ensure};
 use glam::DVec3;
 use hwall_hand::{HandPoint, LabelledReach, Recording, Sample};
 use hwall_haptics::Board;
 use hwall_sim::{Gesture, PersonConfig, Population, TouchSequence};
+use hwall_stage::named;
 use hwall_testkit::Sampler;
 
 /// Period of the tracker, s.
