@@ -35,6 +35,7 @@ struct Args {
     #[arg(
         long,
         value_name = "N",
+        conflicts_with_all = ["fri", "led"],
         value_parser = count_within::<2, 1000>, allow_negative_numbers = true
     )]
     simulate: Option<usize>,

@@ -31,7 +31,7 @@ const LOOK: Duration = Duration::from_millis(200);
 #[command(group(ArgGroup::new("led").args(LED).multiple(true).requires("fri")))]
 pub struct ArmArgs {
     /// Listens here for the FRI controller of an iiwa, whose arm presents the trials instead of the simulated one: 127.0.0.1:30200 for a simulated controller
-    #[arg(long, requires = "hands", conflicts_with = "simulate", value_name = "HOST:PORT", value_parser = socket_address)]
+    #[arg(long, requires = "hands", value_name = "HOST:PORT", value_parser = socket_address)]
     fri: Option<SocketAddr>,
     /// Where the page listens that brings the hand, from a headset or a mouse: localhost:8080
     #[arg(long, requires = "fri", value_name = "HOST:PORT", value_parser = socket_address)]

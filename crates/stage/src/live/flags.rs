@@ -60,7 +60,7 @@ fn user_data() -> anyhow::Result<PathBuf> {
 #[derive(Debug, Clone, clap::Args)]
 pub struct LedArmFlags {
     /// Address of the controller: what comes from elsewhere is counted and dropped [default: the first one that speaks leads]
-    #[arg(long, requires = "fri", value_parser = host)]
+    #[arg(long, requires = "fri", value_name = "HOST", value_parser = host)]
     pub fri_controller: Option<IpAddr>,
     /// Version of its interface: 1.15, 2.5 or 2.7
     #[arg(long, default_value = "1.15")]
