@@ -113,19 +113,7 @@ pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
         None => texture(request)?,
     };
     let patch = patch(request, texture)?;
-    let accuracy_um = request.accuracy_um;
-    ensure!(
-        (1.0..=1000.0).contains(&accuracy_um),
-        "--accuracy-um is {accuracy_um}, it must lie in 1 to 1000"
-    );
-    let ask = Tessellation {
-        accuracy_mm: 1e-3 * accuracy_um,
-        side: match request.both_sides {
-            true => ChordSide::Both,
-            false => ChordSide::Inside,
-        },
-        ..Tessellation::default()
-    };
+    let ask = tessellation(request)?;
     describe(&patch, out)?;
     let whole = || Tile {
         corner_mm: DVec2::ZERO,
@@ -165,6 +153,22 @@ pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
         writeln!(out, "wrote {} and {}", plan.display(), spacing.display())?;
     }
     Ok(())
+}
+
+fn tessellation(request: &Request) -> anyhow::Result<Tessellation> {
+    let accuracy_um = request.accuracy_um;
+    ensure!(
+        (1.0..=1000.0).contains(&accuracy_um),
+        "--accuracy-um is {accuracy_um}, it must lie in 1 to 1000"
+    );
+    Ok(Tessellation {
+        accuracy_mm: 1e-3 * accuracy_um,
+        side: match request.both_sides {
+            true => ChordSide::Both,
+            false => ChordSide::Inside,
+        },
+        ..Tessellation::default()
+    })
 }
 
 /// A file name with `more` before its extension.

@@ -2,7 +2,7 @@
 
 use crate::report::{Gap, fill};
 use anyhow::Context;
-use pulldown_cmark::{CowStr, Event, Options, Parser, Tag, TagEnd, html::push_html};
+use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd, html::push_html};
 use std::fs;
 use std::path::Path;
 
@@ -18,25 +18,14 @@ pub(super) fn page(markdown: &str, folder: &Path) -> anyhow::Result<String> {
     // The text of a heading begins here.
     let mut text_from = 0;
     let raw = |html: &'static str| Event::Html(html.into());
-    for event in Parser::new_ext(markdown, Options::ENABLE_TABLES) {
+    for mut event in Parser::new_ext(markdown, Options::ENABLE_TABLES) {
+        if let Event::Start(Tag::Heading { id, .. }) = &mut event {
+            *id = Some(format!("s{}", events.len()).into());
+            text_from = events.len() + 1;
+        }
         match event {
-            // Of a link within the project its text.
+            // Of a link within the project only the text stays.
             Event::Start(Tag::Link { .. }) | Event::End(TagEnd::Link) => {}
-            Event::Start(Tag::Heading {
-                level,
-                id: _,
-                classes,
-                attrs,
-            }) => {
-                let id = Some(CowStr::from(format!("s{}", events.len())));
-                events.push(Event::Start(Tag::Heading {
-                    level,
-                    id,
-                    classes,
-                    attrs,
-                }));
-                text_from = events.len();
-            }
             Event::End(TagEnd::Heading(level)) => {
                 let text = html(&events[text_from..]);
                 match level as usize {
