@@ -35,6 +35,7 @@ struct Args {
     #[arg(
         long,
         value_name = "N",
+        conflicts_with_all = ["fri", "led"],
         value_parser = count_within::<2, 1000>, allow_negative_numbers = true
     )]
     simulate: Option<usize>,
@@ -106,7 +107,7 @@ fn run(args: &Args) -> anyhow::Result<bool> {
         ensure!(there || !args.resume, "{}: no study", folder.display());
         let setup = Setup {
             page: args.page,
-            arm: args.arm.options()?,
+            arm: &args.arm,
             stop: &ARM,
         };
         let out = &mut io::stdout().lock();

@@ -3,6 +3,8 @@
 //! Not published. Composes the libraries under `crates/`.
 
 mod board_body;
+#[macro_use]
+mod named;
 pub mod built_in_room;
 pub mod console;
 pub mod corridor;

@@ -195,7 +195,7 @@ fn recordings_are_looked_at_before_the_run() {
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 3);
 }
 
-/// `ensemble:99999999999` aborted, other counts never ended; 1e-320 printed NaN.
+/// `ensemble:99999999999` aborted, other counts never ended; 1e-320 printed NaN; flags of an arm that is not led meant nothing.
 #[test]
 fn flags_have_bounds() {
     for (name, words) in [
@@ -221,6 +221,8 @@ fn flags_have_bounds() {
         ("reach_map", &["--starts", "99999999999"]),
         ("arm_simulate", &["--gravity-only", "--step", "1e-12"]),
         ("validation", &["--poses", "99999999999"]),
+        ("study", &["--simulate", "2", "--room", "room.toml"]),
+        ("study", &["--run", "study", "--watch-frozen"]),
     ] {
         let Some(mut command) = example(name) else {
             return;

@@ -140,7 +140,7 @@ fn targets_and_contacts_are_the_labels_where_there_are_any() {
     assert!(text.contains("palm, index, head, target"), "{text}");
     let sources = read(&dir).unwrap().sources;
     for (reach, truth) in sources[0].reaches.iter().zip(&made) {
-        assert!(reach.contact_m.distance(truth.truth.target_m) < 1e-9);
+        assert!(reach.contact_m.distance(truth.labelled.contact_m) < 1e-9);
         // A recording knows the contact to a sample: its first one in contact.
         let samples = &truth.recording.samples;
         let first = samples.iter().find(|s| s.contact == Some(true)).unwrap();

@@ -155,27 +155,6 @@ fn bad_values_are_refused_by_name() {
     let good = small();
     let bad = [
         (
-            "changes_of_mind",
-            DemonstrationConfig {
-                changes_of_mind: f64::NAN,
-                ..good.clone()
-            },
-        ),
-        (
-            "tracker_s",
-            DemonstrationConfig {
-                tracker_s: 0.0,
-                ..good.clone()
-            },
-        ),
-        (
-            "before_s",
-            DemonstrationConfig {
-                before_s: -1.0,
-                ..good.clone()
-            },
-        ),
-        (
             "index",
             DemonstrationConfig {
                 points: vec![HandPoint::Palm],
@@ -206,19 +185,5 @@ fn bad_values_are_refused_by_name() {
     for (name, config) in bad {
         let error = format!("{:#}", generate(&config).unwrap_err());
         assert!(error.contains(name), "{name}: {error}");
-    }
-}
-
-#[test]
-fn people_change_their_minds_on_the_way() {
-    let config = DemonstrationConfig {
-        changes_of_mind: 1.0,
-        ..small()
-    };
-    let made = generate(&config).unwrap();
-    for d in &made {
-        let meant = d.truth.changed.expect("everybody changes mind");
-        assert!(d.truth.start_s < meant.switch_s && meant.switch_s < d.truth.contact_s);
-        assert_eq!(d.labelled.contact_m, d.truth.target_m);
     }
 }

@@ -6,13 +6,11 @@ use hwall::glam::DVec3;
 use hwall::haptics::Board;
 use hwall::kinematics::{JointPositions, SrsArm};
 use hwall::sim::{HandContact, ServoArm, ServoConfig, minimum_jerk};
-use hwall_bridge::BridgeConfig;
+use hwall_fri::FriVersion;
 use hwall_fri::controller::{Controller, ControllerConfig, LinkConfig, UdpController};
-use hwall_fri::{FriClientConfig, FriVersion};
-use hwall_lab::touch_study::arm::{ArmOptions, LedArm, WaitingArm};
+use hwall_lab::touch_study::arm::{ArmArgs, LedArm, WaitingArm};
 use hwall_lab::touch_study::people;
 use hwall_lab::touch_study::settings::ProtocolArgs;
-use hwall_stage::run::simulated_arm::ArmLevel;
 use hwall_study::{
     Answer, ArmKind, Ask, Durability, Fault, Presenter, Respondent, Stimulus, Study, StudyError,
     conduct,
@@ -204,7 +202,7 @@ fn three_conditions_on_an_arm_behind_fri_and_a_controller_that_goes_away() -> an
     };
     let open = || people::open(ArmKind::Fri, &folder, Some(1), &flags);
     let mut study = open()?;
-    let waiting = WaitingArm::prepare(&options(), study.protocol())?;
+    let waiting = WaitingArm::prepare(&options(&[]), study.protocol())?;
     let world = World::begin();
     let page = world.page(waiting.server.address())?;
     let controller = world.controller(waiting.fri_address()?)?;
@@ -268,32 +266,24 @@ fn three_conditions_on_an_arm_behind_fri_and_a_controller_that_goes_away() -> an
     Ok(())
 }
 
-fn options() -> ArmOptions {
-    ArmOptions {
-        fri: FriClientConfig {
-            listen: LOOPBACK,
-            ..FriClientConfig::default()
-        },
-        bridge: BridgeConfig {
-            listen: LOOPBACK,
-            ..BridgeConfig::default()
-        },
-        room: None,
-        scene: None,
-        level: ArmLevel::Servo,
-        watch_frozen: false,
-        enabling_switch: false,
+fn options(more: &[&str]) -> ArmArgs {
+    #[derive(clap::Parser)]
+    struct Line {
+        #[command(flatten)]
+        arm: ArmArgs,
     }
+    let loopback = LOOPBACK.to_string();
+    let own = [
+        "study", "--fri", &loopback, "--hands", &loopback, "--origin", "0,0,0,0",
+    ];
+    <Line as clap::Parser>::parse_from([&own[..], more].concat()).arm
 }
 
 /// The switch is held by the page that brings the hand, and each second somebody asks for the arm to be let go.
 #[test]
 fn the_arm_of_a_study_moves_only_while_the_switch_is_held() -> anyhow::Result<()> {
     let _alone = alone();
-    let options = ArmOptions {
-        enabling_switch: true,
-        ..options()
-    };
+    let options = options(&["--enabling-switch"]);
     let waiting = WaitingArm::prepare(&options, &ProtocolArgs::default().protocol(Some(1))?)?;
     let world = World::begin();
     let page = world.page(waiting.server.address())?;

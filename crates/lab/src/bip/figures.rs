@@ -2,8 +2,8 @@
 
 use crate::bip::run::TestRun;
 use crate::bip::scores::{Accuracy, DofSet, INTERVALS, kinds};
-use crate::report::figure::{Area, Axes, Draw, Plot, figure, log_ticks, whole};
 use hwall_stage::figures::{COLOURS, TEXT};
+use hwall_stage::report::figure::{Area, Axes, Draw, Plot, figure, log_ticks, whole};
 use hwall_testkit::quantile;
 use plotters::prelude::*;
 use std::path::Path;

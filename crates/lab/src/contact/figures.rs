@@ -2,29 +2,16 @@
 
 use crate::contact::candidates::Role;
 use crate::contact::scores::{REGIONS, Scores};
-use crate::report::figure::{
-    Area, Axes, Chart, Draw, Mesh, Plot, figure, log_ticks, named_line, tenths, whole,
-};
 use hwall_contact::score::{BEFORE_S, Moment};
 use hwall_stage::figures::{COLOURS, TEXT, legend};
-use plotters::coord::types::RangedCoordf64;
+use hwall_stage::report::figure::{
+    Axes, Draw, Mesh, Plot, figure, log_ticks, named_line, tenths, whole,
+};
 use plotters::prelude::*;
 use std::path::Path;
 
 /// Smaller errors are drawn at this value, mm: a logarithmic axis has no zero.
 const SMALLEST_MM: f64 = 2.0;
-
-/// A line of errors over the time to contact.
-pub struct ErrorLine {
-    /// For the legend.
-    pub name: String,
-    /// Time to contact, s, and error, m.
-    pub points: Vec<(f64, f64)>,
-    /// Colour and width.
-    pub style: ShapeStyle,
-    /// For estimators without covariances.
-    pub dashed: bool,
-}
 
 /// Colours of the competitors in every figure of the study, in their order.
 fn colours() -> impl Iterator<Item = RGBColor> {
@@ -36,36 +23,22 @@ fn competitors(scores: &[Scores]) -> impl Iterator<Item = (&Scores, RGBColor)> {
     scores.iter().zip(colours())
 }
 
-/// Median error over the time to contact; a full line where covariances are stated.
+/// Times to contact, s, with the median errors there, m.
+fn errors(scores: &Scores) -> impl Iterator<Item = (f64, f64)> + Clone {
+    BEFORE_S.into_iter().filter_map(|before_s| {
+        let summary = scores.at_moment(Moment::Before(before_s));
+        (summary.count > 0).then_some((before_s, summary.median_m))
+    })
+}
+
+/// Median error over the time to contact, the names to the right of the contact; a full line where covariances are stated.
 ///
 /// # Errors
 /// A file that cannot be written.
 pub fn error_over_time(path: &Path, title: &str, scores: &[Scores]) -> anyhow::Result<()> {
-    let line = |(s, colour): (&Scores, RGBColor)| {
-        let at = |before_s: f64| {
-            let summary = s.at_moment(Moment::Before(before_s));
-            (summary.count > 0).then_some((before_s, summary.median_m))
-        };
-        let wide = if s.role == Role::Learned { 4 } else { 2 };
-        ErrorLine {
-            name: s.name.clone(),
-            points: BEFORE_S.into_iter().filter_map(at).collect(),
-            style: colour.stroke_width(wide),
-            dashed: s.under_way().intervals.is_none(),
-        }
-    };
-    let lines: Vec<ErrorLine> = competitors(scores).map(line).collect();
-    errors(path, title, &lines)
-}
-
-/// Errors over the time to contact, the names to the right of the contact.
-///
-/// # Errors
-/// A file that cannot be written.
-pub fn errors(path: &Path, title: &str, lines: &[ErrorLine]) -> anyhow::Result<()> {
-    let points = || lines.iter().flat_map(|line| &line.points);
-    let largest_mm = points().fold(100.0, |m: f64, p| m.max(1e3 * p.1));
-    let earliest_ms = points().fold(100.0, |m: f64, p| m.max(1e3 * p.0));
+    let all = || scores.iter().flat_map(errors);
+    let largest_mm = all().fold(100.0, |m: f64, p| m.max(1e3 * p.1));
+    let earliest_ms = all().fold(100.0, |m: f64, p| m.max(1e3 * p.0));
     figure(path, (980, 540), |root| {
         let y = 0.9 * SMALLEST_MM..1.2 * largest_mm;
         let (drawing, beside) = root.split_horizontally(690);
@@ -86,47 +59,22 @@ pub fn errors(path: &Path, title: &str, lines: &[ErrorLine]) -> anyhow::Result<(
             -earliest_ms * 1.02..0.0,
             y.clone().log_scale().with_key_points(log_ticks(&y, 3.0)),
         )?;
-        for (line, y) in lines.iter().zip((64..).step_by(24)) {
-            let style = line.style;
-            let points = line
-                .points
-                .iter()
+        for ((s, colour), y) in competitors(scores).zip((64..).step_by(24)) {
+            let style = colour.stroke_width(if s.role == Role::Learned { 4 } else { 2 });
+            let points = errors(s)
                 .map(|(before_s, error_m)| (-1e3 * before_s, (1e3 * error_m).max(SMALLEST_MM)));
             let key = |from, to| beside.put(&PathElement::new([(from, y), (to, y)], style));
-            if line.dashed {
+            if s.under_way().intervals.is_none() {
                 chart.series(DashedLineSeries::new(points, 6, 5, style))?;
                 key(8, 17).and(key(25, 34))?;
             } else {
                 chart.series(LineSeries::new(points, style).point_size(3))?;
                 key(8, 34)?;
             }
-            beside.write(&line.name, TEXT, (44, y - 9))?;
+            beside.write(&s.name, TEXT, (44, y - 9))?;
         }
         Ok(())
     })
-}
-
-/// Axes of observed over stated probability, with the diagonal on which the two are the same.
-///
-/// # Errors
-/// A file that cannot be written.
-pub fn unit_square<'a, 'p>(
-    root: &'a Area<'p>,
-    title: &str,
-    names: [&str; 2],
-) -> anyhow::Result<Chart<'a, 'p, RangedCoordf64, RangedCoordf64>> {
-    // Room for dots at 1.
-    let axes = Axes {
-        title,
-        names,
-        formats: [Some(&tenths), Some(&tenths)],
-        numbers: [Some(6), Some(6)],
-        beside: 26 - 14,
-        ..Axes::default()
-    };
-    let mut chart = axes.on(root, 0.0..1.02, 0.0..1.02)?;
-    chart.line([(0.0, 0.0), (1.0, 1.0)], BLACK.mix(0.4))?;
-    Ok(chart)
 }
 
 /// Observed over stated probability of the spatial regions, from 30 to 90 % of the time. Returns `false` without drawing
@@ -141,12 +89,21 @@ pub fn reliability(path: &Path, title: &str, scores: &[Scores]) -> anyhow::Resul
     if lines.is_empty() {
         return Ok(false);
     }
-    let names = [
-        "stated probability of the region",
-        "share of the contacts in it",
-    ];
     figure(path, (680, 640), |root| {
-        let mut chart = unit_square(root, title, names)?;
+        // Room for dots at 1.
+        let axes = Axes {
+            title,
+            names: [
+                "stated probability of the region",
+                "share of the contacts in it",
+            ],
+            formats: [Some(&tenths), Some(&tenths)],
+            numbers: [Some(6), Some(6)],
+            beside: 26 - 14,
+            ..Axes::default()
+        };
+        let mut chart = axes.on(root, 0.0..1.02, 0.0..1.02)?;
+        chart.line([(0.0, 0.0), (1.0, 1.0)], BLACK.mix(0.4))?;
         for (colour, name, observed) in lines {
             let style = colour.stroke_width(3);
             let stated = REGIONS.iter().map(|r| r.probability);

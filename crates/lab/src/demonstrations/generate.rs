@@ -1,13 +1,18 @@
 //! Simulated demonstrations: people reach for points within the arm's reach. Same format as real recordings.
 
 use crate::demonstrations::targets::{Panel, Places, TargetBox, Targets};
-use crate::report::named;
 use anyhow::{Context, ensure};
 use glam::DVec3;
 use hwall_hand::{HandPoint, LabelledReach, Recording, Sample};
 use hwall_haptics::Board;
-use hwall_sim::{Gesture, PersonConfig, Population, TouchSequence, TouchTruth};
+use hwall_sim::{Gesture, PersonConfig, Population, TouchSequence};
+use hwall_stage::named;
 use hwall_testkit::Sampler;
+
+/// Period of the tracker, s.
+const TRACKER_S: f64 = 1.0 / 90.0;
+/// A recording begins this long before the hand starts, s, if the person rests by then.
+const BEFORE_S: f64 = 0.3;
 
 /// Settings of demonstrations.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,16 +27,10 @@ pub struct DemonstrationConfig {
     pub test: PartSize,
     /// Targets of the touches.
     pub targets: Targets,
-    /// Share of the reaches that start towards another target, 0 to 1.
-    pub changes_of_mind: f64,
-    /// Period of the tracker, s.
-    pub tracker_s: f64,
     /// Tracked points of the hand; must include the tip of the index finger.
     pub points: Vec<HandPoint>,
     /// Is the gaze tracked? The head always is.
     pub gaze: bool,
-    /// A recording begins this long before the hand starts, s, if the person rests by then.
-    pub before_s: f64,
 }
 
 /// Number of people and reaches, evenly distributed.
@@ -64,12 +63,9 @@ impl DemonstrationConfig {
                 people: 5,
                 reaches: 30,
             },
-            targets: Targets::Panels(vec![panel]),
-            changes_of_mind: 0.0,
-            tracker_s: 1.0 / 90.0,
+            targets: Targets::Panel(panel),
             points: HandPoint::ALL.to_vec(),
             gaze: true,
-            before_s: 0.3,
         }
     }
 
@@ -116,21 +112,6 @@ impl DemonstrationConfig {
             self.points.contains(&HandPoint::Index),
             "the tip of the index finger touches: the tracker must follow it"
         );
-        let share = self.changes_of_mind;
-        ensure!(
-            (0.0..=1.0).contains(&share),
-            "changes_of_mind is {share}, not within 0 to 1"
-        );
-        let period = self.tracker_s;
-        ensure!(
-            (1e-3..=0.1).contains(&period),
-            "tracker_s is {period}, not within 0.001 to 0.1"
-        );
-        let before_s = self.before_s;
-        ensure!(
-            before_s >= 0.0 && before_s.is_finite(),
-            "before_s is {before_s}, not finite and at least 0"
-        );
         Ok(())
     }
 }
@@ -150,10 +131,6 @@ named! {
 pub struct SimulatedReach {
     /// Its purpose.
     pub part: Part,
-    /// How the person holds the hand.
-    pub gesture: Gesture,
-    /// Ground truth, on the clock of the recording.
-    pub truth: TouchTruth,
     /// From a little before the hand starts until the first sample in contact.
     pub recording: Recording,
     /// From the start of the movement to the contact.
@@ -165,7 +142,7 @@ pub struct SimulatedReach {
 /// Person `i` of a seed makes the same reaches regardless of the number of others.
 ///
 /// # Errors
-/// A value outside its range, panels that the arm cannot reach, a target beside or behind the resting hand.
+/// A value outside its range, a panel that the arm cannot reach, a target beside or behind the resting hand.
 pub fn generate(config: &DemonstrationConfig) -> anyhow::Result<Vec<SimulatedReach>> {
     config.validate()?;
     let places = Places::new(&config.targets, &Board::default())?;
@@ -177,8 +154,8 @@ pub fn generate(config: &DemonstrationConfig) -> anyhow::Result<Vec<SimulatedRea
             let name = format!("{}-{:02}", part.name(), i + 1);
             let count = size.reaches / size.people + usize::from(i < size.reaches % size.people);
             let mut sampler = Sampler::new(config.seed ^ ((number + 1) << 32));
-            let plans = places.plans(count, config.changes_of_mind, &mut sampler)?;
-            let sequence = population.person(number).plan_reaches(&plans);
+            let plans = places.plans(count, &mut sampler)?;
+            let sequence = population.person(number).plan(&plans);
             let sequence = sequence.with_context(|| name.clone())?;
             for trial in 0..count {
                 let names = (name.as_str(), trial + 1);
@@ -202,12 +179,12 @@ fn record(
     let truth = sequence.touches()[trial];
     let before = trial.checked_sub(1).map(|last| sequence.touches()[last]);
     let rests_from_s = before.map_or(0.0, |before| before.end_s);
-    let first_s = (truth.start_s - config.before_s).max(rests_from_s);
-    let frame_at = |t_s: f64| (t_s / config.tracker_s).ceil() as usize;
+    let first_s = (truth.start_s - BEFORE_S).max(rests_from_s);
+    let frame_at = |t_s: f64| (t_s / TRACKER_S).ceil() as usize;
     let (mut samples, mut frames) = (Vec::new(), Vec::new());
     let (first, last) = (frame_at(first_s), frame_at(truth.contact_s));
     for k in first..=last {
-        let t_s = k as f64 * config.tracker_s;
+        let t_s = k as f64 * TRACKER_S;
         let tracked = sequence.tracked(t_s);
         let frame = tracked.limited_to(&config.points, config.gaze);
         samples.push(Sample {
@@ -241,8 +218,6 @@ fn record(
     labelled.validate()?;
     Ok(SimulatedReach {
         part,
-        gesture: sequence.person().gesture(),
-        truth,
         recording,
         labelled,
     })

@@ -5,7 +5,7 @@ use glam::DVec3;
 use hwall_haptics::Board;
 use hwall_kinematics::SrsArm;
 use hwall_reachability::{ExactConfig, Interval, ReachabilityMap, Roll, WallGrid, WallLine};
-use hwall_sim::{ReachPlan, TouchPlan};
+use hwall_sim::TouchPlan;
 use hwall_testkit::Sampler;
 
 /// Spacing of the lines of a panel's map, m.
@@ -16,8 +16,8 @@ const MOST_DRAWS: usize = 1000;
 /// Targets, in the arm's base frame.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Targets {
-    /// Upright panels: uniform over the parts where the arm can present its board.
-    Panels(Vec<Panel>),
+    /// An upright panel: uniform over the parts where the arm can present its board.
+    Panel(Panel),
     /// Uniform in a box, reachable or not.
     Box(TargetBox),
 }
@@ -48,16 +48,14 @@ pub struct Panel {
 
 /// The set from which targets are drawn.
 pub(super) enum Places {
-    /// A map and the reachable stretches of its lines.
-    Lines(Box<ReachabilityMap>, Vec<Stretch>),
+    /// The heights of the panel, m, its map, and the reachable stretches of the lines.
+    Lines([f64; 2], Box<ReachabilityMap>, Vec<Stretch>),
     Box(TargetBox),
 }
 
 pub(super) struct Stretch {
     line: WallLine,
     span: Interval,
-    /// The panel's heights, m.
-    heights_m: [f64; 2],
     /// Length of all stretches up to the end of this one, m.
     until_m: f64,
 }
@@ -65,7 +63,7 @@ pub(super) struct Stretch {
 impl Places {
     pub(super) fn new(targets: &Targets, board: &Board) -> anyhow::Result<Self> {
         match targets {
-            Targets::Panels(panels) => Self::reachable(panels, board),
+            Targets::Panel(panel) => Self::reachable(panel, board),
             Targets::Box(within) => {
                 let (low_m, high_m) = (within.low_m, within.high_m);
                 ensure!(
@@ -77,51 +75,46 @@ impl Places {
         }
     }
 
-    fn reachable(panels: &[Panel], board: &Board) -> anyhow::Result<Self> {
+    fn reachable(panel: &Panel, board: &Board) -> anyhow::Result<Self> {
         let arm = SrsArm::iiwa7().with_tool(board.flange_from_board_face()?);
-        let walls: Vec<WallGrid> = panels.iter().map(wall).collect::<anyhow::Result<_>>()?;
         let config = ExactConfig {
             roll: Roll::quarter_turns(),
             ..ExactConfig::default()
         };
-        let map = ReachabilityMap::build(&arm, &config, walls)?;
+        let map = ReachabilityMap::build(&arm, &config, vec![wall(panel)?])?;
         let mut stretches = Vec::new();
         let mut until_m = 0.0;
         for index in map.lines() {
             let line = map.line(index).context("a line of the map")?;
-            let panel = &panels[index.wall];
-            let (middle_m, half_m) = (panel.centre_m.z, panel.half_height_m);
             for interval in map.intervals(index) {
                 until_m += interval.span.length_m();
                 stretches.push(Stretch {
                     line,
                     span: interval.span,
-                    heights_m: [middle_m - half_m, middle_m + half_m],
                     until_m,
                 });
             }
         }
-        ensure!(until_m > 0.0, "the arm reaches none of the panels");
-        Ok(Self::Lines(Box::new(map), stretches))
+        ensure!(until_m > 0.0, "the arm does not reach the panel");
+        let (middle_m, half_m) = (panel.centre_m.z, panel.half_height_m);
+        let heights_m = [middle_m - half_m, middle_m + half_m];
+        Ok(Self::Lines(heights_m, Box::new(map), stretches))
     }
 
-    /// Reaches of one person; some of them start towards another target.
+    /// Touches of one person.
     pub(super) fn plans(
         &self,
         count: usize,
-        changes_of_mind: f64,
         sampler: &mut Sampler,
-    ) -> anyhow::Result<Vec<ReachPlan>> {
-        let mut plans = Vec::with_capacity(count);
-        for _ in 0..count {
-            let (touch, other) = (self.draw(sampler)?, self.draw(sampler)?);
-            let changes = sampler.uniform(0.0, 1.0) < changes_of_mind;
-            plans.push(ReachPlan {
-                touch,
-                meant_first: changes.then_some(other),
-            });
-        }
-        Ok(plans)
+    ) -> anyhow::Result<Vec<TouchPlan>> {
+        let touch = |_| {
+            let touch = self.draw(sampler)?;
+            // These draws once decided on changes of mind; without them, published numbers would change.
+            self.draw(sampler)?;
+            sampler.uniform(0.0, 1.0);
+            Ok(touch)
+        };
+        (0..count).map(touch).collect()
     }
 
     fn draw(&self, sampler: &mut Sampler) -> anyhow::Result<TouchPlan> {
@@ -130,9 +123,10 @@ impl Places {
                 target_m: sampler.point_in_box(within.low_m, within.high_m),
                 normal: within.normal,
             }),
-            Self::Lines(map, stretches) => {
-                let found = (0..MOST_DRAWS).find_map(|_| near_a_line(map, stretches, sampler));
-                found.context("found no reachable point beside the lines of the maps")
+            Self::Lines(heights_m, map, stretches) => {
+                let near = |_| near_a_line(*heights_m, map, stretches, sampler);
+                let found = (0..MOST_DRAWS).find_map(near);
+                found.context("found no reachable point beside the lines of the map")
             }
         }
     }
@@ -140,6 +134,7 @@ impl Places {
 
 /// A uniformly drawn point near the reachable stretches; `None` if it is not reachable.
 fn near_a_line(
+    [low_m, high_m]: [f64; 2],
     map: &ReachabilityMap,
     stretches: &[Stretch],
     sampler: &mut Sampler,
@@ -147,7 +142,6 @@ fn near_a_line(
     let at_m = sampler.uniform(0.0, stretches.last()?.until_m);
     let stretch = stretches.get(stretches.partition_point(|s| s.until_m <= at_m))?;
     let s_m = sampler.uniform(stretch.span.lo_m, stretch.span.hi_m);
-    let [low_m, high_m] = stretch.heights_m;
     let mut target_m = stretch.line.point_m(s_m);
     target_m.z += sampler.uniform(-0.5 * SPACING_M, 0.5 * SPACING_M);
     let normal = stretch.line.plane.normal();

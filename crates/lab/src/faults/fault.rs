@@ -1,7 +1,7 @@
 //! Faults, and the phases in which they begin.
 
-use crate::report::named;
 use hwall_fri::controller::FaultConfig;
+use hwall_stage::named;
 
 named! {
     /// An input of the session.

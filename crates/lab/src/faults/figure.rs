@@ -2,7 +2,7 @@
 
 use super::fault::Phase;
 use super::outcome::{Bounds, Outcome, Reached};
-use crate::report::figure::{Draw, figure};
+use hwall_stage::report::figure::{Draw, figure};
 use hwall_stage::run::simulated_arm::ArmLevel;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};

@@ -1,7 +1,7 @@
 //! The outcome of a fault.
 
 use super::fault::{Fault, Phase};
-use crate::report::named;
+use hwall_stage::named;
 use hwall_stage::run::simulated_arm::ArmLevel;
 
 named! {

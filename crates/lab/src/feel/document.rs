@@ -1,15 +1,12 @@
 //! The tables of the study, and the whole of docs/FEEL.md.
 
-use super::figures;
-use super::rig::{Rig, Way};
-use super::single::{HandKind, SinglePush};
+use super::rig::Way;
+use super::single::draw_door;
 use super::stability::{FINGERS_N_PER_M, Held, SWINGS_ON_M};
 use super::study::{EXCITED_HZ, HELD_N, MOST_M, PUSHES, Results, Row};
-use super::subject::of_scene;
 use crate::documents::Documents;
 use crate::report::{Column, Gap, fill, page, percent_of, table_of, titled};
 use hwall_haptics::ObjectPortConfig;
-use hwall_stage::setting::load_scene;
 use hwall_testkit::MarkdownTable;
 use std::path::PathBuf;
 
@@ -150,17 +147,7 @@ pub fn text(results: &Results) -> anyhow::Result<String> {
 /// A file that cannot be written.
 pub fn write(seed: u64, results: &Results, documents: &Documents) -> anyhow::Result<PathBuf> {
     let folder = documents.figures("feel")?;
-    let rig = Rig::new()?;
-    let (scene, _) = load_scene(None)?;
-    let subject = of_scene(&rig, &scene, None)?;
-    let push = SinglePush {
-        hand: HandKind::Profile,
-        force_n: 10.0,
-        seconds: 3.0,
-        seed,
-    };
-    let lines = push.run(&rig, &subject, &Way::ALL)?;
-    figures::push(&folder.join("door.svg"), &subject, &lines)?;
+    draw_door(&folder.join("door.svg"), seed)?;
     let gaps: [Gap<'_>; 4] = [
         ("tables", &text(results)?),
         ("excited_hz", &format!("{EXCITED_HZ:?}")),

@@ -2,9 +2,9 @@
 
 use super::push::{Sample, Trace};
 use super::subject::Subject;
-use crate::report::figure::{Axes, Plot, figure};
 use hwall_haptics::ObjectPath;
 use hwall_stage::figures::{COLOURS, Sign, legend_beside, width_of};
+use hwall_stage::report::figure::{Axes, Plot, figure};
 use plotters::prelude::*;
 use std::path::Path;
 

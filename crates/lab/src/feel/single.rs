@@ -3,11 +3,12 @@
 use super::figures;
 use super::push::{Hand, Profile, Push, Sample, Trace, run};
 use super::rig::{Rig, Way};
-use super::subject::Subject;
+use super::subject::{Subject, of_scene};
 use crate::report::titled;
 use clap::ValueEnum;
 use hwall_haptics::ObjectRenderingConfig;
 use hwall_sim::HandBodyConfig;
+use hwall_stage::setting::load_scene;
 use hwall_testkit::{MarkdownTable, Timing};
 use std::path::Path;
 
@@ -69,6 +70,23 @@ impl SinglePush {
             },
         }
     }
+}
+
+/// A force of 10 N for a second at the door of the built-in room, in all control modes, as a figure.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn draw_door(path: &Path, seed: u64) -> anyhow::Result<()> {
+    let rig = Rig::new()?;
+    let (scene, _) = load_scene(None)?;
+    let subject = of_scene(&rig, &scene, None)?;
+    let push = SinglePush {
+        hand: HandKind::Profile,
+        force_n: 10.0,
+        seconds: 3.0,
+        seed,
+    };
+    figures::push(path, &subject, &push.run(&rig, &subject, &Way::ALL)?)
 }
 
 /// Draws the pushes, and summarises them as text.

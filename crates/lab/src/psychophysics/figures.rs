@@ -1,9 +1,9 @@
 //! Figures of a study: means with intervals, and boxes of the subjects' values.
 
-use crate::report::figure::{Area, Chart, Draw, Plot, figure};
 use crate::spans::ends;
 use hwall_psychophysics::{CellMean, Groups, Study, cell_means};
 use hwall_stage::figures::{COLOURS, TEXT, plot_error};
+use hwall_stage::report::figure::{Area, Chart, Draw, Plot, figure};
 use hwall_testkit::quantile;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;

@@ -3,29 +3,11 @@
 use crate::report::{Column, quantiles, table_of};
 use crate::spans::ends as span;
 use glam::DVec3;
-use hwall_arrival::{Atlas, AtlasWall, BoardExtent, PostureArrivals};
-use hwall_haptics::Board;
-use hwall_kinematics::{JointPositions, Pose};
+use hwall_arrival::{Atlas, AtlasWall, PostureArrivals};
+use hwall_kinematics::JointPositions;
 use hwall_scene::Scene;
 use hwall_stage::arms;
-use hwall_stage::input::floor_pose::FloorPose;
 use hwall_testkit::{MarkdownTable, Timing, time_batches};
-
-/// The face of a board.
-pub fn extent(board: &Board) -> BoardExtent {
-    BoardExtent {
-        half_width_m: board.half_width_m,
-        half_height_m: board.half_height_m,
-    }
-}
-
-/// The scene from the base of an arm that stands in it.
-///
-/// # Errors
-/// A pose that is not finite.
-pub fn in_base(scene: &Scene, base: FloorPose) -> anyhow::Result<Scene> {
-    Ok(scene.placed(&Pose::from_affine(&base.outer_from_here().inverse())?))
-}
 
 /// A configuration from seven numbers in degrees.
 ///

@@ -1,11 +1,11 @@
 //! The figure of arrival times: a panel for each wall, as the person sees it.
 
 use super::shades::{Key, shade};
-use crate::report::figure::{Area, Draw, Plot, figure};
 use anyhow::ensure;
 use hwall_arrival::{AtlasWall, NodePlace};
 use hwall_reachability::Steps;
 use hwall_stage::figures::{TEXT, TITLE, plot_error};
+use hwall_stage::report::figure::{Area, Draw, Plot, figure};
 use hwall_testkit::quantile;
 use plotters::prelude::*;
 use std::path::Path;

@@ -1,8 +1,7 @@
 //! Arrival times of an arm at people's touches, and its best waiting posture: from flags to files.
 
 use super::arrival::{
-    configuration, degrees, extent as extent_of, in_base, named_walls, posture_table,
-    time_look_ups, wall_table,
+    configuration, degrees, named_walls, posture_table, time_look_ups, wall_table,
 };
 use super::arrival_figure::{self, ArrivalFigure};
 use super::placement_job::heights;
@@ -11,7 +10,7 @@ use glam::DVec3;
 use hwall::facets_of;
 use hwall_arrival::reachability::{WallMaps, WallMapsConfig};
 use hwall_arrival::{
-    Atlas, AtlasConfig, Surfaces, TouchRange, WaitingConfig, WallShare, judge_posture,
+    Atlas, AtlasConfig, BoardExtent, Surfaces, TouchRange, WaitingConfig, WallShare, judge_posture,
     targets_of_maps, waiting_posture,
 };
 use hwall_haptics::Board;
@@ -93,12 +92,11 @@ pub fn run(options: &ArrivalOptions, out: &mut impl Write) -> anyhow::Result<()>
         .write_into("--out", Some(&options.out), &["arrival.svg"])
         .write("--save", options.save.as_deref())
         .check()?;
-    let board = Board::default();
-    let face = board.flange_from_board_face()?;
+    let face = Board::default().flange_from_board_face()?;
     let arm = options.arm.closed_form()?.with_tool(face);
     let base = options.base.as_deref().map(FloorPose::parse).transpose()?;
     let (scene, remarks) = setting::load_scene(options.scene.file())?;
-    let scene = in_base(&scene, base.unwrap_or(FloorPose::ORIGIN))?;
+    let scene = base.unwrap_or(FloorPose::ORIGIN).scene_seen(&scene)?;
     for remark in remarks {
         note(remark);
     }
@@ -116,7 +114,7 @@ pub fn run(options: &ArrivalOptions, out: &mut impl Write) -> anyhow::Result<()>
     let limits = MotionLimits::of_arm(&arm, &MotionConfig::default())?;
     let targets = targets_of_maps(&maps, &touches(options)?)?;
     let surfaces = Surfaces::from_maps(&maps, config.clearance.margin_m)?;
-    let extent = extent_of(&board);
+    let extent = BoardExtent::default();
     let start = Instant::now();
     let waiting = match &options.waiting {
         Some(text) => configuration(text).context("--waiting")?,

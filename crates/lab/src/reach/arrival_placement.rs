@@ -1,6 +1,6 @@
 //! Base placement by arrival, for the command line.
 
-use super::arrival::{degrees, extent, in_base, named_walls, percent};
+use super::arrival::{degrees, named_walls, percent};
 use super::arrival_figure::{self, ArrivalFigure};
 use super::maps::{progress, shown};
 use super::placement::metres;
@@ -8,10 +8,9 @@ use crate::report::{Column, table_of};
 use hwall::facets_of;
 use hwall_arrival::reachability::{PlacementConfig, Progress, Target, WallMaps, WallMapsConfig};
 use hwall_arrival::{
-    ArrivalPlacement, ArrivalPlacementConfig, Atlas, AtlasConfig, WaitingConfig, WeightedTarget,
-    place_base_by_arrival_monitored,
+    ArrivalPlacement, ArrivalPlacementConfig, Atlas, AtlasConfig, BoardExtent, WaitingConfig,
+    WeightedTarget, place_base_by_arrival_monitored,
 };
-use hwall_haptics::Board;
 use hwall_kinematics::SrsArm;
 use hwall_motion::{MotionConfig, MotionLimits};
 use hwall_scene::Scene;
@@ -34,7 +33,7 @@ pub fn run(
     waiting: WaitingConfig,
     out: &Path,
 ) -> anyhow::Result<String> {
-    let board = extent(&Board::default());
+    let board = BoardExtent::default();
     let limits = MotionLimits::of_arm(arm, &MotionConfig::default())?;
     let targets: Vec<WeightedTarget> = targets.iter().map(|&t| t.into()).collect();
     let (budget_s, slack_m) = (waiting.budget_s, waiting.slack_m);
@@ -57,7 +56,7 @@ pub fn run(
             origin_m: best.room_from_base.position_m(),
             yaw_rad: best.heading_rad,
         };
-        let scene = in_base(scene, base)?;
+        let scene = base.scene_seen(scene)?;
         let maps = WallMaps::build(arm, &facets_of(&scene), WallMapsConfig::default())?;
         let q = best.arrivals.posture.q;
         let atlas = Atlas::build(arm, &maps, board, &limits, &q, &AtlasConfig::default())?;

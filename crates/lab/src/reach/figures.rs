@@ -1,10 +1,10 @@
 //! Figures of reachability maps.
 
 use crate::reach::published::Comparison;
-use crate::report::figure::{Axes, Draw, Mesh, Plot, USUAL, figure, named_line, tenths};
 use crate::spans::ends;
 use hwall_reachability::WallGrid;
 use hwall_stage::figures::{COLOURS, legend};
+use hwall_stage::report::figure::{Axes, Draw, Mesh, Plot, USUAL, figure, named_line, tenths};
 use plotters::prelude::*;
 use std::path::Path;
 

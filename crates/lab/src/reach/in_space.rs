@@ -2,7 +2,6 @@
 
 use crate::reach::figures::LineInterval;
 use crate::reach::shades::shade;
-use crate::report::figure::{Area, Axes, Draw, Mesh, Plot, figure, tenths};
 use crate::report::fill;
 use crate::spans::ends;
 use anyhow::{Context, ensure};
@@ -10,6 +9,7 @@ use glam::{DVec3, dvec3};
 use hwall_reachability::{WallGrid, WallPoint};
 use hwall_stage::figures::{COLOURS, TEXT};
 use hwall_stage::numbers::count_within;
+use hwall_stage::report::figure::{Area, Axes, Draw, Mesh, Plot, figure, tenths};
 use plotters::prelude::*;
 use serde_json::json;
 use std::ops::Range;

@@ -1,7 +1,6 @@
 //! Base placement from the command line: targets on the walls of a scene, the heat map, the table.
 
 use super::shades::{Key, shade};
-use crate::report::figure::{Area, Axes, Draw, Mesh, Plot, figure};
 use crate::report::{Column, table_of};
 use crate::spans::ends;
 use anyhow::ensure;
@@ -10,6 +9,8 @@ use hwall_kinematics::SrsArm;
 use hwall_reachability::{Interval, Placement, PlacementScores, Steps, Target};
 use hwall_scene::{Facet, Scene, SurfaceId};
 use hwall_stage::figures::{COLOURS, TEXT};
+use hwall_stage::person::touches::within;
+use hwall_stage::report::figure::{Area, Axes, Draw, Mesh, Plot, figure};
 use hwall_testkit::MarkdownTable;
 use plotters::prelude::*;
 use std::path::Path;
@@ -56,7 +57,7 @@ pub fn targets(scene: &Scene, wanted: &TargetChoice) -> anyhow::Result<Vec<Targe
         all.retain(|target| {
             let at_m = target.point_m;
             let is_near = |[x, y, radius]: [f64; 3]| (at_m.x - x).hypot(at_m.y - y) <= radius;
-            wanted.near.is_none_or(is_near) && on(&patch, at_m)
+            wanted.near.is_none_or(is_near) && within(&patch, at_m, -1e-6)
         });
         targets.extend(all);
     }
@@ -133,16 +134,6 @@ fn middle(patch: &Facet) -> DVec3 {
     let outline = patch.outline_m.iter();
     let (low, high) = ends(outline.map(|p| (*p - patch.point_m).dot(along)));
     patch.point_m + along * (0.5 * (low + high))
-}
-
-/// Is a point of the patch's plane within its outline?
-fn on(patch: &Facet, point_m: DVec3) -> bool {
-    let n = patch.outline_m.len();
-    (0..n).all(|i| {
-        let (a, b) = (patch.outline_m[i], patch.outline_m[(i + 1) % n]);
-        let inward = patch.normal.cross(b - a).normalize_or_zero();
-        (point_m - a).dot(inward) >= -1e-6
-    })
 }
 
 /// Rounded to centimetres, without -0.

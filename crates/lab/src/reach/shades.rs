@@ -1,7 +1,7 @@
 //! Values as shades, and their key beside a figure.
 
-use crate::report::figure::{Area, Draw};
 use hwall_stage::figures::TEXT;
+use hwall_stage::report::figure::{Area, Draw};
 use plotters::prelude::*;
 
 /// From dark (0) to light (1), readable without colours too.

@@ -1,11 +1,12 @@
 //! Predictions with a scene, in rooms with increasing numbers of surfaces and under degraded conditions.
 
 use crate::report::{Column, fill, quantiles, table_of, yes_or_no};
-use crate::rooms::contenders::{Contender, SharedTraining};
+use crate::rooms::contenders::{SharedTraining, ray_cast};
 use crate::rooms::people::{self, Condition, StudyPeople, StudySize};
 use crate::rooms::room::{ROOMS, Room};
 use crate::rooms::scores::{TouchPredictions, gained_s, summary};
 use anyhow::Context;
+use hwall_contact::Predictor;
 use hwall_contact::score::Moment;
 use rayon::prelude::*;
 
@@ -42,13 +43,11 @@ impl Setting {
             participants,
         } = people::people(&room, &condition, size).with_context(name)?;
         let training = SharedTraining::new(&room.scene, &training).with_context(name)?;
-        let predicted = |contender: Contender| {
-            let mut predictor = contender.predictor;
-            people::predictions(predictor.as_mut(), &room, &participants)
-        };
+        let predicted =
+            |predictor: &mut dyn Predictor| people::predictions(predictor, &room, &participants);
         Ok(Self {
-            fused: predicted(training.fused(&training.config)?)?,
-            ray_cast: predicted(Contender::ray_cast()?)?,
+            fused: predicted(&mut training.fused(&training.config)?)?,
+            ray_cast: predicted(&mut ray_cast()?)?,
             surfaces,
             condition,
         })

@@ -18,15 +18,8 @@ const OBSERVED: usize = 18;
 const PALM: [usize; 3] = [0, 1, 2];
 /// Share of a motion after which its end is predicted.
 const SEEN: f64 = 0.6;
-/// Number of basis functions where other settings are varied.
-const QUOTED: usize = 8;
-
-fn training(basis: Basis) -> TrainingConfig {
-    TrainingConfig::new(vec![
-        Group::observed("hand", OBSERVED, basis),
-        Group::controlled("board", 7, basis),
-    ])
-}
+/// Basis functions.
+const FUNCTIONS: usize = 8;
 
 /// Steps of all test motions, and distances of the predicted from the true end of the palm, m.
 fn run<F: MotionFilter + Clone>(
@@ -57,63 +50,52 @@ pub fn filters(seed: u64) -> anyhow::Result<Section> {
     };
     let state = |model: &Model| format!("state {}", 2 + model.rank());
     let plain = FilterConfig::default();
-    let config = training(Basis::Legendre { count: QUOTED });
-    let independent = |config: &TrainingConfig| TuningConfig {
+    let basis = Basis::Legendre { count: FUNCTIONS };
+    let config = TrainingConfig::new(vec![
+        Group::observed("hand", OBSERVED, basis),
+        Group::controlled("board", 7, basis),
+    ]);
+    let independent = TuningConfig {
         correlation_times: vec![0.0],
-        ..TuningConfig::new(config)
+        ..TuningConfig::new(&config)
     };
-    let model = tune(&train, &config, &independent(&config))?.model;
+    let model = tune(&train, &config, &independent)?.model;
     let lasting = tune(&train, &config, &TuningConfig::new(&config))?.model;
     let found = run(&tests, &Filter::new(&lasting, &plain)?)?;
     let time_s = lasting.tuning().map_or(0.0, |t| t.correlation_time);
-    let setting = format!("{QUOTED} functions, deviations last");
+    let setting = format!("{FUNCTIONS} functions, deviations last");
     let note = format!("{}, for {:.0} ms", state(&lasting), 1e3 * time_s);
     add("exact filter", setting, &found, note);
-    let mut summary = Vec::new();
-    for count in [4, 6, 8, 10, 12, 18] {
-        let config = training(Basis::Legendre { count });
-        let model = tune(&train, &config, &independent(&config))?.model;
-        let exact = run(&tests, &Filter::new(&model, &plain)?)?;
-        let setting = format!("{count} functions");
-        add("exact filter", setting, &exact, state(&model));
-        if count == QUOTED {
-            let what = "prediction and update, 18 of 25 values";
-            let median_mm = 1e3 * exact.1.median;
-            let error = format!("end foreseen to {median_mm:.0} mm (median) at 60 %");
-            summary.push(quoted("bip", what, &exact.0, error));
-        }
-    }
-    for hypotheses in [4, 8, 16] {
-        let bank = BankConfig {
-            hypotheses,
-            ..BankConfig::default()
-        };
-        let run = run(&tests, &Bank::new(&model, &bank)?)?;
-        let setting = format!("{hypotheses} hypotheses");
-        add("bank", setting, &run, state(&model));
-        if hypotheses == 8 {
-            let (what, error) = (
-                "the same by 8 hypotheses",
-                "recovers from pauses and changes of mind",
-            );
-            summary.push(quoted("bip", what, &run.0, error));
-        }
-    }
-    for members in [50, 100, 300, 1000] {
-        let ensemble = EnsembleConfig {
-            members,
-            update: EnsembleUpdate::Deterministic,
-            seed,
-            ..EnsembleConfig::default()
-        };
-        let run = run(&tests, &EnsembleFilter::new(&model, &ensemble)?)?;
-        add(
-            "ensemble",
-            format!("{members} members"),
-            &run,
-            String::new(),
-        );
-    }
+    let exact = run(&tests, &Filter::new(&model, &plain)?)?;
+    add(
+        "exact filter",
+        format!("{FUNCTIONS} functions"),
+        &exact,
+        state(&model),
+    );
+    let found = run(&tests, &Bank::new(&model, &BankConfig::default())?)?;
+    let setting = format!("{} hypotheses", BankConfig::default().hypotheses);
+    add("bank", setting, &found, state(&model));
+    let median_mm = 1e3 * exact.1.median;
+    let error = format!("end foreseen to {median_mm:.0} mm (median) at 60 %");
+    let recovers = "recovers from pauses and changes of mind";
+    let summary = vec![
+        quoted(
+            "bip",
+            "prediction and update, 18 of 25 values",
+            &exact.0,
+            error,
+        ),
+        quoted("bip", "the same by 8 hypotheses", &found.0, recovers),
+    ];
+    let ensemble = EnsembleConfig {
+        update: EnsembleUpdate::Deterministic,
+        seed,
+        ..EnsembleConfig::default()
+    };
+    let found = run(&tests, &EnsembleFilter::new(&model, &ensemble)?)?;
+    let setting = format!("{} members", ensemble.members);
+    add("ensemble", setting, &found, String::new());
     let title =
         "Filters of motions: time of a step against the error of the predicted end of the palm";
     let shown = table.to_markdown();

@@ -6,26 +6,18 @@ use crate::report::{Gap, quantiles, titled};
 use crate::speed::section::{Calls, Section, batches};
 use anyhow::Context;
 use glam::DVec3;
-use hwall_kinematics::{Chain, Pose, SrsArm};
+use hwall_kinematics::{Pose, SrsArm};
 use hwall_reachability::{
-    ExactConfig, ExactSolver, Interval, OptimizationConfig, OptimizationSolver, PolygonConfig,
-    ReachabilityMap, Steps, WallGrid, WallLine, WallPlane, WallPoint, WallRegion,
-    position_margin_m,
+    ExactConfig, ExactSolver, Interval, PolygonConfig, ReachabilityMap, Steps, WallGrid, WallPlane,
+    WallPoint, WallRegion, position_margin_m,
 };
-use hwall_testkit::{ErrorStats, Sampler, SpeedErrorTable, format_error, time_each};
-use std::time::Instant;
+use hwall_testkit::{Sampler, format_error, time_each};
 
 /// Repetitions of building a map; the median counts.
 const BUILDS: usize = 7;
 
-/// The methods are compared on every n-th line of the published grid.
-const EVERY: usize = 23;
-
 /// Number of points for look-ups: more would also measure memory access.
 const SOME: usize = 64;
-
-/// Larger errors of the ends of a line are counted, m.
-const OFF_M: f64 = 1e-3;
 
 fn config(accuracy_m: f64) -> ExactConfig {
     ExactConfig {
@@ -34,18 +26,10 @@ fn config(accuracy_m: f64) -> ExactConfig {
     }
 }
 
-fn cores() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
-}
-
-fn pool(threads: usize) -> anyhow::Result<rayon::ThreadPool> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-    pool.build().context("threads")
-}
-
 /// Median time of several builds on `threads` threads, s.
 fn build_s(threads: usize, config: &ExactConfig, walls: &[WallGrid]) -> anyhow::Result<f64> {
-    let (pool, arm) = (pool(threads)?, SrsArm::iiwa7());
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    let (pool, arm) = (pool.build().context("threads")?, SrsArm::iiwa7());
     let timing = time_each(BUILDS, |_| {
         pool.install(|| ReachabilityMap::build(&arm, config, walls.to_vec()).is_ok())
     });
@@ -62,7 +46,7 @@ pub fn maps(seed: u64, poses: usize) -> anyhow::Result<Section> {
     for wall in &mut dense {
         wall.heights = Steps::new(-0.26, 0.005, 301)?;
     }
-    let cores = cores();
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let mut table = titled(&format!(
         "grid | accuracy | lines | solved | one core | {cores} cores | memory | file | without proof"
     ));
@@ -109,102 +93,6 @@ pub fn maps(seed: u64, poses: usize) -> anyhow::Result<Section> {
         ("table", &table),
     ];
     Section::of(include_str!("text/maps.md"), &gaps, summary)
-}
-
-/// A method's result on a line.
-#[derive(Debug, Clone, Copy)]
-struct LineEnds {
-    /// The outermost ends, m along the line.
-    ends_m: [f64; 2],
-    intervals: usize,
-}
-
-/// `None` for a line without a reachable point.
-type Ends = Option<LineEnds>;
-
-/// The same lines by every method.
-///
-/// # Errors
-/// Errors of the solvers.
-pub fn methods(seed: u64) -> anyhow::Result<Section> {
-    let (arm, chain) = (SrsArm::iiwa7(), Chain::iiwa7());
-    let mut lines: Vec<WallLine> = Vec::new();
-    for wall in published::grids()? {
-        for plane in 0..wall.distances.count() {
-            let plane = wall.plane(plane)?;
-            lines.extend(wall.heights.iter().map(|height| plane.line(height)));
-        }
-    }
-    let lines: Vec<WallLine> = lines.into_iter().step_by(EVERY).collect();
-    let reference = ExactSolver::new(&arm, &config(1e-9))?;
-    let ends_of = |solver: &ExactSolver, line: &WallLine| -> anyhow::Result<Ends> {
-        let reach = solver.line(line)?;
-        let (first, last) = (reach.intervals.first(), reach.intervals.last());
-        Ok(first.zip(last).map(|(a, b)| LineEnds {
-            ends_m: [a.span.lo_m, b.span.hi_m],
-            intervals: reach.intervals.len(),
-        }))
-    };
-    let mut truth: Vec<(Ends, bool)> = Vec::new();
-    for line in &lines {
-        let touches = !reference.line(line)?.unknown.is_empty();
-        truth.push((ends_of(&reference, line)?, touches));
-    }
-
-    let mut table = SpeedErrorTable::new("ends of the lines", "setting");
-    let mut row = |name: &str, setting: String, solve: &dyn Fn(usize) -> anyhow::Result<Ends>| {
-        let mut found: Vec<anyhow::Result<Ends>> = Vec::with_capacity(lines.len());
-        let timing = time_each(lines.len(), |i| found.push(solve(i)));
-        let (mut off, mut lost, mut invented, mut holes) = (Vec::new(), 0, 0, 0);
-        for ((truth, touches), found) in truth.iter().zip(found) {
-            match (truth, found?) {
-                (Some(truth), Some(found)) => {
-                    let ends = truth.ends_m.iter().zip(found.ends_m);
-                    off.extend(ends.map(|(a, b)| (a - b).abs()));
-                    holes += usize::from(truth.intervals > found.intervals);
-                }
-                (Some(truth), None) => {
-                    lost += 1;
-                    holes += usize::from(truth.intervals > 1);
-                }
-                // A line that touches the reachable set only in points has undecided bands and no intervals.
-                (None, Some(_)) => invented += usize::from(!touches),
-                (None, None) => {}
-            }
-        }
-        let far = off.iter().filter(|off| **off > OFF_M).count();
-        let note = format!(
-            "{:.1} % off by > 1 mm, {lost} lines lost, {invented} invented, {holes} with holes lost",
-            100.0 * far as f64 / off.len().max(1) as f64
-        );
-        let errors = ErrorStats::from_errors(off);
-        table.row(name, setting, timing, (errors, "m"), note);
-        anyhow::Ok(())
-    };
-    for accuracy_m in [1e-2, 1e-3, 1e-4, 1e-6, 1e-8] {
-        let solver = ExactSolver::new(&arm, &config(accuracy_m))?;
-        let setting = format_error(accuracy_m, "m");
-        row("exact, a line alone", setting, &|i| {
-            ends_of(&solver, &lines[i])
-        })?;
-    }
-    for starts in [1, 2, 5, 10, 20] {
-        let config = OptimizationConfig {
-            starts,
-            seed,
-            ..OptimizationConfig::default()
-        };
-        let solver = OptimizationSolver::new(&chain, config)?;
-        row("optimization", format!("{starts} starts"), &|i| {
-            Ok(solver.line(&lines[i])?.map(|f| LineEnds {
-                ends_m: [f.lo.s_m, f.hi.s_m],
-                intervals: 1,
-            }))
-        })?;
-    }
-    let (count, shown) = (lines.len(), table.to_markdown());
-    let gaps: [Gap<'_>; 2] = [("count", &count), ("table", &shown)];
-    Section::of(include_str!("text/methods.md"), &gaps, Vec::new())
 }
 
 /// Look-ups, margins, nearest points, one wall of a scene, polygons.
@@ -288,67 +176,22 @@ pub fn queries(seed: u64, n: usize) -> anyhow::Result<Section> {
     let (what, error) = ("map of one wall, 31 heights", "1e-6 m, proven");
     calls.row(what, &one_wall, [error]);
     calls.quote("reachability", what, &one_wall, error);
-    let polygons = polygons(&solver)?;
-    let gaps: [Gap<'_>; 2] = [("table", &calls.table), ("polygons", &polygons.table)];
-    let summary = [calls.summary, polygons.summary].concat();
-    Section::of(include_str!("text/queries.md"), &gaps, summary)
-}
-
-/// Polygons of all planes of the published grid.
-fn polygons(solver: &ExactSolver) -> anyhow::Result<Calls> {
-    let cores = cores();
-    let mut calls = Calls::new(&format!(
-        "Hausdorff accuracy | a plane, median | p99 | 266 planes, one core | {cores} cores | corners a plane | largest area error"
-    ));
     let planes: Vec<WallPlane> = published::grids()?
         .iter()
         .flat_map(|wall| (0..wall.distances.count()).map(|i| wall.plane(i)))
         .collect::<Result<_, _>>()?;
-    let config = |accuracy_m| PolygonConfig {
-        accuracy_m,
+    let polygon = PolygonConfig {
+        accuracy_m: 1e-4,
         ..PolygonConfig::default()
     };
-    // The area error is measured on some of the planes; the finest polygon is the reference.
-    let areas = |config: &PolygonConfig| -> anyhow::Result<Vec<f64>> {
-        let some = planes.iter().step_by(12);
-        some.map(|plane| Ok(WallRegion::of_plane(solver, plane, config)?.area_m2()))
-            .collect()
-    };
-    let fine = areas(&config(1e-6))?;
-    for accuracy_m in [1e-2, 1e-3, 1e-4, 1e-5] {
-        let config = config(accuracy_m);
-        let timing = time_each(planes.len(), |i| {
-            WallRegion::of_plane(solver, &planes[i], &config).is_ok()
-        });
-        let total_s = |threads: usize| {
-            let pool = pool(threads)?;
-            let start = Instant::now();
-            let regions = pool.install(|| WallRegion::of_planes(solver, &planes, &config))?;
-            let corners: usize = regions.iter().map(|r| r.vertices().len()).sum();
-            anyhow::Ok((start.elapsed().as_secs_f64(), corners))
-        };
-        let ((one_s, corners), (all_s, _)) = (total_s(1)?, total_s(cores)?);
-        let off = areas(&config)?;
-        let off = off
-            .iter()
-            .zip(&fine)
-            .map(|(area, fine)| (area - fine).abs());
-        calls.row(
-            &format_error(accuracy_m, "m"),
-            &timing,
-            [
-                &format!("{one_s:.2} s"),
-                &format!("{all_s:.2} s"),
-                &format!("{:.0}", corners as f64 / planes.len() as f64),
-                &format_error(off.fold(0.0, f64::max), "m²"),
-            ],
-        );
-        if accuracy_m == 1e-4 {
-            let error = "0.1 mm Hausdorff";
-            calls.quote("reachability", "polygons of a plane", &timing, error);
-        }
-    }
-    Ok(calls)
+    let of_plane = time_each(planes.len(), |i| {
+        WallRegion::of_plane(&solver, &planes[i], &polygon).is_ok()
+    });
+    let (what, error) = ("polygons of a plane", "0.1 mm Hausdorff");
+    calls.row(what, &of_plane, [error]);
+    calls.quote("reachability", what, &of_plane, error);
+    let gaps: [Gap<'_>; 1] = [("table", &calls.table)];
+    Section::of(include_str!("text/queries.md"), &gaps, calls.summary)
 }
 
 /// Distance to the nearest unreachable point along 300 random directions, m.

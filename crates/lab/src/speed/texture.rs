@@ -3,7 +3,7 @@
 use crate::report::{Gap, titled};
 use crate::speed::section::{Section, quoted};
 use hwall_testkit::{format_ns, time_each};
-use hwall_texton::{ChordSide, Patch, PatchSpec, Tessellation, Texture};
+use hwall_texton::{Patch, PatchSpec, Tessellation, Texture};
 
 /// Requested chord errors, mm.
 const ACCURACIES_MM: [f64; 6] = [0.001, 0.003, 0.01, 0.03, 0.1, 1.0];
@@ -15,40 +15,29 @@ const ACCURACIES_MM: [f64; 6] = [0.001, 0.003, 0.01, 0.03, 0.1, 1.0];
 pub fn tessellation() -> anyhow::Result<Section> {
     let patch = Patch::released();
     let mut table = titled(
-        "mesh | asked | triangles | time | chord error measured | volume off | one watertight solid",
+        "asked | triangles | time | chord error measured | volume off | one watertight solid",
     );
     let mut summary = Vec::new();
-    for (name, side) in [
-        ("inside", ChordSide::Inside),
-        ("both sides", ChordSide::Both),
-    ] {
-        for accuracy_mm in ACCURACIES_MM {
-            let ask = Tessellation {
-                accuracy_mm,
-                side,
-                ..Tessellation::default()
-            };
-            // Bumps enlarged by this would touch.
-            if side == ChordSide::Both && patch.mesh(&ask).is_err() {
-                continue;
-            }
-            let timing = time_each(5, |_| patch.mesh(&ask));
-            let check = patch.mesh(&ask)?.check();
-            let error_um = 1e3 * measured_mm(&ask)?;
-            let volume_off = check.volume_mm3 / patch.volume_mm3() - 1.0;
-            table.row([
-                name.to_owned(),
-                format!("{} µm", 1e3 * accuracy_mm),
-                check.triangles.to_string(),
-                format_ns(timing.median_ns),
-                format!("{error_um:.2} µm"),
-                format!("{:+.3} %", 100.0 * volume_off),
-                if check.is_solid() { "yes" } else { "NO" }.to_owned(),
-            ]);
-            if accuracy_mm == 0.01 && side == ChordSide::Inside {
-                let error = format!("{error_um:.1} µm chord error");
-                summary.push(quoted("texton", "mesh of 2,880 bumps", &timing, error));
-            }
+    for accuracy_mm in ACCURACIES_MM {
+        let ask = Tessellation {
+            accuracy_mm,
+            ..Tessellation::default()
+        };
+        let timing = time_each(5, |_| patch.mesh(&ask));
+        let check = patch.mesh(&ask)?.check();
+        let error_um = 1e3 * measured_mm(&ask)?;
+        let volume_off = check.volume_mm3 / patch.volume_mm3() - 1.0;
+        table.row([
+            format!("{} µm", 1e3 * accuracy_mm),
+            check.triangles.to_string(),
+            format_ns(timing.median_ns),
+            format!("{error_um:.2} µm"),
+            format!("{:+.3} %", 100.0 * volume_off),
+            if check.is_solid() { "yes" } else { "NO" }.to_owned(),
+        ]);
+        if accuracy_mm == 0.01 {
+            let error = format!("{error_um:.1} µm chord error");
+            summary.push(quoted("texton", "mesh of 2,880 bumps", &timing, error));
         }
     }
     let gaps: [Gap<'_>; 1] = [("table", &table)];

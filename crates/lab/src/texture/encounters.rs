@@ -1,8 +1,8 @@
 //! Bumps met by a finger on a texture: table and figure.
 
-use crate::report::figure::{Axes, Plot, USUAL, figure as drawn, named_line};
 use crate::report::titled;
 use hwall_stage::figures::{COLOURS, legend};
+use hwall_stage::report::figure::{Axes, Plot, USUAL, figure as drawn, named_line};
 use hwall_texton::{Layout, ScanAngle, Texture};
 use plotters::prelude::*;
 use std::path::Path;

@@ -4,6 +4,7 @@ use crate::texture::wanted::{PrinterKind, WantedArgs};
 use crate::texture::{encounters, patch_figures};
 use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
+use hwall_stage::arms::parse_list;
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::numbers::counted;
 use hwall_testkit::format_ns;
@@ -33,44 +34,64 @@ pub enum Grid {
     Staggered,
 }
 
-/// The request.
+/// Which patch, and which files, as flags of a command line.
+#[derive(Debug, Clone, clap::Args)]
 pub struct Request {
-    /// Roughnesses for which to design the texture, instead of a preset.
+    /// The roughnesses for which the texture is designed.
+    #[command(flatten)]
     pub wanted: WantedArgs,
-    /// Name of a preset, or long radius, short radius, height, long pitch, short pitch in mm.
+    /// released, study-1.5, study-2, study-2.5, study-3, spaced-3 (text of the dissertation), or long radius, short radius,
+    /// height, long pitch, short pitch in mm: RX,RY,H,PX,PY
+    #[arg(long, default_value = "released", conflicts_with = "wished")]
     pub preset: String,
-    /// Size of the patch: one number for both axes, or x and y; the preset's size if empty.
+    /// Size in mm, one number or X,Y [default: 200 for the released patch, else 50]
+    #[arg(long, value_delimiter = ',', num_args = 1..=2, allow_negative_numbers = true)]
     pub size_mm: Vec<f64>,
-    /// Largest distance of the mesh from the true surface.
-    pub accuracy_mm: f64,
-    /// Are triangles allowed on both sides of the surface?
+    /// Largest distance of the mesh from the true surface, micrometres, 1 to 1000
+    #[arg(long, default_value_t = 10.0, allow_negative_numbers = true)]
+    pub accuracy_um: f64,
+    /// Allow triangles on both sides of the surface within the accuracy: half as many (ellipsoids)
+    #[arg(long)]
     pub both_sides: bool,
-    /// Shape of the bumps.
-    pub shape: Shape,
-    /// Arrangement of the bumps.
-    pub grid: Grid,
-    /// Thickness of the plate.
+    /// Shape of the bumps
+    #[arg(long, value_enum, default_value_t = Shape::Ellipsoid)]
+    pub texton: Shape,
+    /// How the bumps stand; staggered moves every second row by half the long pitch
+    #[arg(long, value_enum, default_value_t = Grid::Rectangular)]
+    pub layout: Grid,
+    /// Thickness of the plate, mm
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
     pub plate_mm: f64,
-    /// Mounting holes, `X,Y,DIAMETER` in mm each.
-    pub holes: Vec<String>,
-    /// Size of the tiles: one number for both axes, or x and y.
+    /// Mounting hole X,Y,DIAMETER in mm; may be repeated
+    #[arg(long)]
+    pub hole: Vec<String>,
+    /// Size of the tiles in mm, one number or X,Y; no bump crosses their borders
+    #[arg(long, value_delimiter = ',', num_args = 1..=2, default_value = "100", allow_negative_numbers = true)]
     pub tile_mm: Vec<f64>,
-    /// Does the grid start anew on each tile?
-    pub restart: bool,
-    /// Write a file for each tile?
-    pub by_tile: bool,
-    /// STL file to write.
+    /// Continue the grid across tiles instead of starting it anew on each
+    #[arg(long)]
+    pub continuous: bool,
+    /// Write meshes and pictures of each tile (NAME-1.stl, ...) instead of the whole
+    #[arg(long)]
+    pub tiles: bool,
+    /// Write the mesh as STL
+    #[arg(long)]
     pub stl: Option<PathBuf>,
-    /// Is the STL file text?
+    /// STL as text
+    #[arg(long, requires = "stl")]
     pub ascii: bool,
-    /// OBJ file to write.
+    /// Write the mesh as OBJ
+    #[arg(long)]
     pub obj: Option<PathBuf>,
-    /// EXR file to write.
+    /// Write the heights as EXR, and normals beside it as NAME-normals.exr
+    #[arg(long)]
     pub exr: Option<PathBuf>,
-    /// Distance of the pixels of the EXR file.
-    pub pixel_mm: f64,
-    /// Folder for figures.
-    pub figures: Option<PathBuf>,
+    /// Distance of the pixels, micrometres
+    #[arg(long, default_value_t = 100.0, allow_negative_numbers = true)]
+    pub pixel_um: f64,
+    /// Folder for figures: the patch from above and from the side, spacing and width over orientation
+    #[arg(long)]
+    pub out: Option<PathBuf>,
 }
 
 /// Names of the figures: views from above and from the side; spacing and width over orientation.
@@ -85,50 +106,38 @@ pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
         .write("--stl", request.stl.as_deref())
         .write("--obj", request.obj.as_deref())
         .write("--exr", request.exr.as_deref())
-        .write_into("--out", request.figures.as_deref(), &FIGURES)
+        .write_into("--out", request.out.as_deref(), &FIGURES)
         .check()?;
     let texture = match request.wanted.texture(out)? {
         Some(texture) => texture,
         None => texture(request)?,
     };
     let patch = patch(request, texture)?;
-    let accuracy_um = 1e3 * request.accuracy_mm;
-    ensure!(
-        (1.0 - 1e-9..=1000.0 + 1e-6).contains(&accuracy_um),
-        "--accuracy-um is {accuracy_um}, it must lie in 1 to 1000"
-    );
-    let ask = Tessellation {
-        accuracy_mm: request.accuracy_mm,
-        side: match request.both_sides {
-            true => ChordSide::Both,
-            false => ChordSide::Inside,
-        },
-        ..Tessellation::default()
-    };
+    let ask = tessellation(request)?;
     describe(&patch, out)?;
     let whole = || Tile {
         corner_mm: DVec2::ZERO,
         patch: patch.clone(),
     };
-    let tiles = match request.by_tile {
+    let tiles = match request.tiles {
         true => patch.tiles(),
         false => vec![whole()],
     };
-    if let Some(folder) = &request.figures {
+    if let Some(folder) = &request.out {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
     for (k, Tile { corner_mm, patch }) in tiles.iter().enumerate() {
-        if request.by_tile {
+        if request.tiles {
             let DVec2 { x, y } = corner_mm;
             writeln!(out, "\ntile {} at {x}, {y} mm", k + 1)?;
         }
-        let name = |path: &Path| match request.by_tile {
+        let name = |path: &Path| match request.tiles {
             true => numbered(path, &format!("-{}", k + 1)),
             false => path.to_owned(),
         };
         mesh(request, patch, &ask, &name, out)?;
         if let Some(path) = request.exr.as_deref().map(&name) {
-            let field = patch.height_field(request.pixel_mm)?;
+            let field = patch.height_field(1e-3 * request.pixel_um)?;
             field.write_exr(&path)?;
             let normals = numbered(&path, "-normals");
             field.write_normal_exr(&normals)?;
@@ -137,13 +146,29 @@ pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
     }
     let check = print_check(&patch, &texture, request.wanted.printer);
     writeln!(out, "\n{check}\n{}", encounters::table(&texture)?)?;
-    if let Some(folder) = &request.figures {
+    if let Some(folder) = &request.out {
         let (plan, spacing) = (folder.join(FIGURES[0]), folder.join(FIGURES[1]));
         patch_figures::plan(&plan, &patch)?;
         encounters::figure(&spacing, &texture)?;
         writeln!(out, "wrote {} and {}", plan.display(), spacing.display())?;
     }
     Ok(())
+}
+
+fn tessellation(request: &Request) -> anyhow::Result<Tessellation> {
+    let accuracy_um = request.accuracy_um;
+    ensure!(
+        (1.0..=1000.0).contains(&accuracy_um),
+        "--accuracy-um is {accuracy_um}, it must lie in 1 to 1000"
+    );
+    Ok(Tessellation {
+        accuracy_mm: 1e-3 * accuracy_um,
+        side: match request.both_sides {
+            true => ChordSide::Both,
+            false => ChordSide::Inside,
+        },
+        ..Tessellation::default()
+    })
 }
 
 /// A file name with `more` before its extension.
@@ -172,7 +197,7 @@ fn texture(request: &Request) -> anyhow::Result<Texture> {
             let [long_mm, short_mm] = preset.layout().pitch_mm();
             [long, short, preset.texton().height_mm(), long_mm, short_mm]
         }
-        None => parse(&request.preset).with_context(|| {
+        None => parse_list(&request.preset).with_context(|| {
             format!(
                 "--preset {}: neither released, study-1.5, study-2, study-2.5, study-3, \
                  spaced-3 nor RX,RY,H,PX,PY in mm",
@@ -184,25 +209,15 @@ fn texture(request: &Request) -> anyhow::Result<Texture> {
         long_mm: long,
         short_mm: short,
     };
-    let texton = match request.shape {
+    let texton = match request.texton {
         Shape::Ellipsoid => Texton::hemiellipsoid(radii, height_mm)?,
         Shape::Cone => Texton::truncated_cone(radii, height_mm)?,
     };
-    let layout = match request.grid {
+    let layout = match request.layout {
         Grid::Rectangular => Layout::Rectangular { long_mm, short_mm },
         Grid::Staggered => Layout::Staggered { long_mm, short_mm },
     };
     Ok(Texture::new(texton, layout)?)
-}
-
-fn parse<const N: usize>(text: &str) -> anyhow::Result<[f64; N]> {
-    let numbers: Result<Vec<f64>, _> = text.split(',').map(|w| w.trim().parse()).collect();
-    let numbers = numbers.with_context(|| text.to_owned())?;
-    let count = numbers.len();
-    match numbers.try_into() {
-        Ok(numbers) => Ok(numbers),
-        Err(_) => bail!("{text}: {count} numbers, wanted {N}"),
-    }
 }
 
 /// One number for both axes, or one for each.
@@ -220,8 +235,8 @@ fn patch(request: &Request, texture: Texture) -> anyhow::Result<Patch> {
         ([], _) => [50.0; 2],
         (numbers, _) => pair(numbers).context("--size-mm")?,
     };
-    let holes = request.holes.iter().map(|text| {
-        let [x, y, diameter_mm] = parse(text).context("--hole")?;
+    let holes = request.hole.iter().map(|text| {
+        let [x, y, diameter_mm] = parse_list(text).context("--hole")?;
         Ok(MountingHole {
             centre_mm: DVec2::new(x, y),
             diameter_mm,
@@ -231,7 +246,7 @@ fn patch(request: &Request, texture: Texture) -> anyhow::Result<Patch> {
         size_mm,
         plate_mm: request.plate_mm,
         tile_mm: Some(pair(&request.tile_mm).context("--tile-mm")?),
-        restart: request.restart,
+        restart: !request.continuous,
         holes: holes.collect::<anyhow::Result<_>>()?,
         ..PatchSpec::default()
     };
@@ -359,38 +374,18 @@ fn mesh(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::texture::wanted::{ModelKind, PrinterKind};
+    use clap::{Args, Command, FromArgMatches};
 
     fn request(preset: &str) -> Request {
-        Request {
-            wanted: WantedArgs {
-                levels: Vec::new(),
-                for_scene: None,
-                printer: Some(PrinterKind::Sla),
-                model: ModelKind::Vibration,
-                table: None,
-                weber: 0.1,
-                narrow: false,
-                candidate: 1,
-            },
-            preset: preset.to_owned(),
-            size_mm: vec![20.0, 10.0],
-            accuracy_mm: 0.05,
-            both_sides: false,
-            shape: Shape::Ellipsoid,
-            grid: Grid::Rectangular,
-            plate_mm: 1.0,
-            holes: Vec::new(),
-            tile_mm: vec![100.0],
-            restart: true,
-            by_tile: false,
-            stl: None,
-            ascii: false,
-            obj: None,
-            exr: None,
-            pixel_mm: 0.05,
-            figures: None,
-        }
+        let line = [
+            "",
+            "--size-mm=20,10",
+            "--accuracy-um=50",
+            "--preset",
+            preset,
+        ];
+        let command = Request::augment_args(Command::new(""));
+        Request::from_arg_matches(&command.get_matches_from(line)).unwrap()
     }
 
     fn said(request: &Request) -> String {
@@ -461,13 +456,13 @@ mod tests {
             assert!(run(&request(preset), &mut Vec::new()).is_err(), "{preset}");
         }
         let hole = Request {
-            holes: vec!["1,2".to_owned()],
+            hole: vec!["1,2".to_owned()],
             ..request("released")
         };
         assert!(run(&hole, &mut Vec::new()).is_err());
-        for accuracy_mm in [0.0, -1.0, 2.0, f64::NAN] {
+        for accuracy_um in [0.0, -1.0, 2000.0, f64::NAN] {
             let fine = Request {
-                accuracy_mm,
+                accuracy_um,
                 ..request("released")
             };
             let said = run(&fine, &mut Vec::new()).unwrap_err().to_string();

@@ -1,7 +1,7 @@
 //! The figure of a patch: from above and from the side.
 
-use crate::report::figure::{Axes, Draw, Mesh, Plot, figure};
 use hwall_stage::figures::{COLOURS, TEXT};
+use hwall_stage::report::figure::{Axes, Draw, Mesh, Plot, figure};
 use hwall_texton::Patch;
 use plotters::prelude::*;
 use std::f64::consts::TAU;

@@ -3,17 +3,16 @@
 use crate::report::titled;
 use anyhow::Context;
 use glam::{DVec2, DVec3};
-use hwall::{Controller, Surroundings, TargetControl, drive};
+use hwall::{Controller, TargetControl};
 use hwall_haptics::{
-    ArmCommand, ArmState, Board, BoardTarget, Follower, FollowerConfig, Phase, RendererConfig,
-    Slide, surface_axes,
+    Arm, Board, BoardTarget, Follower, FollowerConfig, Phase, RendererConfig, Slide, surface_axes,
 };
 use hwall_kinematics::{
     ArmKinematics, BranchPolicy, JointPositions, NearestConfig, SrsArm, Wrench,
 };
-use hwall_sim::{ServoArm, ServoConfig, SimError};
+use hwall_sim::{ServoArm, ServoConfig};
 use hwall_testkit::{ErrorStats, MarkdownTable, Sampler};
-use hwall_texton::{FingerState, Level, MotionLimits, ScanAngle, TextonError, TextureMotion};
+use hwall_texton::{FingerState, Level, MotionLimits, ScanAngle, TextureMotion};
 
 /// Control period, s.
 const DT_S: f64 = 1e-3;
@@ -151,7 +150,7 @@ pub fn run(
     duration_s: f64,
 ) -> anyhow::Result<Option<Outcome>> {
     let board = Board::default();
-    let control = TargetControl::new(&SrsArm::iiwa7(), &board, RendererConfig::default())?;
+    let mut control = TargetControl::new(&SrsArm::iiwa7(), &board, RendererConfig::default())?;
     let arm = control.renderer().arm().clone();
     let axes = surface_axes(trial.normal)?;
     let lift = |p: DVec2| axes[0] * p.x + axes[1] * p.y;
@@ -186,20 +185,8 @@ pub fn run(
     }
     let mut servo = ServoArm::new(arm, goal, servo)?;
     let rest = servo.pose();
-    let mut pressed = PressedBoard {
-        control,
-        motion,
-        level: trial.level,
-        axes,
-        target: target(DVec2::ZERO, roll_rad, 0.0),
-        finger_m_per_s: DVec2::from_angle(trial.scan_rad) * trial.finger_m_per_s,
-        felt_s: None,
-        fault: None,
-    };
-    let mut finger = PressingFinger {
-        normal: trial.normal,
-        end_s: PRESS_S + 1.0,
-    };
+    let waiting = target(DVec2::ZERO, roll_rad, 0.0);
+    let finger_m_per_s = DVec2::from_angle(trial.scan_rad) * trial.finger_m_per_s;
     let wanted = -scan * trial.level.speed_mm_per_s * 1e-3;
     let mut outcome = Outcome {
         wanted_m_per_s: wanted.length(),
@@ -207,100 +194,53 @@ pub fn run(
         felt_s: f64::NAN,
         ..Outcome::default()
     };
-    drive(
-        &mut pressed,
-        &mut servo,
-        &mut finger,
-        |pressed, servo, finger, _| {
-            if let Some(felt_s) = pressed.felt_s {
-                if outcome.felt_s.is_nan() {
-                    outcome.felt_s = felt_s - PRESS_S;
-                    finger.end_s = felt_s + duration_s;
-                }
-                let off = servo.twist().linear_m_per_s - wanted;
-                outcome.error.push(off.length() / wanted.length());
-                let sliding = pressed.control.last_step().is_some_and(|s| s.sliding);
-                outcome.slid_s += if sliding { DT_S } else { 0.0 };
-            }
-            servo.advance(DT_S)?;
-            let moved = servo.pose().position_m() - rest.position_m();
-            let drift_m = moved.dot(trial.normal.normalize()).abs();
-            outcome.drift_m = outcome.drift_m.max(drift_m);
-            let turned = servo.pose().distance(&rest);
-            outcome.turned_rad = outcome.turned_rad.max(turned.angle_rad);
-            Ok(())
-        },
-    )?;
-    match pressed.fault {
-        Some(fault) => Err(fault.into()),
-        None => Ok(Some(outcome)),
-    }
-}
-
-/// The controller of a trial: a board that waits in place, and slides against the scan once it is touched.
-struct PressedBoard {
-    control: TargetControl,
-    motion: TextureMotion,
-    level: Level,
-    axes: [DVec3; 2],
-    target: BoardTarget,
-    /// The finger's own velocity in the plane.
-    finger_m_per_s: DVec2,
-    felt_s: Option<f64>,
-    /// An error of the motion; the board then stands still.
-    fault: Option<TextonError>,
-}
-
-impl Controller for PressedBoard {
-    fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
-        let finger = self.felt_s.map(|felt_s| FingerState {
-            point_m: self.finger_m_per_s * (now_s - felt_s),
-            velocity_m_per_s: self.finger_m_per_s,
-        });
-        let lift = |p: DVec2| self.axes[0] * p.x + self.axes[1] * p.y;
-        self.control.slide = match self.motion.step(now_s, finger, &self.level) {
-            Ok(step) => Some(Slide {
-                velocity_m_per_s: lift(step.velocity_m_per_s),
-                turn_rad_per_s: step.roll_rad_per_s,
-            }),
-            Err(fault) => {
-                self.fault = Some(fault);
-                None
-            }
-        };
-        self.control.target = Some(BoardTarget {
-            stamp_s: now_s,
-            ..self.target
-        });
-        let command = self.control.step(now_s, state);
-        let step = self.control.last_step();
-        if step.is_some_and(|step| matches!(step.phase, Phase::Contact { .. })) {
-            self.felt_s = self.felt_s.or(Some(now_s));
-        }
-        command
-    }
-
-    fn plan(&mut self) {
-        self.control.plan();
-    }
-}
-
-/// Clock for the arm, and the pressing finger.
-struct PressingFinger {
-    normal: DVec3,
-    end_s: f64,
-}
-
-impl Surroundings<ServoArm> for PressingFinger {
-    fn next_cycle(&mut self, arm: &mut ServoArm) -> Result<Option<f64>, SimError> {
-        let t_s = arm.t_s();
-        let press_n = PRESS_N * ((t_s - PRESS_S) / RISE_S).clamp(0.0, 1.0);
-        arm.apply_wrench(Wrench {
-            force_n: -self.normal * press_n,
+    // When the touch was felt, and when the trial ends.
+    let (mut felt_s, mut end_s) = (None, PRESS_S + 1.0);
+    while servo.t_s() < end_s {
+        let now_s = servo.t_s();
+        let press_n = PRESS_N * ((now_s - PRESS_S) / RISE_S).clamp(0.0, 1.0);
+        servo.apply_wrench(Wrench {
+            force_n: -trial.normal * press_n,
             ..Wrench::default()
         })?;
-        Ok((t_s < self.end_s).then_some(t_s))
+        let finger = felt_s.map(|felt_s| FingerState {
+            point_m: finger_m_per_s * (now_s - felt_s),
+            velocity_m_per_s: finger_m_per_s,
+        });
+        let step = motion.step(now_s, finger, &trial.level)?;
+        control.slide = Some(Slide {
+            velocity_m_per_s: lift(step.velocity_m_per_s),
+            turn_rad_per_s: step.roll_rad_per_s,
+        });
+        control.target = Some(BoardTarget {
+            stamp_s: now_s,
+            ..waiting
+        });
+        let command = control.step(now_s, &servo.state()?);
+        let step = control.last_step();
+        servo.command(command)?;
+        if felt_s.is_none() && step.is_some_and(|s| matches!(s.phase, Phase::Contact { .. })) {
+            felt_s = Some(now_s);
+            (outcome.felt_s, end_s) = (now_s - PRESS_S, now_s + duration_s);
+        }
+        if felt_s.is_some() {
+            let off = servo.twist().linear_m_per_s - wanted;
+            outcome.error.push(off.length() / wanted.length());
+            outcome.slid_s += if step.is_some_and(|s| s.sliding) {
+                DT_S
+            } else {
+                0.0
+            };
+        }
+        control.plan();
+        servo.advance(DT_S)?;
+        let moved = servo.pose().position_m() - rest.position_m();
+        let drift_m = moved.dot(trial.normal.normalize()).abs();
+        outcome.drift_m = outcome.drift_m.max(drift_m);
+        let turned = servo.pose().distance(&rest);
+        outcome.turned_rad = outcome.turned_rad.max(turned.angle_rad);
     }
+    Ok(Some(outcome))
 }
 
 /// Random trials within the arm's reach: time from the press until it was felt, and relative errors of the

@@ -1,7 +1,7 @@
 //! The chapters, and what the function of each gets.
 
 use crate::documents::Documents;
-use crate::report::named;
+use hwall_stage::named;
 use std::path::{Path, PathBuf};
 
 named! {

@@ -1,33 +1,19 @@
 //! Chapter VII and the discussions: what was left open.
 
 use super::chapter::Job;
-use crate::feel::figures;
-use crate::feel::rig::{Rig, Way};
-use crate::feel::single::{HandKind, SinglePush};
-use crate::feel::subject::of_scene;
+use crate::feel::single::draw_door;
 use crate::report::{Column, fill, table_of};
 use crate::texture::wanted::PrinterKind;
 use clap::ValueEnum;
-use hwall_stage::setting::load_scene;
 use hwall_testkit::MarkdownTable;
 use hwall_texton::Texture;
 
 pub(super) fn section(job: &Job<'_>) -> anyhow::Result<String> {
-    let rig = Rig::new()?;
-    let (scene, _) = load_scene(None)?;
-    let subject = of_scene(&rig, &scene, None)?;
-    let push = SinglePush {
-        hand: HandKind::Profile,
-        force_n: 10.0,
-        seconds: 3.0,
-        seed: job.seed,
-    };
-    let lines = push.run(&rig, &subject, &Way::ALL)?;
     let (path, door) = job.figure(
         "door.svg",
         "A push of 10 N at the door of the built-in room",
     )?;
-    figures::push(&path, &subject, &lines)?;
+    draw_door(&path, job.seed)?;
     fill(
         include_str!("outlook.md"),
         &[("door", &door), ("printers", &printers())],

@@ -1,29 +1,25 @@
 //! The arm of a study behind FRI, and the tracked hands.
 
 use anyhow::{Context, ensure};
+use clap::ArgGroup;
 use hwall::contact::{DeterministicConfig, DeterministicPredictor, Predictor};
-use hwall::geometry::Pose;
-use hwall::hand::{HandFilterConfig, HandFrame};
+use hwall::hand::HandFrame;
 use hwall::haptics::Board;
 use hwall::{Cycle, Event, LikelyTouches, Session, Surroundings};
-use hwall_bridge::{BridgeConfig, BridgeServer, Order};
-use hwall_fri::{FriClient, FriClientConfig, FriError, FriVersion};
-use hwall_stage::input::address::{host, receivable, socket_address};
+use hwall_bridge::{BridgeServer, Order};
+use hwall_fri::{FriClient, FriError};
+use hwall_stage::input::address::{receivable, socket_address};
 use hwall_stage::input::arms::BoardArm;
-use hwall_stage::input::floor_pose::FloorPose;
-use hwall_stage::input::real_room::RealRoom;
-use hwall_stage::live::{Driven, HandChoice, Holds, asked, brake};
+use hwall_stage::live::{Driven, Holds, LedArmFlags, asked, brake};
 use hwall_stage::note;
 use hwall_stage::person::predictors::TrainingPeople;
 use hwall_stage::person::responses::Scenery;
-use hwall_stage::run::simulated_arm::ArmLevel;
-use hwall_stage::run::stage::SessionSettings;
 use hwall_stage::setting::load_scene;
 use hwall_study::{
     ArmKind, ArmStage, ArmTrialConfig, Protocol, Stimulus, StudyRoom, check_surfaces, scene_of,
 };
 use hwall_view::ViewScene;
-use std::net::{IpAddr, SocketAddr};
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -32,94 +28,49 @@ const LOOK: Duration = Duration::from_millis(200);
 
 /// Flags of an arm behind FRI; they mean what they mean to `bridge`.
 #[derive(Debug, Clone, clap::Args)]
+#[command(group(ArgGroup::new("led").args(LED).multiple(true).requires("fri")))]
 pub struct ArmArgs {
     /// Listens here for the FRI controller of an iiwa, whose arm presents the trials instead of the simulated one: 127.0.0.1:30200 for a simulated controller
-    #[arg(long, requires = "hands", conflicts_with = "simulate", value_name = "HOST:PORT", value_parser = socket_address)]
+    #[arg(long, requires = "hands", value_name = "HOST:PORT", value_parser = socket_address)]
     fri: Option<SocketAddr>,
-    /// Address of the controller: what comes from elsewhere is counted and dropped [default: the first one that speaks leads]
-    #[arg(long, requires = "fri", value_name = "HOST", value_parser = host)]
-    fri_controller: Option<IpAddr>,
-    /// Version of its interface: 1.15, 2.5 or 2.7
-    #[arg(long, requires = "fri", default_value = "1.15")]
-    fri_version: FriVersion,
     /// Where the page listens that brings the hand, from a headset or a mouse: localhost:8080
     #[arg(long, requires = "fri", value_name = "HOST:PORT", value_parser = socket_address)]
     hands: Option<SocketAddr>,
-    /// Name of a proxy by which browsers reach that page; may be given more than once
-    #[arg(long = "host", requires = "fri")]
-    hosts: Vec<String>,
     /// OBJ scene, z up, metres, in the frame of the arm's base, with a roughness on what is touched [default: one wall, door or panel 0.6 m ahead]
     #[arg(long, requires = "fri")]
     scene: Option<PathBuf>,
-    /// TOML file of what really stands around the arm, its planes and boxes in the frame of its base [default: a floor where the scene is lowest, or at the base]
-    #[arg(long, requires = "fri")]
-    room: Option<PathBuf>,
-    /// Origin of the headset's space in the arm's base frame: x,y,z in metres, yaw in degrees
-    #[arg(long, requires = "fri", value_parser = FloorPose::parse, allow_hyphen_values = true, default_value = "1.5,0,-0.6,180")]
-    origin: FloorPose,
-    /// servo: the controller takes positions; torque: it takes torques, by which doors are rendered
-    #[arg(long, requires = "fri", value_enum, default_value_t)]
-    arm_level: ArmLevel,
-    /// Which hand the board serves
-    #[arg(long, requires = "fri", value_enum, default_value_t)]
-    hand: HandChoice,
-    /// A hand that stands quite still counts as lost: for a headset that repeats its last pose when it loses a hand
-    #[arg(long, requires = "fri")]
-    watch_frozen: bool,
     /// The arm moves only while somebody holds the switch on that page (its address with #switch behind it, on a phone for instance). Letting go stops the arm; so does losing the connection
     #[arg(long, requires = "fri")]
     enabling_switch: bool,
+    #[command(flatten)]
+    led: LedArmFlags,
 }
+
+/// The flags of [`LedArmFlags`], which mean nothing without an arm.
+const LED: [&str; 9] = [
+    "fri_controller",
+    "fri_version",
+    "hosts",
+    "room",
+    "origin",
+    "arm_level",
+    "hand",
+    "watch_frozen",
+    "no_head",
+];
 
 impl ArmArgs {
-    /// The requested arm; `None`: the simulated arm.
-    ///
-    /// # Errors
-    /// An origin that is not finite.
-    pub fn options(&self) -> anyhow::Result<Option<ArmOptions>> {
-        let (Some(listen), Some(hands)) = (self.fri, self.hands) else {
-            return Ok(None);
-        };
-        Ok(Some(ArmOptions {
-            fri: FriClientConfig {
-                listen,
-                controller: self.fri_controller,
-                version: self.fri_version,
-                ..FriClientConfig::default()
-            },
-            bridge: BridgeConfig {
-                listen: hands,
-                hosts: self.hosts.clone(),
-                hand: self.hand.into(),
-                base_from_headset: Pose::from_affine(&self.origin.outer_from_here())?,
-                ..BridgeConfig::default()
-            },
-            scene: self.scene.clone(),
-            room: self.room.clone(),
-            level: self.arm_level,
-            watch_frozen: self.watch_frozen,
-            enabling_switch: self.enabling_switch,
-        }))
+    /// Is an arm behind FRI asked for, rather than the simulated one?
+    #[must_use]
+    pub fn is_given(&self) -> bool {
+        self.fri.is_some()
     }
-}
 
-/// An arm behind FRI, and the source of its hands.
-#[derive(Debug, Clone)]
-pub struct ArmOptions {
-    /// The connection to its controller.
-    pub fri: FriClientConfig,
-    /// The page that brings hands.
-    pub bridge: BridgeConfig,
-    /// OBJ file; `None`: one wall, door or panel.
-    pub scene: Option<PathBuf>,
-    /// The file of the real room around the arm; `None`: a floor.
-    pub room: Option<PathBuf>,
-    /// Command level of the controller.
-    pub level: ArmLevel,
-    /// Does a hand that stands quite still count as lost?
-    pub watch_frozen: bool,
     /// Does the arm move only while somebody holds the switch on the page?
-    pub enabling_switch: bool,
+    #[must_use]
+    pub fn has_enabling_switch(&self) -> bool {
+        self.enabling_switch
+    }
 }
 
 /// An arm ready for its controller, with scene, session and both addresses.
@@ -145,13 +96,13 @@ impl WaitingArm {
     /// Reads the scene, computes its walls, and listens for hands and for the controller.
     ///
     /// # Errors
-    /// A malformed scene, or one without surfaces that the protocol needs; without a scene, a protocol with several kinds of surfaces;
-    /// addresses that cannot be bound.
-    pub fn prepare(options: &ArmOptions, protocol: &Protocol) -> anyhow::Result<Self> {
-        receivable("--fri", options.fri.listen)?;
-        let room = options.room.as_deref().map(RealRoom::read);
-        let room = room.transpose().context("--room")?;
-        let (scene, remarks) = match &options.scene {
+    /// Flags without addresses; a malformed scene, or one without surfaces that the protocol needs; without a scene, a protocol with several
+    /// kinds of surfaces; addresses that cannot be bound.
+    pub fn prepare(flags: &ArmArgs, protocol: &Protocol) -> anyhow::Result<Self> {
+        let (listen, hands) = flags.fri.zip(flags.hands).context("--fri needs --hands")?;
+        receivable("--fri", listen)?;
+        let room = flags.led.real_room()?;
+        let (scene, remarks) = match &flags.scene {
             Some(path) => load_scene(Some(path.as_path().into())).context("--scene")?,
             None => {
                 let first = Stimulus::of(protocol, 0)?.surface;
@@ -165,7 +116,7 @@ impl WaitingArm {
             }
         };
         check_surfaces(&scene, protocol).context("--scene")?;
-        let server = BridgeServer::start(options.bridge.clone())?;
+        let server = BridgeServer::start(flags.led.server(hands)?)?;
         let arm = BoardArm::named("iiwa7", &Board::default())?;
         server.prepare("mapping where the arm can hold its board");
         let walls = arm.walls_of(&scene, LikelyTouches::default(), true)?;
@@ -176,25 +127,15 @@ impl WaitingArm {
             people: &TrainingPeople::default(),
             textured: true,
         };
-        let settings = SessionSettings {
-            scenery,
-            room: room.as_ref().map(|read| &read.room),
-            level: options.level,
-            filter: match options.watch_frozen {
-                true => HandFilterConfig::default(),
-                false => HandFilterConfig::simulated(),
-            },
-            sees_head: true,
-            arm_minus_tracker_s: 0.0,
-        };
         let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led())?;
+        let settings = flags.led.session(scenery, room.as_ref());
         let session = settings.session(predictor)?;
-        let client = FriClient::bind(session.control().arm(), options.fri)?;
+        let client = FriClient::bind(session.control().arm(), flags.led.client(listen))?;
         Ok(Self {
             server,
             client,
             session,
-            enabling_switch: options.enabling_switch,
+            enabling_switch: flags.enabling_switch,
             remarks,
         })
     }

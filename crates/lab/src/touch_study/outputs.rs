@@ -3,10 +3,10 @@
 use super::thesis;
 use crate::documents::quoted;
 use crate::psychophysics::figures as answers;
-use crate::report::figure::{Axes, Draw, Mesh, Plot, figure};
 use anyhow::Context;
 use hwall_psychophysics::Normalisation;
 use hwall_stage::figures::COLOURS;
+use hwall_stage::report::figure::{Axes, Draw, Mesh, Plot, figure};
 use hwall_study::{
     Procedure, StudyRecord, StudyReport, TrialKind, TrialRecord, write_attempts, write_trials,
 };

@@ -1,6 +1,6 @@
 //! A study with people, who answer by keyboard or on a page.
 
-use super::arm::{ArmOptions, WaitingArm};
+use super::arm::{ArmArgs, WaitingArm};
 use super::outputs;
 use super::settings::{ProtocolArgs, resumed};
 use hwall_bridge::{Answering, Question, QuestionServer};
@@ -25,8 +25,8 @@ const CONTROLLER_WITHIN: Duration = Duration::from_secs(600);
 pub struct Setup<'a> {
     /// Address of the page of questions; `None`: the terminal.
     pub page: Option<SocketAddr>,
-    /// An arm behind FRI; `None`: the simulated arm.
-    pub arm: Option<ArmOptions>,
+    /// Flags of an arm behind FRI.
+    pub arm: &'a ArmArgs,
     /// Set to the stop handle of that arm once it moves.
     pub stop: &'a OnceLock<ArmStop>,
 }
@@ -51,7 +51,7 @@ pub fn run(
         .map(|listen| QuestionServer::start(listen, Vec::new()));
     let page = page.transpose()?;
     let begins = !Study::log_path(folder).exists();
-    let Some(options) = setup.arm else {
+    if !setup.arm.is_given() {
         let mut stage = SimulatedStage::new()?;
         let study = open(ArmKind::Simulated, folder, subjects, protocol)?;
         announce(folder, &study, begins, out)?;
@@ -60,8 +60,8 @@ pub fn run(
             "no arm is connected: touches are presented by the simulated one"
         )?;
         return ask_with(folder, study, &mut stage, page, out);
-    };
-    let waiting = WaitingArm::prepare(&options, &protocol_of)?;
+    }
+    let waiting = WaitingArm::prepare(setup.arm, &protocol_of)?;
     let study = open(ArmKind::Fri, folder, subjects, protocol)?;
     announce(folder, &study, begins, out)?;
     for remark in &waiting.remarks {
@@ -73,7 +73,7 @@ pub fn run(
         waiting.server.invitation(),
         waiting.fri_address()?
     )?;
-    if options.enabling_switch {
+    if setup.arm.has_enabling_switch() {
         writeln!(
             out,
             "the arm moves only while somebody holds the switch on that page, opened with #switch behind its address"

@@ -1,8 +1,7 @@
 //! The dissertation's studies redone, beside what was published.
 //!
-//! One function for each study (`experiment_1`, ...) runs its protocol with simulated participants and returns its result. From any
-//! record of such a study, also one with people, [`rows`] makes the rows of published numbers and its own,
-//! [`figures`](super::outputs::figures) the figures.
+//! [`redone`] runs a protocol with simulated participants. From any record of such a study, also one with people, [`rows`] makes the rows of
+//! published numbers and its own, [`figures`](super::outputs::figures) the figures.
 
 pub use crate::dissertation::Row;
 use crate::dissertation::{LEVELS, NOT_HERE, ORDERS, POINTS, SUBJECTS, TABLE_V};
@@ -13,7 +12,7 @@ use hwall_psychophysics::{
     Analysis, Effect, ErrorModel, for_each_outcome, median, sign_test, wilcoxon_signed_rank_exact,
 };
 use hwall_study::{
-    Durability, EXPERIMENT_2_MEANS, LevelGroups, Participants, Procedure, RatingPower, Ratings,
+    Durability, EXPERIMENT_2_MEANS, LevelGroups, Participants, Procedure, RatingPower,
     ReadyProtocol, SimulatedStage, Simulation, Study, StudyRecord, StudyReport, mean_power,
     planted_for, ratings, sign_power, simulate,
 };
@@ -52,62 +51,32 @@ pub fn redone(ready: ReadyProtocol, subjects: usize, seed: u64) -> anyhow::Resul
     record
 }
 
-/// Result of experiment 1: a whiteboard against H-Wall.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Experiment1 {
-    /// The answers; high ones speak for H-Wall.
-    pub answers: Ratings,
-    /// Power of the published number of subjects, and how many it takes, by the share of those who prefer one wall.
-    pub power: Vec<RatingPower>,
-}
-
-/// Experiment 1 with simulated participants, who find no wall more real.
-///
-/// # Errors
-/// As [`redone`].
-pub fn experiment_1(subjects: usize, seed: u64) -> anyhow::Result<Experiment1> {
-    Experiment1::of(&redone(ReadyProtocol::Experiment1, subjects, seed)?)
-}
-
-impl Experiment1 {
-    /// The result of a record.
-    ///
-    /// # Errors
-    /// A record without an answer.
-    pub fn of(study: &StudyRecord) -> anyhow::Result<Self> {
-        let answers = ratings(study)?.into_iter().next();
-        Ok(Self {
-            answers: answers.context("nobody has answered")?,
-            power: sign_power(&SHARES, SUBJECTS)?,
-        })
+/// Experiment 1: a whiteboard against H-Wall; high answers speak for H-Wall.
+fn first_rows(study: &StudyRecord) -> anyhow::Result<Vec<Row>> {
+    let answers = ratings(study)?.into_iter().next();
+    let a = answers.context("nobody has answered")?;
+    let share = a.above.map_or("nobody decided".to_owned(), |s| {
+        let [low, high] = s.ci;
+        format!("{} of {} ({low:.3} to {high:.3})", s.successes, s.trials)
+    });
+    let mut rows = vec![
+        Row::new("subjects", SUBJECTS.to_string(), a.subjects.to_string()),
+        Row::new("H-Wall more real, of the decided", NOT_HERE, share),
+        Row::new("sign test, p", NOT_HERE, format!("{:.4}", a.signs.p)),
+    ];
+    for agree in [SUBJECTS, SUBJECTS - 1] {
+        let signs: Vec<f64> = (0..SUBJECTS)
+            .map(|i| if i < agree { 1.0 } else { -1.0 })
+            .collect();
+        let what = format!("sign test, p if {agree} of {SUBJECTS} agree");
+        let p = sign_test(&signs).map(|test| test.p).ok();
+        rows.push(Row::new(what, "not given", or_none(p, 4)));
     }
-
-    fn rows(&self) -> Vec<Row> {
-        let a = &self.answers;
-        let share = a.above.map_or("nobody decided".to_owned(), |s| {
-            let [low, high] = s.ci;
-            format!("{} of {} ({low:.3} to {high:.3})", s.successes, s.trials)
-        });
-        let mut rows = vec![
-            Row::new("subjects", SUBJECTS.to_string(), a.subjects.to_string()),
-            Row::new("H-Wall more real, of the decided", NOT_HERE, share),
-            Row::new("sign test, p", NOT_HERE, format!("{:.4}", a.signs.p)),
-        ];
-        for agree in [SUBJECTS, SUBJECTS - 1] {
-            let signs: Vec<f64> = (0..SUBJECTS)
-                .map(|i| if i < agree { 1.0 } else { -1.0 })
-                .collect();
-            let what = format!("sign test, p if {agree} of {SUBJECTS} agree");
-            let p = sign_test(&signs).map(|test| test.p).ok();
-            rows.push(Row::new(what, "not given", or_none(p, 4)));
-        }
-        let of = |p: &RatingPower| {
-            let population = format!("if a share of {} prefers one wall", p.population);
-            power_row(p, &population)
-        };
-        rows.extend(self.power.iter().map(of));
-        rows
+    for power in sign_power(&SHARES, SUBJECTS)? {
+        let population = format!("if a share of {} prefers one wall", power.population);
+        rows.push(power_row(&power, &population));
     }
+    Ok(rows)
 }
 
 fn power_row(power: &RatingPower, population: &str) -> Row {
@@ -163,32 +132,8 @@ pub fn possible(mean: f64) -> anyhow::Result<Possible> {
     })
 }
 
-/// A question of experiment 2.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Question {
-    /// The published mean of eight answers.
-    pub published_mean: f64,
-    /// What the published answers can have been.
-    pub possible: Possible,
-    /// Power of the published number of subjects, and how many it takes, for a population with the published mean.
-    pub power: RatingPower,
-    /// The answers of this study.
-    pub answers: Ratings,
-}
-
-/// Experiment 2, three questions about H-Wall, with simulated participants who have the published means planted.
-///
-/// # Errors
-/// As [`redone`].
-pub fn experiment_2(subjects: usize, seed: u64) -> anyhow::Result<Vec<Question>> {
-    questions_of(&redone(ReadyProtocol::Experiment2, subjects, seed)?)
-}
-
-/// The questions of a record of experiment 2.
-///
-/// # Errors
-/// A record that lacks answers to one of the questions.
-pub fn questions_of(study: &StudyRecord) -> anyhow::Result<Vec<Question>> {
+/// Experiment 2: three questions about H-Wall.
+fn question_rows(study: &StudyRecord) -> anyhow::Result<Vec<Row>> {
     let answers = ratings(study)?;
     let (asked, answered) = (EXPERIMENT_2_MEANS.len(), answers.len());
     ensure!(
@@ -196,23 +141,13 @@ pub fn questions_of(study: &StudyRecord) -> anyhow::Result<Vec<Question>> {
         "{answered} of {asked} questions have an answer"
     );
     let power = mean_power(POINTS as u8, &EXPERIMENT_2_MEANS, SUBJECTS)?;
-    let of = |(power, answers): (RatingPower, Ratings)| {
-        Ok(Question {
-            published_mean: power.population,
-            possible: possible(power.population)?,
-            power,
-            answers,
-        })
-    };
-    power.into_iter().zip(answers).map(of).collect()
-}
-
-fn question_rows(questions: &[Question]) -> Vec<Row> {
-    let of = |(number, q): (usize, &Question)| {
-        let ([low, high], [least, most]) = (q.possible.median, q.possible.p);
-        let ci = q.answers.median.ci.map(|[a, b]| format!(" ({a} to {b})"));
-        let (mean, a) = (q.published_mean, &q.answers);
-        [
+    let mut rows = Vec::new();
+    for (number, (power, a)) in (1..).zip(power.iter().zip(&answers)) {
+        let mean = power.population;
+        let possible = possible(mean)?;
+        let ([low, high], [least, most]) = (possible.median, possible.p);
+        let ci = a.median.ci.map(|[a, b]| format!(" ({a} to {b})"));
+        rows.extend([
             Row::new(
                 format!("question {number}, mean"),
                 mean.to_string(),
@@ -227,14 +162,14 @@ fn question_rows(questions: &[Question]) -> Vec<Row> {
                 format!("question {number}, signed ranks against 3, p"),
                 format!(
                     "{least:.4} to {most:.4}, by its mean ({} sets)",
-                    q.possible.sets
+                    possible.sets
                 ),
                 or_none(a.wilcoxon.map(|w| w.p), 4),
             ),
-            power_row(&q.power, &format!("at the mean {mean}")),
-        ]
-    };
-    (1..).zip(questions).flat_map(of).collect()
+            power_row(power, &format!("at the mean {mean}")),
+        ]);
+    }
+    Ok(rows)
 }
 
 /// Result of a study of magnitudes.
@@ -244,30 +179,6 @@ pub struct Magnitudes {
     pub analysis: Analysis,
     /// Levels of each factor in groups that do not differ.
     pub groups: Vec<LevelGroups>,
-}
-
-/// The preliminary study (V-5, V-8) with simulated participants: normalised estimates of four patches by scanning angle.
-///
-/// # Errors
-/// As [`redone`].
-pub fn preliminary(subjects: usize, seed: u64) -> anyhow::Result<Magnitudes> {
-    Magnitudes::of(&redone(ReadyProtocol::Preliminary, subjects, seed)?)
-}
-
-/// The study of roughness (V-10, V-11, table V) with simulated participants.
-///
-/// # Errors
-/// As [`redone`].
-pub fn roughness(subjects: usize, seed: u64) -> anyhow::Result<Magnitudes> {
-    Magnitudes::of(&redone(ReadyProtocol::Roughness, subjects, seed)?)
-}
-
-/// Hemiellipsoids against truncated cones (V-12, V-13) with simulated participants.
-///
-/// # Errors
-/// As [`redone`].
-pub fn cones(subjects: usize, seed: u64) -> anyhow::Result<Magnitudes> {
-    Magnitudes::of(&redone(ReadyProtocol::Cones, subjects, seed)?)
 }
 
 impl Magnitudes {
@@ -344,17 +255,6 @@ impl Magnitudes {
         rows.extend(self.groups.iter().zip(orders).map(of));
         rows
     }
-
-    /// Rows of the study of roughness: table V.
-    fn table_v_rows(&self) -> Vec<Row> {
-        let mut rows = self.rows(TABLE_V, ORDERS);
-        rows.push(Row::new(
-            "levels told apart",
-            LEVELS,
-            self.distinct().to_string(),
-        ));
-        rows
-    }
 }
 
 fn probability(p: Option<f64>) -> String {
@@ -384,15 +284,21 @@ pub fn rows(study: &StudyRecord) -> anyhow::Result<Vec<Row>> {
     let ready = ready.filter(|ready| ready.is_comparable(&study.protocol));
     Ok(match ready {
         None => Vec::new(),
-        Some(ReadyProtocol::Experiment1) => Experiment1::of(study)?.rows(),
-        Some(ReadyProtocol::Experiment2) => question_rows(&questions_of(study)?),
+        Some(ReadyProtocol::Experiment1) => first_rows(study)?,
+        Some(ReadyProtocol::Experiment2) => question_rows(study)?,
         Some(ReadyProtocol::Preliminary) => {
             Magnitudes::of(study)?.rows([NOT_HERE; 3], ["drawn (V-8)"; 2])
         }
         Some(ReadyProtocol::Cones) => {
             Magnitudes::of(study)?.rows([NOT_HERE; 3], ["drawn (V-13)"; 2])
         }
-        Some(ReadyProtocol::Roughness) => Magnitudes::of(study)?.table_v_rows(),
+        Some(ReadyProtocol::Roughness) => {
+            let found = Magnitudes::of(study)?;
+            let mut rows = found.rows(TABLE_V, ORDERS);
+            let told_apart = found.distinct().to_string();
+            rows.push(Row::new("levels told apart", LEVELS, told_apart));
+            rows
+        }
     })
 }
 
@@ -427,15 +333,29 @@ mod tests {
     }
 
     #[test]
-    fn the_experiments_have_typed_results() {
-        let first = experiment_1(8, 3).unwrap();
-        assert_eq!(first.answers.subjects, 8);
-        let needed: Vec<_> = first.power.iter().map(|p| p.subjects).collect();
-        assert_eq!(needed, [None, Some(35), Some(12), Some(9)]);
-        let second = experiment_2(8, 3).unwrap();
-        assert_eq!(second.len(), 3);
-        assert_eq!(second[0].power.subjects, Some(11));
-        assert!(second.iter().all(|q| q.answers.mean > 3.5));
+    fn the_experiments_are_put_beside_what_was_published() {
+        let of = |ready| rows(&redone(ready, 8, 3).unwrap()).unwrap();
+        let first = of(ReadyProtocol::Experiment1);
+        let ours = |what: &str| &first.iter().find(|r| r.what.contains(what)).unwrap().ours;
+        assert_eq!(ours("subjects"), "8");
+        for (share, needed) in [
+            ("0.6 ", "too many"),
+            ("0.75", "35"),
+            ("0.9 ", "12"),
+            ("0.95", "9"),
+        ] {
+            assert!(ours(share).starts_with(needed), "{first:?}");
+        }
+        let second = of(ReadyProtocol::Experiment2);
+        assert_eq!(second.len(), 3 * 4);
+        assert!(second[3].ours.starts_with("11 "), "{second:?}");
+        let means = second.iter().filter(|row| row.what.ends_with(", mean"));
+        assert!(means.clone().count() == 3);
+        assert!(
+            means
+                .map(|row| row.ours.parse())
+                .all(|mean| mean.is_ok_and(|m: f64| m > 3.5))
+        );
         // Nobody has answered.
         let nobody = StudyRecord {
             trials: Vec::new(),
@@ -465,13 +385,14 @@ mod tests {
 
     #[test]
     fn the_studies_of_patches_have_curves_in_their_order() {
-        for (found, patches) in [
+        for (ready, patches) in [
             (
-                preliminary(8, 3).unwrap(),
+                ReadyProtocol::Preliminary,
                 &["study-1.5", "study-2", "study-2.5", "study-3"][..],
             ),
-            (cones(8, 3).unwrap(), &["study-3", "cones-3"]),
+            (ReadyProtocol::Cones, &["study-3", "cones-3"]),
         ] {
+            let found = Magnitudes::of(&redone(ready, 8, 3).unwrap()).unwrap();
             let factor = &found.analysis.design.within[1];
             assert!(
                 factor.name == "patch" && factor.levels == patches,

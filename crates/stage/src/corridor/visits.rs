@@ -29,31 +29,20 @@ const ON_SURFACE_M: f64 = 1e-3;
 /// Attempts to find a point.
 const ATTEMPTS: usize = 2000;
 
-/// What is touched.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    Wall,
-    Shelf,
-    Door,
+named! {
+    /// What is touched.
+    pub(super) enum Kind {
+        Wall = "wall",
+        Shelf = "shelf",
+        Door = "door",
+    }
 }
 
 impl Kind {
-    pub(super) const ALL: [Self; 3] = [Self::Wall, Self::Shelf, Self::Door];
-
-    pub(super) const fn name(self) -> &'static str {
-        match self {
-            Self::Wall => "wall",
-            Self::Shelf => "shelf",
-            Self::Door => "door",
-        }
-    }
-
     /// By the name of the surface.
     pub(super) fn of(surface: &str) -> Self {
-        let found = Self::ALL
-            .into_iter()
-            .find(|kind| surface.starts_with(kind.name()));
-        found.unwrap_or(Self::Wall)
+        let is_named = |kind: &Self| surface.starts_with(kind.name());
+        Self::ALL.into_iter().find(is_named).unwrap_or(Self::Wall)
     }
 }
 
@@ -103,10 +92,9 @@ pub(super) fn visits(hall: &Hall, touches: usize, seed: u64) -> anyhow::Result<V
             if made == touches {
                 return Ok(visits);
             }
-            let most = if place.leaves {
-                1
-            } else {
-                1 + sampler.index(MOST_TOUCHES)
+            let most = match place.leaves {
+                true => 1,
+                false => 1 + sampler.index(MOST_TOUCHES),
             };
             let visit = visit(number, room, &place, most.min(touches - made), &mut sampler)?;
             made += visit.touches.len();
@@ -131,32 +119,25 @@ fn round(room: &Room, sampler: &mut Sampler) -> Vec<Place> {
     let (low, high) = (room.area.low_m, room.area.high_m);
     let north = sampler.bool();
     let beside_door_m = DOOR_Y_M - FROM_DOOR_M;
-    let mirrored = |at: DVec2| {
-        if north {
-            dvec2(at.x, high.y - at.y)
-        } else {
-            at
+    let place = |at: DVec2, normal: DVec2, before_m: f64| {
+        let (on_wall_m, normal) = match north {
+            true => (dvec2(at.x, high.y - at.y), dvec2(normal.x, -normal.y)),
+            false => (at, normal),
+        };
+        Place {
+            on_wall_m,
+            normal,
+            before_m,
+            leaves: false,
         }
-    };
-    let place = |at: DVec2, normal: DVec2, before_m: f64| Place {
-        on_wall_m: mirrored(at),
-        normal: if north {
-            dvec2(normal.x, -normal.y)
-        } else {
-            normal
-        },
-        before_m,
-        leaves: false,
     };
     let shelf_x = room.shelves_m[usize::from(north)].x;
     let corners = [beside_door_m, beside_door_m + SIDE_M];
     let end = corners[1] + beside_door_m;
     let (mut found, mut s) = (Vec::new(), sampler.uniform(0.0, 0.8));
     loop {
-        if let Some(corner) = corners
-            .iter()
-            .find(|corner| (s - **corner).abs() < FROM_CORNER_M)
-        {
+        let near = |corner: &&f64| (s - **corner).abs() < FROM_CORNER_M;
+        if let Some(corner) = corners.iter().find(near) {
             s = corner + FROM_CORNER_M;
         }
         if s > end {
@@ -223,20 +204,13 @@ fn touch(
     let at_m = place.on_wall_m + aside + place.normal * out_m;
     let target_m = at_m.extend(sampler.uniform(EYES_M - 0.85, EYES_M + 0.3));
     let normal = place.normal.extend(0.0);
-    let on = room
-        .scene
-        .closest_touchable(target_m, ON_SURFACE_M)
-        .ok()??;
-    let kind = Kind::of(&room.scene.surface(on.surface).name);
+    let scene = &room.scene;
+    let on = scene.closest_touchable(target_m, ON_SURFACE_M).ok()??;
+    let kind = Kind::of(&scene.surface(on.surface).name);
+    let sees = |from_m, before_m| scene.visible(from_m, target_m + normal * before_m).ok();
     let suits = at_hand(standing, target_m)
         && (kind == Kind::Door) == place.leaves
-        && room
-            .scene
-            .visible(standing.head_m, target_m + normal * 0.01)
-            .ok()?
-        && room
-            .scene
-            .visible(standing.hand_m, target_m + normal * 0.05)
-            .ok()?;
+        && sees(standing.head_m, 0.01)?
+        && sees(standing.hand_m, 0.05)?;
     suits.then_some((TouchPlan { target_m, normal }, kind))
 }

@@ -4,34 +4,22 @@ use super::floor_pose::FloorPose;
 use anyhow::Context;
 use clap::ValueEnum;
 
-/// What the base does in the corridor, and whether the person is redirected.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum BaseKind {
-    /// The base stays where it is
-    Fixed,
-    /// The base stays; the avatar is turned unnoticed, so that walls come to the board
-    Redirected,
-    /// The base drives
-    Drives,
-    /// The base drives and the avatar is turned
-    Both,
+named! {
+    /// What the base does in the corridor, and whether the person is redirected.
+    #[derive(ValueEnum)]
+    pub enum BaseKind {
+        /// The base stays where it is
+        Fixed = "fixed",
+        /// The base stays; the avatar is turned unnoticed, so that walls come to the board
+        Redirected = "redirected",
+        /// The base drives
+        Drives = "drives",
+        /// The base drives and the avatar is turned
+        Both = "both",
+    }
 }
 
 impl BaseKind {
-    /// In the order of tables.
-    pub const ALL: [Self; 4] = [Self::Fixed, Self::Redirected, Self::Drives, Self::Both];
-
-    /// For tables and files; as on the command line.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Fixed => "fixed",
-            Self::Redirected => "redirected",
-            Self::Drives => "drives",
-            Self::Both => "both",
-        }
-    }
-
     /// Does the base move?
     #[must_use]
     pub const fn drives(self) -> bool {

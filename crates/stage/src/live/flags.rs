@@ -7,14 +7,17 @@ use crate::input::real_room::RealRoom;
 use crate::input::scene_file::SceneFlags;
 use crate::numbers::positive;
 use crate::person::predictors::PredictorKind;
+use crate::person::responses::Scenery;
 use crate::recording;
 use crate::run::simulated_arm::ArmLevel;
+use crate::run::stage::SessionSettings;
 use crate::setting::load_scene;
 use anyhow::Context;
 use clap::ValueEnum;
 use hwall::geometry::Pose;
+use hwall::hand::HandFilterConfig;
 use hwall_bridge::{BridgeConfig, Certificate, FollowedHand};
-use hwall_fri::FriVersion;
+use hwall_fri::{FriClientConfig, FriVersion};
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
 
@@ -53,15 +56,101 @@ fn user_data() -> anyhow::Result<PathBuf> {
         .context("no folder for the user's data: name a file with --tls-file")
 }
 
+/// The arm that hands on a page lead, what stands around it, and whom it serves; flags of every program that leads one.
+#[derive(Debug, Clone, clap::Args)]
+pub struct LedArmFlags {
+    /// Address of the controller: what comes from elsewhere is counted and dropped [default: the first one that speaks leads]
+    #[arg(long, requires = "fri", value_name = "HOST", value_parser = host)]
+    pub fri_controller: Option<IpAddr>,
+    /// Version of its interface: 1.15, 2.5 or 2.7
+    #[arg(long, default_value = "1.15")]
+    pub fri_version: FriVersion,
+    /// Name of a proxy by which browsers reach the page; may be given more than once
+    #[arg(long = "host")]
+    pub hosts: Vec<String>,
+    /// TOML file of what really stands around the arm, its planes and boxes in the frame of its base [default: a floor where the scene is lowest, or at the base]
+    #[arg(long)]
+    pub room: Option<PathBuf>,
+    /// Origin of the headset's space in the arm's base frame: x,y,z in metres, yaw in degrees. A headset's space lies on the floor; in the built-in room that is 0.6 m below the base
+    #[arg(long, value_parser = FloorPose::parse, allow_hyphen_values = true, default_value = "1.5,0,-0.6,180")]
+    pub origin: FloorPose,
+    /// servo: the arm takes positions, a simulated one with a delay; torque: it takes torques, by which doors are rendered, and a simulated one has rigid bodies, friction and sensors
+    #[arg(long, value_enum, default_value_t)]
+    pub arm_level: ArmLevel,
+    /// Which hand the board serves
+    #[arg(long, value_enum, default_value_t)]
+    pub hand: HandChoice,
+    /// A hand that stands quite still counts as lost: for a headset that repeats its last pose when it loses a hand
+    #[arg(long)]
+    pub watch_frozen: bool,
+    /// Nothing tracks the person's head: the arm does not wait for a head, and nothing keeps it away from one that is not sent
+    #[arg(long)]
+    pub no_head: bool,
+}
+
+impl LedArmFlags {
+    /// The settings of the page's server.
+    ///
+    /// # Errors
+    /// An origin that is not a rigid motion.
+    pub fn server(&self, listen: SocketAddr) -> anyhow::Result<BridgeConfig> {
+        Ok(BridgeConfig {
+            listen,
+            hosts: self.hosts.clone(),
+            hand: self.hand.into(),
+            base_from_headset: Pose::from_affine(&self.origin.outer_from_here())?,
+            ..BridgeConfig::default()
+        })
+    }
+
+    /// The settings of the controller's client.
+    #[must_use]
+    pub fn client(&self, listen: SocketAddr) -> FriClientConfig {
+        FriClientConfig {
+            listen,
+            controller: self.fri_controller,
+            version: self.fri_version,
+            ..FriClientConfig::default()
+        }
+    }
+
+    /// What really stands around the arm, if a file says so.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is malformed.
+    pub fn real_room(&self) -> anyhow::Result<Option<RealRoom>> {
+        let room = self.room.as_deref().map(RealRoom::read);
+        room.transpose().context("--room")
+    }
+
+    /// The settings of a session in this room.
+    #[must_use]
+    pub fn session<'a>(
+        &self,
+        scenery: Scenery<'a>,
+        room: Option<&'a RealRoom>,
+    ) -> SessionSettings<'a> {
+        SessionSettings {
+            scenery,
+            room: room.map(|read| &read.room),
+            level: self.arm_level,
+            filter: match self.watch_frozen {
+                true => HandFilterConfig::default(),
+                false => HandFilterConfig::simulated(),
+            },
+            sees_head: !self.no_head,
+            // Frames already use the arm's clock.
+            arm_minus_tracker_s: 0.0,
+        }
+    }
+}
+
 /// Where hands come from, which arm is led and what is kept, as flags.
 #[derive(Debug, Clone, clap::Parser)]
 pub struct LiveFlags {
     /// Where to listen; any address but 127.0.0.1 lets other machines in that have the key, which is printed as a part of the address. With --tls, which is for other devices, the default is 0.0.0.0:8443
     #[arg(long, default_value = "127.0.0.1:8080", default_value_if("tls", "true", "0.0.0.0:8443"), value_parser = socket_address)]
     pub listen: SocketAddr,
-    /// Name of a proxy by which browsers reach the page; may be given more than once
-    #[arg(long = "host")]
-    pub hosts: Vec<String>,
     /// Serves the page over HTTPS, which headsets on the network need, with a certificate that is made at the first start. Needs a build with the feature `tls`
     #[arg(long)]
     pub tls: bool,
@@ -80,36 +169,15 @@ pub struct LiveFlags {
     /// The scene.
     #[command(flatten)]
     pub scene: SceneFlags,
-    /// TOML file of what really stands around the arm, its planes and boxes in the frame of its base [default: a floor where the scene is lowest, or at the base]
-    #[arg(long)]
-    pub room: Option<PathBuf>,
-    /// Origin of the headset's space in the arm's base frame: x,y,z in metres, yaw in degrees. A headset's space lies on the floor; in the built-in room that is 0.6 m below the base
-    #[arg(long, value_parser = FloorPose::parse, allow_hyphen_values = true, default_value = "1.5,0,-0.6,180")]
-    pub origin: FloorPose,
-    /// servo: joint targets with a delay, doors rendered by positions; torque: rigid bodies, friction and sensors, doors rendered by torques
-    #[arg(long, value_enum, default_value_t)]
-    pub arm_level: ArmLevel,
+    /// The arm.
+    #[command(flatten)]
+    pub led: LedArmFlags,
     /// Who leads the board [default: fused, or ray-led where there is nobody to learn from]
     #[arg(long, value_enum)]
     pub predictor: Option<PredictorKind>,
-    /// Which hand the board serves
-    #[arg(long, value_enum, default_value_t)]
-    pub hand: HandChoice,
-    /// A hand that stands quite still counts as lost: for a headset that repeats its last pose when it loses a hand
-    #[arg(long)]
-    pub watch_frozen: bool,
-    /// Nothing tracks the person's head: the arm does not wait for a head, and nothing keeps it away from one that is not sent
-    #[arg(long)]
-    pub no_head: bool,
     /// Listens here for the FRI controller of an iiwa and leads its arm instead of a simulated one: 127.0.0.1:30200 for a simulated controller, the address of this computer towards a real one, with a port of 30200 to 30209
     #[arg(long, conflicts_with = "unity_udp", value_parser = socket_address)]
     pub fri: Option<SocketAddr>,
-    /// Address of the controller: what comes from elsewhere is counted and dropped [default: the first one that speaks leads]
-    #[arg(long, requires = "fri", value_parser = host)]
-    pub fri_controller: Option<IpAddr>,
-    /// Version of its interface: 1.15, 2.5 or 2.7
-    #[arg(long, default_value = "1.15")]
-    pub fri_version: FriVersion,
     /// Takes the dissertation's UDP datagrams here, which say where the board goes; hands are then not followed
     #[arg(long, value_parser = socket_address)]
     pub unity_udp: Option<SocketAddr>,
@@ -134,13 +202,9 @@ impl LiveFlags {
     /// An origin that is not a rigid motion; no place for a certificate.
     pub fn server(&self) -> anyhow::Result<BridgeConfig> {
         Ok(BridgeConfig {
-            listen: self.listen,
-            hosts: self.hosts.clone(),
             certificate: self.certificate()?,
             calibration: self.calibration.clone(),
-            hand: self.hand.into(),
-            base_from_headset: Pose::from_affine(&self.origin.outer_from_here())?,
-            ..BridgeConfig::default()
+            ..self.led.server(self.listen)?
         })
     }
 
@@ -159,11 +223,6 @@ impl LiveFlags {
         Ok(Some(Certificate::SelfSigned(file)))
     }
 
-    pub(super) fn real_room(&self) -> anyhow::Result<Option<RealRoom>> {
-        let room = self.room.as_deref().map(RealRoom::read);
-        room.transpose().context("--room")
-    }
-
     /// Checks, before anybody is served, for errors that would end the session after preparation: an unreadable scene or room, a
     /// recording that cannot be written or would overwrite the scene, an address that cannot be bound.
     ///
@@ -172,13 +231,13 @@ impl LiveFlags {
     pub fn check(&self) -> anyhow::Result<()> {
         let plan = FilePlan::default()
             .read_scene("--scene", self.scene.scene.as_deref())
-            .read("--room", self.room.as_deref())
+            .read("--room", self.led.room.as_deref())
             .read("--tls-cert", self.tls_cert.as_deref())
             .read("--tls-key", self.tls_key.as_deref())
             .write("--calibration", self.calibration.as_deref());
         recording::planned(plan, "--record", self.record.as_deref()).check()?;
         load_scene(self.scene.file())?;
-        self.real_room()?;
+        self.led.real_room()?;
         for (flag, address) in [("--fri", self.fri), ("--unity-udp", self.unity_udp)] {
             if let Some(address) = address {
                 receivable(flag, address)?;

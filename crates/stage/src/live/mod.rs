@@ -10,14 +10,13 @@ mod told;
 mod touching;
 
 pub use driven::{Driven, brake};
-pub use flags::{HandChoice, LiveFlags};
+pub use flags::{HandChoice, LedArmFlags, LiveFlags};
 pub use holds::Holds;
 pub use preparation::{Prepared, prepare};
 pub use recorded::asked;
 pub use simulated::run_simulated;
 
 use hwall_bridge::{BridgeServer, UnityConfig};
-use hwall_fri::FriClientConfig;
 
 /// Until the server stops or time is up, clients' hands or datagrams lead the simulated arm or an arm behind FRI.
 ///
@@ -34,13 +33,7 @@ pub fn run(server: &BridgeServer, prepared: Prepared, flags: &LiveFlags) -> anyh
             told::run_told(server, &prepared, config, flags)
         }
         (None, Some(listen)) => {
-            let config = FriClientConfig {
-                listen,
-                controller: flags.fri_controller,
-                version: flags.fri_version,
-                ..FriClientConfig::default()
-            };
-            driven::run_driven(server, prepared, config, flags)
+            driven::run_driven(server, prepared, flags.led.client(listen), flags)
         }
         (None, None) => run_simulated(server, prepared, flags),
     }

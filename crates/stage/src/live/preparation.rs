@@ -9,11 +9,9 @@ use crate::person::participants;
 use crate::person::predictors::{PredictorKind, TrainingPeople, fused};
 use crate::person::responses::{self, Scenery};
 use crate::recording::SessionSource;
-use crate::run::stage::SessionSettings;
 use crate::setting::load_scene;
 use anyhow::ensure;
 use hwall::contact::{DeterministicPredictor, Predictor};
-use hwall::hand::HandFilterConfig;
 use hwall::haptics::Board;
 use hwall::{LikelyTouches, Session};
 use hwall_bridge::BridgeServer;
@@ -73,22 +71,11 @@ pub fn prepare(server: &BridgeServer, flags: &LiveFlags) -> anyhow::Result<Prepa
     };
     let (predictor, leader, learnt) = predictor(&scenery, flags.predictor)?;
     remarks.push(learnt);
-    if flags.no_head {
+    if flags.led.no_head {
         remarks.push("no head is waited for: nothing keeps the arm away from one".to_owned());
     }
-    let room = flags.real_room()?;
-    let settings = SessionSettings {
-        scenery,
-        room: room.as_ref().map(|read| &read.room),
-        level: flags.arm_level,
-        filter: match flags.watch_frozen {
-            true => HandFilterConfig::default(),
-            false => HandFilterConfig::simulated(),
-        },
-        sees_head: !flags.no_head,
-        // Frames already use the arm's clock.
-        arm_minus_tracker_s: 0.0,
-    };
+    let room = flags.led.real_room()?;
+    let settings = flags.led.session(scenery, room.as_ref());
     let session = settings.session(predictor)?;
     let source = SessionSource {
         scene: flags.scene.file(),
@@ -96,7 +83,7 @@ pub fn prepare(server: &BridgeServer, flags: &LiveFlags) -> anyhow::Result<Prepa
         room: room.as_ref().map(|read| read.text.as_str()),
         base,
         scenery,
-        level: flags.arm_level,
+        level: flags.led.arm_level,
         predictor: leader,
         adapts: true,
         likely_touches: &likely_touches,

@@ -48,7 +48,13 @@ impl Prepared {
         title: &str,
     ) -> anyhow::Result<(SimulatedArm, Limited)> {
         let model = Arc::clone(self.session.control().arm());
-        let arm = SimulatedArm::new(flags.arm_level, &self.arm, model, self.start, flags.seed)?;
+        let arm = SimulatedArm::new(
+            flags.led.arm_level,
+            &self.arm,
+            model,
+            self.start,
+            flags.seed,
+        )?;
         let limited = Limited {
             bridge: server.connect(&ViewScene::of(title, &self.session)?),
             end_s: flags.seconds.unwrap_or(f64::INFINITY),

@@ -18,39 +18,27 @@ use hwall_sim::{PersonConfig, Population, TouchSequence};
 use std::ops::Range;
 use std::time::Instant;
 
-/// A way to foresee touches.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-pub enum PredictorKind {
-    /// The learned estimate of where the motion ends, fused with gaze and surfaces
-    #[default]
-    Fused,
-    /// The gaze ray; without a gaze, the ray along the hand's motion
-    RayLed,
-    /// As the dissertation: the surface that the gaze ray meets, the hand projected onto it
-    RayCast,
-    /// The dissertation's end-to-end response: from the hand to the joints of the arm, without surfaces or inverse kinematics;
-    /// only trained if asked for
-    EndToEnd,
+named! {
+    /// A way to foresee touches.
+    #[derive(Default, ValueEnum)]
+    pub enum PredictorKind {
+        /// The learned estimate of where the motion ends, fused with gaze and surfaces
+        #[default]
+        Fused = "fused",
+        /// The gaze ray; without a gaze, the ray along the hand's motion
+        RayLed = "ray-led",
+        /// As the dissertation: the surface that the gaze ray meets, the hand projected onto it
+        RayCast = "ray cast",
+        /// The dissertation's end-to-end response: from the hand to the joints of the arm, without surfaces or inverse kinematics;
+        /// only trained if asked for
+        EndToEnd = "end-to-end",
+    }
 }
 
 /// Number of predictors.
 pub const PREDICTORS: usize = PredictorKind::ALL.len();
 
 impl PredictorKind {
-    /// In the order of tables and legends.
-    pub const ALL: [Self; 4] = [Self::Fused, Self::RayLed, Self::RayCast, Self::EndToEnd];
-
-    /// For tables and legends.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Fused => "fused",
-            Self::RayLed => "ray-led",
-            Self::RayCast => "ray cast",
-            Self::EndToEnd => "end-to-end",
-        }
-    }
-
     /// The ray settings of a ray predictor.
     #[must_use]
     pub fn ray_config(self) -> DeterministicConfig {

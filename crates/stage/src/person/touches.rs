@@ -230,13 +230,18 @@ pub(super) fn inside(patch: &Facet, sampler: &mut Sampler) -> Option<DVec3> {
     let high = patch.outline_m.iter().copied().reduce(DVec3::max)?;
     let drawn = sampler.point_in_box(low, high);
     let point = drawn - patch.normal * (drawn - patch.point_m).dot(patch.normal);
+    within(patch, point, EDGE_M).then_some(point)
+}
+
+/// Is a point of the facet's plane at least this far inside its outline?
+#[must_use]
+pub fn within(patch: &Facet, point_m: DVec3, edge_m: f64) -> bool {
     let n = patch.outline_m.len();
-    let clear = (0..n).all(|i| {
+    (0..n).all(|i| {
         let (a, b) = (patch.outline_m[i], patch.outline_m[(i + 1) % n]);
         let inward = patch.normal.cross(b - a).normalize_or_zero();
-        (point - a).dot(inward) >= EDGE_M
-    });
-    clear.then_some(point)
+        (point_m - a).dot(inward) >= edge_m
+    })
 }
 
 pub(crate) fn facing(normal: DVec3, towards: DVec3) -> DVec3 {

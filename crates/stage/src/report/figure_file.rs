@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 ///
 /// An abandoned drawing writes its content when dropped, so create this first: it is then removed last.
 #[derive(Debug)]
-pub struct FigureFile {
+pub(super) struct FigureFile {
     /// `None` once renamed; drawing areas borrow the path until then.
     beside: RefCell<Option<Beside>>,
     path: PathBuf,
@@ -21,7 +21,7 @@ impl FigureFile {
     ///
     /// # Errors
     /// A file that cannot be created.
-    pub fn create(path: &Path) -> anyhow::Result<Self> {
+    pub(super) fn create(path: &Path) -> anyhow::Result<Self> {
         let beside = Beside::new(path).with_context(|| path.display().to_string())?;
         Ok(Self {
             path: beside.path().to_owned(),
@@ -31,8 +31,7 @@ impl FigureFile {
     }
 
     /// Path for drawing.
-    #[must_use]
-    pub fn path(&self) -> &Path {
+    pub(super) fn path(&self) -> &Path {
         &self.path
     }
 
@@ -40,7 +39,7 @@ impl FigureFile {
     ///
     /// # Errors
     /// A full disk, a file that cannot be renamed.
-    pub fn finish(&self) -> anyhow::Result<()> {
+    pub(super) fn finish(&self) -> anyhow::Result<()> {
         match self.beside.take() {
             Some(beside) => beside.finish(),
             None => Ok(()),

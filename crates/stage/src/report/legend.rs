@@ -1,8 +1,8 @@
 //! The legend beside the plan, one row per symbol.
 
-use crate::report::figures::{COLOURS, TEXT, plot_error};
+use crate::report::figure::{Area, Draw};
+use crate::report::figures::{COLOURS, TEXT};
 use crate::run::kept::trace::TouchMark;
-use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -16,7 +16,7 @@ const TEXT_PX: i32 = 40;
 
 /// Draws symbols and their names, in pixels of the whole picture; also used for symbols in the drawing.
 pub(super) struct Legend<'a> {
-    pub(super) area: DrawingArea<SVGBackend<'a>, Shift>,
+    pub(super) area: Area<'a>,
     /// Left end, and middle of the next row.
     pub(super) x: i32,
     pub(super) y: i32,
@@ -122,18 +122,15 @@ impl Legend<'_> {
     }
 
     pub(super) fn cross(&self, at: Pixel, size: i32, style: ShapeStyle) -> anyhow::Result<()> {
-        let cross = Cross::new(at, size, style);
-        self.area.draw(&cross).map_err(plot_error)
+        self.area.put(&Cross::new(at, size, style))
     }
 
     fn circle(&self, at: Pixel, radius: i32, style: ShapeStyle) -> anyhow::Result<()> {
-        let circle = Circle::new(at, radius, style);
-        self.area.draw(&circle).map_err(plot_error)
+        self.area.put(&Circle::new(at, radius, style))
     }
 
     fn path(&self, points: &[Pixel], style: ShapeStyle) -> anyhow::Result<()> {
-        let path = PathElement::new(points.to_vec(), style);
-        self.area.draw(&path).map_err(plot_error)
+        self.area.put(&PathElement::new(points.to_vec(), style))
     }
 
     /// A point of the current row, `x` from its left end.
@@ -149,8 +146,8 @@ impl Legend<'_> {
 
     fn label(&mut self, text: &str, x: i32, style: &TextStyle<'_>) -> anyhow::Result<()> {
         let style = style.pos(Pos::new(HPos::Left, VPos::Center));
-        let drawn = self.area.draw_text(text, &style, self.sign(x));
+        self.area.write(text, style, self.sign(x))?;
         self.y += ROW_PX;
-        drawn.map_err(plot_error)
+        Ok(())
     }
 }

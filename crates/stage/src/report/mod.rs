@@ -1,6 +1,7 @@
 //! Tables and figures of a run, and the common style of figures.
 
-pub mod figure_file;
+pub mod figure;
+mod figure_file;
 pub mod figures;
 pub mod json;
 mod legend;

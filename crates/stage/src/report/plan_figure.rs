@@ -1,8 +1,8 @@
 //! The room from above: walls, arm, board, hand and touches.
 
 use crate::person::predictors::PredictorKind;
-use crate::report::figure_file::FigureFile;
-use crate::report::figures::{COLOURS, TEXT, TITLE, plot_error};
+use crate::report::figure::{self, Axes, Draw, Mesh, Plot, figure};
+use crate::report::figures::{COLOURS, TITLE};
 use crate::report::legend::{Legend, Pixel};
 use crate::report::run_figures::runs;
 use crate::run::kept::snapshots::BoardFace;
@@ -31,7 +31,7 @@ const MARGIN_M: f64 = 0.12;
 /// Length of a normal, m.
 const NORMAL_M: f64 = 0.07;
 
-type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+type Chart<'a, 'p> = figure::Chart<'a, 'p, RangedCoordf64, RangedCoordf64>;
 
 /// Opacity of the arm at successive instants.
 const ARM_SHADES: [f64; 3] = [0.25, 0.5, 1.0];
@@ -53,51 +53,38 @@ pub fn plan(path: &Path, scene: &Scene, maps: &WallMaps, trace: &Trace) -> anyho
         (size.y * scale).round() as u32 + LABELS_PX[0] + TITLE_PX + RIM_PX,
     ];
     let all_h = h.max(LEGEND_PX[1]);
-    let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), (w + LEGEND_PX[0], all_h)).into_drawing_area();
-    root.fill(&WHITE).map_err(plot_error)?;
-    // The legend may be the taller of the two.
-    let left = root.clone().shrink((0, 0), (w, h));
-    let mut chart: Chart<'_> = ChartBuilder::on(&left)
-        .margin(RIM_PX)
-        .margin_top(TITLE_PX)
-        .x_label_area_size(LABELS_PX[0])
-        .y_label_area_size(LABELS_PX[1])
-        .build_cartesian_2d(low.x..high.x, low.y..high.y)
-        .map_err(plot_error)?;
-    chart
-        .configure_mesh()
-        .x_desc("x, m (arm's base at 0)")
-        .y_desc("y, m")
-        .x_labels(8)
-        .y_labels(10)
-        .x_label_formatter(&|v| tick(*v))
-        .y_label_formatter(&|v| tick(*v))
-        .label_style(TEXT)
-        .bold_line_style(BLACK.mix(0.08))
-        .light_line_style(WHITE)
-        .draw()
-        .map_err(plot_error)?;
-    let title = "Plan view: where hand, arm and board were";
-    let at = ((LABELS_PX[1] + RIM_PX) as i32, RIM_PX as i32);
-    root.draw_text(title, &TextStyle::from(TITLE).color(&BLACK), at)
-        .map_err(plot_error)?;
-    let mut drawing = Drawing {
-        chart,
-        low,
-        high,
-        legend: Legend {
-            area: root.clone(),
-            x: w as i32 + 8,
-            y: 48,
-        },
-    };
-    drawing.room(scene, maps, trace.reach_m)?;
-    drawing.paths(trace)?;
-    drawing.arm(trace)?;
-    drawing.touches(trace)?;
-    root.present().map_err(plot_error)?;
-    file.finish()
+    figure(path, (w + LEGEND_PX[0], all_h), |root| {
+        // The legend may be the taller of the two.
+        let left = root.clone().shrink((0, 0), (w, h));
+        let axes = Axes {
+            names: ["x, m (arm's base at 0)", "y, m"],
+            formats: [Some(&tick), Some(&tick)],
+            numbers: [Some(8), Some(10)],
+            labels: [LABELS_PX[1], LABELS_PX[0]],
+            margin: RIM_PX,
+            above: TITLE_PX - RIM_PX,
+            mesh: Mesh::Faint,
+            ..Axes::default()
+        };
+        let chart = axes.on(&left, low.x..high.x, low.y..high.y)?;
+        let title = "Plan view: where hand, arm and board were";
+        let at = ((LABELS_PX[1] + RIM_PX) as i32, RIM_PX as i32);
+        root.write(title, TextStyle::from(TITLE).color(&BLACK), at)?;
+        let mut drawing = Drawing {
+            chart,
+            low,
+            high,
+            legend: Legend {
+                area: root.clone(),
+                x: w as i32 + 8,
+                y: 48,
+            },
+        };
+        drawing.room(scene, maps, trace.reach_m)?;
+        drawing.paths(trace)?;
+        drawing.arm(trace)?;
+        drawing.touches(trace)
+    })
 }
 
 /// Bounds of everything drawn, with a margin.
@@ -119,18 +106,17 @@ fn extent(trace: &Trace) -> [DVec2; 2] {
 }
 
 /// The drawing and its legend, which grow together.
-struct Drawing<'a> {
-    chart: Chart<'a>,
+struct Drawing<'a, 'p> {
+    chart: Chart<'a, 'p>,
     /// Bounds, m.
     low: DVec2,
     high: DVec2,
-    legend: Legend<'a>,
+    legend: Legend<'p>,
 }
 
-impl Drawing<'_> {
+impl Drawing<'_, '_> {
     fn line(&mut self, points: Vec<(f64, f64)>, style: ShapeStyle) -> anyhow::Result<()> {
-        let line = PathElement::new(points, style);
-        self.chart.draw_series([line]).map_err(plot_error)?;
+        self.chart.series([PathElement::new(points, style)])?;
         Ok(())
     }
 
@@ -214,7 +200,7 @@ impl Drawing<'_> {
                 .filter(|p| self.is_shown(p.truncate()))
                 .map(|p| Circle::new((p.x, p.y), 1, sky.filled()))
                 .collect::<Vec<_>>();
-            self.chart.draw_series(dots).map_err(plot_error)?;
+            self.chart.series(dots)?;
             let name = format!("predicted contacts, {}", kind.name());
             self.legend.dots(sky.filled(), &name)?;
         }
@@ -311,7 +297,7 @@ fn outline(board: &BoardFace) -> Vec<(f64, f64)> {
 }
 
 /// With one decimal, and zero without a sign.
-fn tick(v: f64) -> String {
+fn tick(v: &f64) -> String {
     let rounded = (10.0 * v).round() / 10.0;
     format!("{:.1}", if rounded == 0.0 { 0.0 } else { rounded })
 }

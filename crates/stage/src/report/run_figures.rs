@@ -1,8 +1,8 @@
 //! The figure of the main job over time: distances of hand, board and predictions.
 
 use crate::person::predictors::PredictorKind;
-use crate::report::figure_file::FigureFile;
-use crate::report::figures::{COLOURS, Sign, TEXT, TITLE, legend_beside, plot_error};
+use crate::report::figure::{Area, Axes, Plot, figure};
+use crate::report::figures::{COLOURS, Sign, legend_beside};
 use crate::run::judged::judge::RIGHT_M;
 use crate::run::kept::push_log::ForceSample;
 use crate::run::kept::trace::Trace;
@@ -38,123 +38,113 @@ pub fn over_time(
     forces: &[ForceSample],
     (start_s, end_s): (f64, f64),
 ) -> anyhow::Result<()> {
-    let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), (WIDTH, 4 * PANEL)).into_drawing_area();
-    root.fill(&WHITE).map_err(plot_error)?;
-    let (upper, rest) = root.split_vertically(PANEL);
-    let (lower, rest) = rest.split_vertically(PANEL);
-    let (lowest, pushed) = rest.split_vertically(PANEL);
-    let [blue, orange, green, pink, yellow, ..] = COLOURS;
-    let panel = |area: &DrawingArea<SVGBackend, plotters::coord::Shift>,
-                 title: &str,
-                 y_desc: &str,
-                 scale: f64,
-                 top: f64,
-                 series: &[Series<'_>]|
-     -> anyhow::Result<()> {
-        let mut chart = ChartBuilder::on(area)
-            .caption(title, TITLE)
-            .margin(MARGIN)
-            .margin_right(LEGEND)
-            .x_label_area_size(40)
-            .y_label_area_size(LABELS)
-            .build_cartesian_2d(start_s..end_s, 0.0..top)
-            .map_err(plot_error)?;
-        chart
-            .configure_mesh()
-            .x_desc("time, s")
-            .y_desc(y_desc)
-            .x_label_formatter(&short)
-            .y_label_formatter(&short)
-            .label_style(TEXT)
-            .light_line_style(WHITE)
-            .draw()
-            .map_err(plot_error)?;
-        let mut bands = |spans: &[(f64, f64)], colour: RGBColor| -> anyhow::Result<()> {
-            if spans.is_empty() {
-                return Ok(());
-            }
-            let boxes = spans
-                .iter()
-                .map(|s| Rectangle::new([(s.0, 0.0), (s.1, top)], colour.mix(0.3).filled()));
-            chart.draw_series(boxes).map_err(plot_error)?;
-            Ok(())
+    figure(path, (WIDTH, 4 * PANEL), |root| {
+        let panels = root.split_evenly((4, 1));
+        let [upper, lower, lowest, pushed] = &panels[..] else {
+            return Ok(());
         };
-        bands(&trace.contacts_s, green)?;
-        bands(&trace.lost_s, yellow)?;
-        for &(samples, colour, _) in series {
-            let timed: Vec<(f64, DVec3)> = samples
-                .iter()
-                .map(|&(t, d)| (t, DVec3::new((d * scale).min(top), 0.0, 0.0)))
-                .collect();
-            let lines = runs(&timed).into_iter().map(|run| {
-                PathElement::new(
-                    run.iter().map(|p| (p.0, p.1.x)).collect::<Vec<_>>(),
-                    colour.stroke_width(2),
-                )
-            });
-            chart.draw_series(lines).map_err(plot_error)?;
-        }
-        // Legend beside the axes, not over the lines.
-        let spans = [
-            (&trace.contacts_s, green, "contact felt (above 3 N)"),
-            (&trace.lost_s, yellow, "hand lost"),
+        let [blue, orange, green, pink, yellow, ..] = COLOURS;
+        let panel = |area: &Area<'_>,
+                     title: &str,
+                     y_desc: &str,
+                     scale: f64,
+                     top: f64,
+                     series: &[Series<'_>]|
+         -> anyhow::Result<()> {
+            let axes = Axes {
+                title,
+                names: ["time, s", y_desc],
+                formats: [Some(&short), Some(&short)],
+                labels: [LABELS, 40],
+                margin: MARGIN,
+                beside: LEGEND - MARGIN,
+                ..Axes::default()
+            };
+            let mut chart = axes.on(area, start_s..end_s, 0.0..top)?;
+            let mut bands = |spans: &[(f64, f64)], colour: RGBColor| -> anyhow::Result<()> {
+                if spans.is_empty() {
+                    return Ok(());
+                }
+                let boxes = spans
+                    .iter()
+                    .map(|s| Rectangle::new([(s.0, 0.0), (s.1, top)], colour.mix(0.3).filled()));
+                chart.series(boxes)?;
+                Ok(())
+            };
+            bands(&trace.contacts_s, green)?;
+            bands(&trace.lost_s, yellow)?;
+            for &(samples, colour, _) in series {
+                let timed: Vec<(f64, DVec3)> = samples
+                    .iter()
+                    .map(|&(t, d)| (t, DVec3::new((d * scale).min(top), 0.0, 0.0)))
+                    .collect();
+                let lines = runs(&timed).into_iter().map(|run| {
+                    PathElement::new(
+                        run.iter().map(|p| (p.0, p.1.x)).collect::<Vec<_>>(),
+                        colour.stroke_width(2),
+                    )
+                });
+                chart.series(lines)?;
+            }
+            // Legend beside the axes, not over the lines.
+            let spans = [
+                (&trace.contacts_s, green, "contact felt (above 3 N)"),
+                (&trace.lost_s, yellow, "hand lost"),
+            ];
+            let spans = spans.into_iter().filter(|(spans, ..)| !spans.is_empty());
+            let keys = spans.map(|(_, colour, name)| (Sign::Line(10), colour.mix(0.3), name));
+            let lines = series.iter();
+            let lines = lines.map(|&(_, colour, name)| (Sign::Line(2), colour.to_rgba(), name));
+            let beside = ((WIDTH - LEGEND) as i32 + 12, 48);
+            legend_beside(area, beside, keys.chain(lines))
+        };
+        let farthest = trace
+            .hand_distance_m
+            .iter()
+            .fold(0.1, |m: f64, p| m.max(p.1));
+        let title = "Hand to the predicted contact";
+        panel(
+            upper,
+            title,
+            "distance, m",
+            1.0,
+            1.05 * farthest,
+            &[(&trace.hand_distance_m, blue, "hand")],
+        )?;
+        let title = "Board to where it is sent (cut off at 300 mm)";
+        panel(
+            lower,
+            title,
+            "error, mm",
+            1e3,
+            300.0,
+            &[(&trace.board_distance_m, orange, "board")],
+        )?;
+        let title = format!(
+            "Predictions to the next touch, until contact (cut off at 300 mm; right: below {:.0} mm)",
+            1e3 * RIGHT_M
+        );
+        let of =
+            |kind: PredictorKind, colour| (&trace.errors_m[kind as usize][..], colour, kind.name());
+        let series = [
+            of(PredictorKind::RayCast, pink),
+            of(PredictorKind::RayLed, orange),
+            of(PredictorKind::Fused, blue),
         ];
-        let spans = spans.into_iter().filter(|(spans, ..)| !spans.is_empty());
-        let keys = spans.map(|(_, colour, name)| (Sign::Line(10), colour.mix(0.3), name));
-        let lines = series.iter();
-        let lines = lines.map(|&(_, colour, name)| (Sign::Line(2), colour.to_rgba(), name));
-        let beside = ((WIDTH - LEGEND) as i32 + 12, 48);
-        legend_beside(area, beside, keys.chain(lines))
-    };
-    let farthest = trace
-        .hand_distance_m
-        .iter()
-        .fold(0.1, |m: f64, p| m.max(p.1));
-    let title = "Hand to the predicted contact";
-    panel(
-        &upper,
-        title,
-        "distance, m",
-        1.0,
-        1.05 * farthest,
-        &[(&trace.hand_distance_m, blue, "hand")],
-    )?;
-    let title = "Board to where it is sent (cut off at 300 mm)";
-    panel(
-        &lower,
-        title,
-        "error, mm",
-        1e3,
-        300.0,
-        &[(&trace.board_distance_m, orange, "board")],
-    )?;
-    let title = format!(
-        "Predictions to the next touch, until contact (cut off at 300 mm; right: below {:.0} mm)",
-        1e3 * RIGHT_M
-    );
-    let of =
-        |kind: PredictorKind, colour| (&trace.errors_m[kind as usize][..], colour, kind.name());
-    let series = [
-        of(PredictorKind::RayCast, pink),
-        of(PredictorKind::RayLed, orange),
-        of(PredictorKind::Fused, blue),
-    ];
-    panel(&lowest, &title, "error, mm", 1e3, 300.0, &series)?;
-    let title = "Force of the hand on the board, and how far what it pushed last is open";
-    let force: Vec<(f64, f64)> = forces.iter().map(|s| (s.t_s, s.force_n)).collect();
-    let opening: Vec<(f64, f64)> = forces.iter().map(|s| (s.t_s, s.opening.abs())).collect();
-    let most = force
-        .iter()
-        .chain(&opening)
-        .fold(1.0, |m: f64, p| m.max(p.1));
-    let series = [
-        (&force[..], blue, "force, N"),
-        (&opening[..], orange, "opening, degrees or mm"),
-    ];
-    panel(&pushed, title, "N; degrees or mm", 1.0, 1.1 * most, &series)?;
-    root.present().map_err(plot_error)?;
-    file.finish()
+        panel(lowest, &title, "error, mm", 1e3, 300.0, &series)?;
+        let title = "Force of the hand on the board, and how far what it pushed last is open";
+        let force: Vec<(f64, f64)> = forces.iter().map(|s| (s.t_s, s.force_n)).collect();
+        let opening: Vec<(f64, f64)> = forces.iter().map(|s| (s.t_s, s.opening.abs())).collect();
+        let most = force
+            .iter()
+            .chain(&opening)
+            .fold(1.0, |m: f64, p| m.max(p.1));
+        let series = [
+            (&force[..], blue, "force, N"),
+            (&opening[..], orange, "opening, degrees or mm"),
+        ];
+        panel(pushed, title, "N; degrees or mm", 1.0, 1.1 * most, &series)
+    })
 }
 
 /// Splits samples at gaps in time.

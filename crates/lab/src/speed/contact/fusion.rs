@@ -47,7 +47,7 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
         let timing = Timing::from_samples_ns(samples.map(|s| 1e3 * s.took_us).collect());
         let at = SHARES.map(|share| summary(&touches, Moment::Share(share)));
         let right = at.map(|s| 100.0 * s.right);
-        let median_mm = at.map(|s| 1e3 * s.points.median_m);
+        let median_mm = at.map(|s| 1e3 * s.median_m);
         let listed = |values: [f64; 3]| values.map(|v| format!("{v:.1}")).join(" / ");
         let [median, p99] = median_and_p99(&timing);
         table.row([

@@ -16,49 +16,25 @@ use hwall_scene::Scene;
 /// Time from the landing of the gaze (or the start of the hand) until the target can be known, s.
 pub const NOTICE_S: f64 = 0.1;
 
-/// Why the board was not in place.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Miss {
-    /// The arm cannot hold the board there.
-    Unreachable,
-    /// Impossible for any policy: from the instant at which the target could be known, the least time from the waiting
-    /// posture exceeds the time left until the contact.
-    Impossible,
-    /// At the contact the board was led to another surface, or to a place from which it does not cover the touched
-    /// point.
-    PredictionWrong,
-    /// The board was led to the right place without a break until the contact, but less than the least time before it, both
-    /// from the waiting posture and from the arm's posture then.
-    PredictionLate,
-    /// The board was led to the right place early enough, but dispatched there too late: it waited, had another goal, or had
-    /// been sent too far away to return in time.
-    Policy,
-    /// A suitable configuration was the goal early enough, but the motion took longer than the least time.
-    Arm,
-}
-
-impl Miss {
-    /// In the order of the enumeration.
-    pub const ALL: [Self; 6] = [
-        Self::Unreachable,
-        Self::Impossible,
-        Self::PredictionWrong,
-        Self::PredictionLate,
-        Self::Policy,
-        Self::Arm,
-    ];
-
-    /// For tables and files.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Unreachable => "unreachable",
-            Self::Impossible => "impossible",
-            Self::PredictionWrong => "prediction_wrong",
-            Self::PredictionLate => "prediction_late",
-            Self::Policy => "policy",
-            Self::Arm => "arm",
-        }
+named! {
+    /// Why the board was not in place.
+    pub enum Miss {
+        /// The arm cannot hold the board there.
+        Unreachable = "unreachable",
+        /// Impossible for any policy: from the instant at which the target could be known, the least time from the waiting
+        /// posture exceeds the time left until the contact.
+        Impossible = "impossible",
+        /// At the contact the board was led to another surface, or to a place from which it does not cover the touched
+        /// point.
+        PredictionWrong = "prediction_wrong",
+        /// The board was led to the right place without a break until the contact, but less than the least time before it, both
+        /// from the waiting posture and from the arm's posture then.
+        PredictionLate = "prediction_late",
+        /// The board was led to the right place early enough, but dispatched there too late: it waited, had another goal, or had
+        /// been sent too far away to return in time.
+        Policy = "policy",
+        /// A suitable configuration was the goal early enough, but the motion took longer than the least time.
+        Arm = "arm",
     }
 }
 

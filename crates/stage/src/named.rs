@@ -1,6 +1,7 @@
 //! Enums whose variants have names in tables.
 
 /// An enum with a name for each variant, `ALL` of them in this order, and `name()`.
+#[macro_export]
 macro_rules! named {
     ($(#[$meta:meta])* $vis:vis enum $name:ident {
         $($(#[$doc:meta])* $variant:ident = $text:literal,)+
@@ -26,4 +27,3 @@ macro_rules! named {
         }
     };
 }
-pub(crate) use named;

@@ -1,7 +1,7 @@
 //! Figures: a white sheet, axes, and drawing within them, with a single error type.
 
-use hwall_stage::figures::{TEXT, TITLE, plot_error};
-use hwall_stage::report::figure_file::FigureFile;
+use crate::report::figure_file::FigureFile;
+use crate::report::figures::{TEXT, TITLE, plot_error};
 use plotters::chart::SeriesAnno;
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::coord::{CoordTranslate, Shift};
