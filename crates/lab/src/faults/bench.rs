@@ -107,7 +107,7 @@ pub(super) struct Bench {
     pub(super) t_s: f64,
     cycles: u64,
     frames: u64,
-    head_m: DVec3,
+    pub(super) head_m: DVec3,
     last_frame: HandFrame,
     last_state: Option<ArmState>,
     /// Wrench of the hand in the last step.

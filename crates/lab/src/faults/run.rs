@@ -5,6 +5,7 @@ use super::fault::{Fault, Other, Phase};
 use super::outcome::{After, Outcome, Reached};
 use super::predictor::SpoiledPredictor;
 use anyhow::ensure;
+use glam::DVec3;
 use hwall::haptics::safety::Channel;
 use hwall::haptics::{ContactLimits, HoldReason, SafeReason, SafeState};
 use hwall::{EventKind, Session, SessionState};
@@ -68,6 +69,11 @@ pub(super) fn run(
 ) -> anyhow::Result<Outcome> {
     let behind_fri = matches!(fault, Fault::Link(_));
     let mut bench = Bench::new(setup, phase, (!behind_fri).then_some(level), seed)?;
+    let heads = fault == Fault::Other(Other::PersonInTheWay);
+    if heads {
+        // From further away the head would come after the board.
+        bench.head_m = DVec3::new(1.05, -0.15, 0.95);
+    }
     let (mut last, mut since_s, mut released_s) = (bench.session.state(), 0.0, None);
     loop {
         let released = released_s.is_some_and(|at| bench.t_s - at > 0.05);
@@ -133,7 +139,6 @@ pub(super) fn run(
             let way = bench.arm.pose().position_m() - face.position_m();
             outcome.moved_m = outcome.moved_m.max(way.length());
             outcome.outward_m = outcome.outward_m.max(way.dot(face.rotation().z_axis));
-            let heads = fault == Fault::Other(Other::PersonInTheWay);
             let (reached, name) = safe_state(&bench.session, heads);
             outcome.reached = outcome.reached.max(reached);
             if let (Some(name), None) = (name, outcome.after_s) {
