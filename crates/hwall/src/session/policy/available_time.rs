@@ -132,9 +132,9 @@ impl AvailableTime {
         }
     }
 
-    fn touched(&mut self, left_s: f64) {
+    fn touched(&mut self, had_s: f64) {
         self.touches = (FADES * self.touches).max(USUAL_TOUCHES) + 1.0;
-        self.mean_s += (left_s.clamp(0.0, MOST_S) - self.mean_s) / self.touches;
+        self.mean_s += (had_s.clamp(0.0, MOST_S) - self.mean_s) / self.touches;
     }
 }
 

@@ -14,17 +14,17 @@ pub struct PolicyConfig {
     pub false_dispatch: f64,
     /// Share of the loss of a touch that is saved if the board arrives after the hand, in [0, 1]; default 0.1.
     pub late_share: f64,
-    /// Share of the remaining time that is left once the motion of the hand has told where it goes, in (0, 1]; default 0.4. Holds while the hand
-    /// moves. For a hand at rest it gives the expected time from reveal to touch of an unknown person, as a share of the available time.
+    /// While the hand moves: share of the remaining time that is left once its motion has told where it goes, in (0, 1]; default 0.4. While it
+    /// rests: the expected time from reveal to touch of an unknown person, as a share of the available time.
     pub onset_share: f64,
     /// Probability that an apparent reach or an apparent choice by the eyes leads to no touch, in [0, 1]; default 0.05.
     pub detour_share: f64,
     /// Hysteresis: a new choice must save at least this loss, touches; default 0.02. Less is within the noise of the predictions.
     pub least_gain: f64,
     /// Mean speed over 0.1 s towards the predicted place above which the hand is reaching, m/s; default 0.045: three standard deviations
-    /// for a resting hand that is tracked with 1 mm of noise.
+    /// of the mean for a resting hand that is tracked with 1 mm of noise.
     pub reach_m_per_s: f64,
-    /// A hand slower than this is at rest, m/s; default 0.3. Measurement noise is a third of it.
+    /// A hand with a mean speed over 0.1 s below this is at rest, m/s; default 0.3. Noise of the tracker of 1 mm adds 0.014 m/s.
     pub still_m_per_s: f64,
     /// A hand closer than this to the predicted surface is about to touch it, m; default 0.06: within it, the direction to a point on the
     /// surface is noise.

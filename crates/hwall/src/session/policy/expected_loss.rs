@@ -100,9 +100,9 @@ pub(super) struct Chooser<'a, A> {
     pub(super) reach_m: f64,
     pub(super) hypotheses: &'a [Hypothesis],
     pub(super) t_s: f64,
-    /// Time of a touch of which nothing is known.
+    /// Time of a touch at a place that nothing predicts.
     pub(super) unknown: TouchTime,
-    /// Time of a touch from when the motion of the hand reveals its place.
+    /// Time from when the motion of the hand reveals a place until the touch.
     pub(super) revealed: TouchTime,
 }
 
@@ -231,7 +231,7 @@ impl<A: Presenting> Chooser<'_, A> {
             late += hypothesis.chance * (covered * here + (1.0 - covered) * elsewhere);
             there += hypothesis.chance * covered;
         }
-        // The touch may come where none is predicted. Places lie all around the waiting posture, so the two ways add like independent ones.
+        // The touch may come where none is predicted. Places lie all around the waiting posture, so the way back and the way on add as if perpendicular.
         let back_s = travel_s(self.arm, to.as_ref(), self.arm.waits_at().as_ref());
         late += self.elsewhere() * self.too_late(&self.unknown, left_s, USUAL_S.hypot(back_s));
         late + goal.map_or(0.0, |_| self.config.false_dispatch * (1.0 - there))
