@@ -7,11 +7,12 @@ use hwall::hand::HandFilterConfig;
 use hwall::haptics::body::BodyRegion;
 use hwall::haptics::{Arm, Board};
 use hwall::kinematics::{JointPositions, SrsArm};
-use hwall::{Session, SessionConfig, Surroundings, Walls};
+use hwall::{Session, SessionConfig, SessionState, Surroundings, Walls};
 use hwall_bridge::BridgeConfig;
 use hwall_bridge::view::{ViewFrame, ViewState};
 use hwall_sim::{ServoArm, ServoConfig};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use tungstenite::Message;
 
@@ -46,10 +47,15 @@ fn a_cycle_allocates_nothing_and_views_and_events_get_through() {
     let mut bridge = server.connect(&scene());
     let mut socket = Socket::open(&server);
     wait_for("the client", || server.counts().clients == 1);
+    let is_over = Arc::new(AtomicBool::new(false));
+    let is_sent = Arc::clone(&is_over);
     let sender = std::thread::spawn(move || {
-        for n in 0..72 {
+        for n in 0.. {
+            if is_sent.load(Ordering::Relaxed) {
+                break;
+            }
             let t_s = f64::from(n) / 72.0;
-            let place = DVec3::new(1.1 - 0.2 * t_s, 0.0, 0.5);
+            let place = DVec3::new(1.1 - 0.2 * t_s.min(1.0), 0.0, 0.5);
             let hand = hand_at(n as u64 + 1, 1e3 * t_s, place);
             let head = format!(r#""head":[{},{},{},0,0,0,1]"#, HEAD_M.x, HEAD_M.y, HEAD_M.z);
             socket.text(&hand.replace(r#""head":null"#, &head));
@@ -60,8 +66,9 @@ fn a_cycle_allocates_nothing_and_views_and_events_get_through() {
         }
         socket
     });
-    let mut allocated = 0;
-    for _ in 0..1500 {
+    let (mut allocated, mut cycles, mut free) = (0, 0, 0);
+    // On a busy machine samples come late, and the arm holds.
+    while cycles < 1500 || (free < 300 && cycles < 30_000) {
         let counted = allocation_counter::measure(|| {
             let now_s = bridge.next_cycle(&mut arm).expect("a cycle");
             let now_s = now_s.expect("no end");
@@ -74,11 +81,18 @@ fn a_cycle_allocates_nothing_and_views_and_events_get_through() {
             bridge.show(&mut session, &state);
         });
         allocated += counted.count_total;
+        cycles += 1;
+        let holds = matches!(
+            session.state(),
+            SessionState::Holding(_) | SessionState::Safe(_)
+        );
+        free += u32::from(!holds);
         // Planning may allocate: it runs after the command, or on another thread.
         session.plan();
         arm.advance(1e-3).expect("a period");
     }
-    assert_eq!(allocated, 0, "allocations in 1500 cycles");
+    assert_eq!(allocated, 0, "allocations in {cycles} cycles");
+    is_over.store(true, Ordering::Relaxed);
     let mut socket = sender.join().expect("the sender ends");
     let supervisor = session.control().supervisor().expect("a supervisor");
     let body = supervisor.separation().body();
@@ -107,8 +121,8 @@ fn a_cycle_allocates_nothing_and_views_and_events_get_through() {
     assert!(with_parts[0] > 5, "nobody asked before");
     let counts = server.counts();
     // At 1 kHz a view is due in every 17th cycle at most.
-    assert!(counts.views_sent <= 1500 / 16 + 2, "{counts:?}");
-    assert_eq!(counts.cycles, 1500);
+    assert!(counts.views_sent <= cycles / 16 + 2, "{counts:?}");
+    assert_eq!(counts.cycles, cycles);
 }
 
 #[test]
