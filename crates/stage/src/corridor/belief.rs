@@ -52,9 +52,8 @@ pub(super) struct Belief {
 impl Belief {
     /// Does the person walk, as of this frame? Frames come in order.
     pub(super) fn walks(&mut self, frame: &HandFrame) -> bool {
-        let head_m = frame
-            .head_m
-            .map_or(self.head_m, |head_m| Some(head_m.truncate()));
+        let head_m = frame.head_m.map(|head_m| head_m.truncate());
+        let head_m = head_m.or(self.head_m);
         let last = std::mem::replace(&mut self.head_m, head_m).zip(head_m);
         let dt_s = frame.t_s - self.last_s;
         if let Some((last_m, head_m)) = last.filter(|_| dt_s > 0.0) {
@@ -113,18 +112,15 @@ impl Belief {
     ) -> Vec<BaseHypothesis> {
         let mut cells: Vec<(usize, f64)> = self.weights.iter().map(|(c, w)| (*c, *w)).collect();
         cells.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let likely = cells
-            .into_iter()
-            .take(MOST)
-            .filter(|(_, weight)| *weight >= LEAST);
+        let likely = cells.into_iter().take(MOST);
+        let likely = likely.filter(|(_, weight)| *weight >= LEAST);
         let of = |(cell, probability): (usize, f64)| {
             let (point_m, normal) = inversion.middle(cell)?;
             let stands_m = (point_m + normal * BEFORE_M).truncate();
             let way_m = stands_m.distance(person_m);
-            let walk_s = if way_m > STANDS_M {
-                STARTS_S + PAUSE_S + way_m / WALK_M_PER_S
-            } else {
-                0.0
+            let walk_s = match way_m > STANDS_M {
+                true => STARTS_S + PAUSE_S + way_m / WALK_M_PER_S,
+                false => 0.0,
             };
             Some(BaseHypothesis {
                 point_m,
@@ -138,10 +134,9 @@ impl Belief {
             return found;
         };
         // Who stands there will touch more of what is at hand there.
-        let stands_m = if first.touch_s > AT_PLACE_S {
-            (first.point_m + first.normal * BEFORE_M).truncate()
-        } else {
-            person_m
+        let stands_m = match first.touch_s > AT_PLACE_S {
+            true => (first.point_m + first.normal * BEFORE_M).truncate(),
+            false => person_m,
         };
         found.extend(self.later(&first, stands_m));
         found

@@ -9,7 +9,6 @@ use hwall::arrival::reachability::{ReachabilityMap, Steps, WallFacet};
 use hwall::{Walls, WallsConfig};
 use hwall_scene::Scene;
 use hwall_testkit::Sampler;
-use std::fmt::Write as _;
 
 /// Side of a room, m.
 pub(super) const SIDE_M: f64 = 6.0;
@@ -71,14 +70,9 @@ impl Hall {
         let map = BaseInversion::map(closed, &config)?;
         let mut sampler = Sampler::new(seed);
         let rooms = (0..rooms).map(|number| Room::new(number, &map, &config, &mut sampler));
-        let mut obj = String::new();
-        quad(
-            &mut obj,
-            "wall",
-            [dvec2(BEHIND_M, -HALF_M), dvec2(BEHIND_M, HALF_M)],
-            [FLOOR_M, CEILING_M],
-        )?;
-        let (wall, _) = Scene::from_obj_str(&obj, None)?;
+        let ends = [-HALF_M, HALF_M].map(|y| dvec2(BEHIND_M, y));
+        let wall = quad("wall", ends, [FLOOR_M, CEILING_M]);
+        let (wall, _) = Scene::from_obj_str(&wall, None)?;
         let walls = WallsConfig {
             waiting: WaitingConfig {
                 standoff_m: STANDOFF_M,
@@ -106,15 +100,12 @@ impl Room {
         let mut along =
             || low_m.x + sampler.uniform(SHELF_FROM_CORNER_M, SIDE_M - SHELF_FROM_CORNER_M);
         let shelves_m = [dvec2(along(), low_m.y), dvec2(along(), high_m.y)];
-        let (scene, _) = Scene::from_obj_str(&obj(low_m, high_m, shelves_m)?, None)?;
+        let (scene, _) = Scene::from_obj_str(&obj(low_m, high_m, shelves_m), None)?;
         let facets: Vec<WallFacet> = hwall::facets_of(&scene);
         let wide = |facet: &WallFacet| {
-            let ends = facet.outline_m.iter();
-            let (low, high) = ends.fold(
-                (glam::DVec3::INFINITY, glam::DVec3::NEG_INFINITY),
-                |(low, high), p| (low.min(*p), high.max(*p)),
-            );
-            (high - low).truncate().length() > NARROW_M
+            let ends = || facet.outline_m.iter().map(|m| m.truncate());
+            let size = ends().reduce(DVec2::max).zip(ends().reduce(DVec2::min));
+            size.is_some_and(|(high, low)| high.distance(low) > NARROW_M)
         };
         let facets: Vec<WallFacet> = facets.into_iter().filter(wide).collect();
         let began = std::time::Instant::now();
@@ -130,96 +121,50 @@ impl Room {
 }
 
 /// The surfaces of a room. A door leads into it in the west and out of it in the east; the first stands open.
-fn obj(low: DVec2, high: DVec2, shelves_m: [DVec2; 2]) -> anyhow::Result<String> {
-    let mut obj = String::new();
-    let whole = [FLOOR_M, CEILING_M];
-    let (low_y, high_y) = (DOOR_Y_M - 0.5 * DOOR_M, DOOR_Y_M + 0.5 * DOOR_M);
-    let at = |x: f64, y: f64| dvec2(x, y);
-    let corners = [at(high.x, low.y), low, at(low.x, high.y), high];
-    quad(&mut obj, "wall_south", [corners[0], corners[1]], whole)?;
-    quad(&mut obj, "wall_north", [corners[2], corners[3]], whole)?;
-    for (name, x, from, to) in [
-        ("west", low.x, low_y, high_y),
-        ("east", high.x, high_y, low_y),
+fn obj(low: DVec2, high: DVec2, shelves_m: [DVec2; 2]) -> String {
+    let (whole, above) = ([FLOOR_M, CEILING_M], [DOOR_TOP_M, CEILING_M]);
+    let [south_y, north_y] = [-0.5, 0.5].map(|share| DOOR_Y_M + share * DOOR_M);
+    let [west_south, west_north] = [south_y, north_y].map(|y| dvec2(low.x, y));
+    let [east_south, east_north] = [south_y, north_y].map(|y| dvec2(high.x, y));
+    let (south_east, north_west) = (dvec2(high.x, low.y), dvec2(low.x, high.y));
+    let mut quads = vec![
+        ("wall_south", [south_east, low], whole),
+        ("wall_north", [north_west, high], whole),
+        ("wall_west_a", [low, west_south], whole),
+        ("wall_west_b", [west_north, north_west], whole),
+        ("wall_west_above", [west_south, west_north], above),
+        ("wall_east_a", [high, east_north], whole),
+        ("wall_east_b", [east_south, south_east], whole),
+        ("wall_east_above", [east_north, east_south], above),
+        ("door", [east_north, east_south], [FLOOR_M, DOOR_TOP_M]),
+    ];
+    // The front and the cheeks of both shelves.
+    let [south_m, north_m] = shelves_m;
+    for ([front, a, b], middle_m, out, right) in [
+        (SHELVES[0], south_m, DVec2::Y, DVec2::NEG_X),
+        (SHELVES[1], north_m, DVec2::NEG_Y, DVec2::X),
     ] {
-        let (begin, end) = if from < to {
-            (low.y, high.y)
-        } else {
-            (high.y, low.y)
-        };
-        quad(
-            &mut obj,
-            &format!("wall_{name}_a"),
-            [at(x, begin), at(x, from)],
-            whole,
-        )?;
-        quad(
-            &mut obj,
-            &format!("wall_{name}_b"),
-            [at(x, to), at(x, end)],
-            whole,
-        )?;
-        quad(
-            &mut obj,
-            &format!("wall_{name}_above"),
-            [at(x, from), at(x, to)],
-            [DOOR_TOP_M, CEILING_M],
-        )?;
+        let [begin, end] = [-0.5, 0.5].map(|share| middle_m + right * share * SHELF_M);
+        let depth = out * SHELF_DEPTH_M;
+        quads.extend([
+            (front, [begin + depth, end + depth], SHELF_Z_M),
+            (a, [begin, begin + depth], SHELF_Z_M),
+            (b, [end + depth, end], SHELF_Z_M),
+        ]);
     }
-    quad(
-        &mut obj,
-        "door",
-        [at(high.x, high_y), at(high.x, low_y)],
-        [FLOOR_M, DOOR_TOP_M],
-    )?;
-    shelves(&mut obj, shelves_m)?;
-    Ok(obj)
+    let quads = quads.into_iter();
+    quads.map(|(name, way, z)| quad(name, way, z)).collect()
 }
 
-/// The front and the cheeks of both shelves.
-fn shelves(obj: &mut String, shelves_m: [DVec2; 2]) -> anyhow::Result<()> {
-    for (name, middle, out, right) in [
-        ("south", shelves_m[0], DVec2::Y, DVec2::NEG_X),
-        ("north", shelves_m[1], DVec2::NEG_Y, DVec2::X),
-    ] {
-        let (begin, end) = (
-            middle - right * 0.5 * SHELF_M,
-            middle + right * 0.5 * SHELF_M,
-        );
-        let front = out * SHELF_DEPTH_M;
-        quad(
-            obj,
-            &format!("shelf_{name}"),
-            [begin + front, end + front],
-            SHELF_Z_M,
-        )?;
-        quad(
-            obj,
-            &format!("shelf_{name}_a"),
-            [begin, begin + front],
-            SHELF_Z_M,
-        )?;
-        quad(
-            obj,
-            &format!("shelf_{name}_b"),
-            [end + front, end],
-            SHELF_Z_M,
-        )?;
-    }
-    Ok(())
-}
+/// Names of the surfaces of the shelves.
+const SHELVES: [[&str; 3]; 2] = [
+    ["shelf_south", "shelf_south_a", "shelf_south_b"],
+    ["shelf_north", "shelf_north_a", "shelf_north_b"],
+];
 
 /// An upright rectangle from one place of the floor to another; its normal points to the right of that way.
-fn quad(
-    obj: &mut String,
-    name: &str,
-    [from, to]: [DVec2; 2],
-    [low, high]: [f64; 2],
-) -> anyhow::Result<()> {
-    writeln!(obj, "o {name}")?;
-    for (at, z) in [(from, low), (to, low), (to, high), (from, high)] {
-        writeln!(obj, "v {} {} {z}", at.x, at.y)?;
-    }
-    writeln!(obj, "f -4 -3 -2\nf -4 -2 -1")?;
-    Ok(())
+fn quad(name: &str, [from, to]: [DVec2; 2], [low, high]: [f64; 2]) -> String {
+    let corners = [(from, low), (to, low), (to, high), (from, high)];
+    let corners = corners.map(|(at, z)| format!("v {} {} {z}\n", at.x, at.y));
+    format!("o {name}\n{}f -4 -3 -2\nf -4 -2 -1\n", corners.concat())
 }

@@ -102,10 +102,8 @@ impl MovingBase {
 
     /// The place of the base in the frame of the corridor.
     fn place(&self) -> BasePose {
-        self.drive
-            .state()
-            .pose()
-            .seen_from(&self.hall_from_corridor)
+        let here = self.drive.state().pose();
+        here.seen_from(&self.hall_from_corridor)
     }
 
     /// The world as the session is to see it.
@@ -139,10 +137,9 @@ impl MovingBase {
             // Out of the room behind the door, by the nearer side.
             Some(_) if area.contains(self.place().at_m) => {
                 let at_m = self.place().at_m;
-                let y = if at_m.y < 0.5 * (area.low_m.y + area.high_m.y) {
-                    area.low_m.y - CLEAR_M
-                } else {
-                    area.high_m.y + CLEAR_M
+                let y = match at_m.y < 0.5 * (area.low_m.y + area.high_m.y) {
+                    true => area.low_m.y - CLEAR_M,
+                    false => area.high_m.y + CLEAR_M,
                 };
                 let to = BasePose {
                     at_m: dvec2(at_m.x, y),
@@ -161,13 +158,10 @@ impl MovingBase {
             return Ok(());
         };
         self.goal = Some(goal);
-        let hall_m = |at_m: &DVec2| {
-            self.hall_from_corridor
-                .transform_point(at_m.extend(0.0))
-                .truncate()
-        };
+        let hall = &self.hall_from_corridor;
+        let hall_m = |at_m: &DVec2| hall.transform_point(at_m.extend(0.0)).truncate();
         let way: Vec<DVec2> = way.iter().map(hall_m).collect();
-        let yaw_rad = goal.placed(&self.hall_from_corridor).yaw_rad;
+        let yaw_rad = goal.placed(hall).yaw_rad;
         self.drive.set_route(&way, yaw_rad);
         Ok(())
     }
@@ -176,10 +170,8 @@ impl MovingBase {
     pub(super) fn turn_avatar(&mut self, body: &Body, dt_s: f64) -> anyhow::Result<()> {
         let x = self.hall_from_corridor.rotation().x_axis;
         let yaw_rad = body.yaw_rad + x.y.atan2(x.x);
-        let turned_rad = self
-            .last_yaw_rad
-            .map_or(0.0, |last| shorter(yaw_rad - last));
-        self.last_yaw_rad = Some(yaw_rad);
+        let last_rad = self.last_yaw_rad.replace(yaw_rad).unwrap_or(yaw_rad);
+        let turned_rad = shorter(yaw_rad - last_rad);
         if let Some(goal) = self.goal {
             let angle = |at_m: DVec2| (at_m - body.at_m).to_angle();
             // About the person, the world turns against the avatar.
@@ -205,16 +197,12 @@ impl MovingBase {
     pub(super) fn step(&mut self, dt_s: f64, seen: &Seen<'_>) {
         let parts = parts(seen);
         let hall = &self.hall_from_corridor;
-        let hands_m: Vec<DVec3> = seen
-            .hands_m
-            .iter()
-            .map(|m| hall.transform_point(*m))
-            .collect();
+        let hands_m = seen.hands_m.iter().map(|m| hall.transform_point(*m));
+        let hands_m: Vec<DVec3> = hands_m.collect();
+        let velocity = hall.transform_vector(seen.person_m_per_s.extend(0.0));
         let around = Surroundings {
             person_m: hall.transform_point(seen.person_m.extend(0.0)).truncate(),
-            person_m_per_s: hall
-                .transform_vector(seen.person_m_per_s.extend(0.0))
-                .truncate(),
+            person_m_per_s: velocity.truncate(),
             hands_m: &hands_m,
             board_m: seen.base_from_board.position_m(),
             touched: seen.touched,

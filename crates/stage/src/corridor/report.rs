@@ -19,10 +19,17 @@ fn share(touches: &[CorridorTouch], of: impl Fn(&CorridorTouch) -> bool) -> Stri
     }
 }
 
-/// Misses because the base stood elsewhere.
-fn out_of_reach(walk: &Walked) -> usize {
+/// Misses because the base stood elsewhere, and those of the arm.
+fn missed(walk: &Walked) -> [usize; 2] {
     let missed = walk.touches.iter().filter(|touch| touch.lead_s.is_none());
-    missed.filter(|touch| !touch.served).count()
+    let (by_arm, elsewhere): (Vec<_>, Vec<_>) = missed.partition(|touch| touch.served);
+    [elsewhere.len(), by_arm.len()]
+}
+
+/// The longest inversion of a map, s.
+fn inverted_s(hall: &Hall) -> f64 {
+    let inverted = hall.rooms.iter().map(|room| room.inverted_s);
+    inverted.fold(0.0, f64::max)
 }
 
 /// A Markdown table.
@@ -32,30 +39,21 @@ pub(super) fn table(hall: &Hall, walks: &[Walked]) -> String {
     text += "|\n";
     for walk in walks {
         let (touches, base) = (&walk.touches, &walk.base);
-        let missed = touches
-            .iter()
-            .filter(|touch| touch.lead_s.is_none())
-            .count();
-        let moved = base.moves_s > 0.0;
-        let metres = |m: f64| {
-            if moved {
-                format!("{m:.2}")
-            } else {
-                String::new()
-            }
+        let [elsewhere, by_arm] = missed(walk);
+        let metres = |m: f64| match base.moves_s > 0.0 {
+            true => format!("{m:.2}"),
+            false => String::new(),
         };
         let of_kind = |kind| share(touches, |touch| touch.kind == kind);
         let [walls, shelves, doors] = Kind::ALL.map(of_kind);
         let _ = writeln!(
             text,
-            "| {} | {} | {} | {} | {} | {walls} | {shelves} | {doors} | {} | {} | {:.1} | {} | {} | {} | {} | {} | {:.0} | {:.0} |",
+            "| {} | {} | {} | {} | {} | {walls} | {shelves} | {doors} | {elsewhere} | {by_arm} | {:.1} | {} | {} | {} | {} | {} | {:.0} | {:.0} |",
             walk.kind.name(),
             touches.len(),
             share(touches, |_| true),
             share(touches, |touch| touch.number == 0),
             share(touches, |touch| touch.number > 0),
-            out_of_reach(walk),
-            missed - out_of_reach(walk),
             base.way_m,
             metres(base.closest_m),
             metres(base.asked_m),
@@ -66,11 +64,7 @@ pub(super) fn table(hall: &Hall, walks: &[Walked]) -> String {
             walk.waited_s,
         );
     }
-    let inverted_s = hall
-        .rooms
-        .iter()
-        .map(|room| room.inverted_s)
-        .fold(0.0, f64::max);
+    let inverted_s = inverted_s(hall);
     let (cells, bases) = hall.rooms.first().map_or((0, 0), |room| {
         (room.inversion.cells(), room.inversion.bases().len())
     });
@@ -105,7 +99,7 @@ pub(super) fn json(hall: &Hall, walks: &[Walked]) -> anyhow::Result<String> {
             "summary": {
                 "touches": walk.touches.len(),
                 "in_place": in_place.count(),
-                "missed_base_elsewhere": out_of_reach(walk),
+                "missed_base_elsewhere": missed(walk)[0],
                 "base_way_m": base.way_m,
                 "base_moves_s": base.moves_s,
                 "closest_moving_m": finite(base.closest_m),
@@ -123,10 +117,9 @@ pub(super) fn json(hall: &Hall, walks: &[Walked]) -> anyhow::Result<String> {
             ])).collect::<Vec<_>>(),
         })
     };
-    let inverted = hall.rooms.iter().map(|room| room.inverted_s);
     let file: Value = json!({
         "walks": walks.iter().map(walk).collect::<Vec<_>>(),
-        "inversion_most_s": inverted.fold(0.0, f64::max),
+        "inversion_most_s": inverted_s(hall),
     });
     Ok(serde_json::to_string_pretty(&file)? + "\n")
 }

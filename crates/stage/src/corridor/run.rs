@@ -173,23 +173,17 @@ impl<'a> Rig<'a> {
         while self.session.next_event().is_some() {}
         self.arm.advance(PERIOD_S)?;
         let base_from_corridor = self.base.base_from_corridor();
-        let tip = self.walker.tip(t_s).map(|(tip_m, velocity)| {
-            (
-                base_from_corridor.transform_point(tip_m),
-                base_from_corridor.transform_vector(velocity),
-            )
-        });
+        let (base, tip) = (&base_from_corridor, self.walker.tip(t_s));
+        let tip = tip.map(|(m, per_s)| (base.transform_point(m), base.transform_vector(per_s)));
         self.is_touched = self.finger.press(&mut self.arm, tip)? != DVec3::ZERO;
         let corridor_from_base = base_from_corridor.inverse();
         let corridor_from_board =
             Pose::from_affine(&(corridor_from_base.to_affine() * self.arm.pose().to_affine()))?;
-        self.watch.see(
-            t_s,
-            &self.walker,
+        let (arm, poses) = (
             self.corridor.arm,
-            &corridor_from_board,
-            &corridor_from_base,
-        )
+            [&corridor_from_board, &corridor_from_base],
+        );
+        self.watch.see(t_s, &self.walker, arm, poses)
     }
 
     fn advance_walker(&mut self, t_s: f64) -> anyhow::Result<()> {

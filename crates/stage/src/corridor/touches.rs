@@ -39,33 +39,21 @@ impl TouchWatch {
         t_s: f64,
         walker: &Walker<'_>,
         arm: &BoardArm,
-        corridor_from_board: &Pose,
-        corridor_from_base: &Pose,
+        [corridor_from_board, corridor_from_base]: [&Pose; 2],
     ) -> anyhow::Result<()> {
         let Some((begins_s, truths)) = walker.touches() else {
             self.since_s = None;
             return Ok(());
         };
-        let here = self
-            .touches
-            .iter()
-            .rev()
-            .take_while(|touch| touch.visit == walker.number());
+        let touches = self.touches.iter().rev();
+        let here = touches.take_while(|touch| touch.visit == walker.number());
         let number = here.count();
         let Some(truth) = truths.get(number) else {
             return Ok(());
         };
-        let holds = PlaceTolerance::default().holds(
-            arm.board(),
-            corridor_from_board,
-            truth.target_m,
-            truth.normal,
-        );
-        self.since_s = if holds {
-            self.since_s.or(Some(t_s))
-        } else {
-            None
-        };
+        let (board, tolerance) = (arm.board(), PlaceTolerance::default());
+        let holds = tolerance.holds(board, corridor_from_board, truth.target_m, truth.normal);
+        self.since_s = holds.then(|| self.since_s.unwrap_or(t_s));
         let contact_s = begins_s + truth.contact_s;
         if t_s >= contact_s {
             let point_m = corridor_from_base.inverse_transform_point(truth.target_m);

@@ -32,8 +32,9 @@ enum Phase {
 
 /// A way from one standing place to another.
 struct Walk {
-    /// The way, m, and the headings of the body at its ends, rad.
+    /// The way and its length, m, and the headings of the body at its ends, rad.
     way_m: Vec<DVec2>,
+    length_m: f64,
     yaws_rad: [f64; 2],
     bounds: JointBounds,
     duration_s: f64,
@@ -107,12 +108,10 @@ impl<'a> Walker<'a> {
                 Phase::Touches(Box::new(self.sequence()?))
             }
             Phase::Touches(sequence) if after_s >= sequence.duration_s() => {
-                if self.at + 1 == self.visits.len() {
-                    Phase::Done
-                } else if self.visit().leaves {
-                    Phase::Waits
-                } else {
-                    self.goes_on()?
+                match self.at + 1 == self.visits.len() {
+                    true => Phase::Done,
+                    false if self.visit().leaves => Phase::Waits,
+                    false => self.goes_on()?,
                 }
             }
             Phase::Waits if door_opens => self.goes_on()?,
@@ -141,6 +140,7 @@ impl<'a> Walker<'a> {
         let walk_s = JointPoint::default().time_to_s(length_m, &bounds);
         Ok(Walk {
             way_m,
+            length_m,
             yaws_rad: [yaw_rad, yaw_of(visit.facing)],
             bounds,
             duration_s: walk_s.max(TURN_S),
@@ -238,12 +238,8 @@ impl<'a> Walker<'a> {
 
 impl Walk {
     fn body(&self, after_s: f64) -> Body {
-        let length_m: f64 = self
-            .way_m
-            .windows(2)
-            .map(|leg| leg[0].distance(leg[1]))
-            .sum();
-        let along = JointPoint::default().towards(length_m, &self.bounds, after_s.max(1e-9));
+        let since_s = after_s.max(1e-9);
+        let along = JointPoint::default().towards(self.length_m, &self.bounds, since_s);
         let (mut at_m, mut way_rad) = (self.way_m[0], None);
         let (mut last, mut bend_m) = (DVec2::ZERO, DVec2::ZERO);
         // Distance from the beginning of each leg.
