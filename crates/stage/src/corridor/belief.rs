@@ -99,7 +99,7 @@ impl Belief {
         Ok(())
     }
 
-    /// Forgets everything, in another room.
+    /// Forgets the places, in another room; where the person walks is kept.
     pub(super) fn forget(&mut self) {
         self.weights.clear();
     }

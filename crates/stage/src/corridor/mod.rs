@@ -6,6 +6,7 @@ mod hall;
 mod moving;
 mod report;
 mod run;
+mod sight;
 mod touches;
 mod visits;
 mod walker;
@@ -98,7 +99,8 @@ pub fn run(
         })
     });
     let walks = walks.into_iter().collect::<anyhow::Result<Vec<_>>>()?;
-    let table = report::table(&hall, &walks);
+    let table = report::table(&walks);
+    note(report::inverted(&hall));
     writeln!(out, "{table}")?;
     let written = |name: &str| request.out.join(name);
     hwall_files::write(written(TABLE), &table).with_context(|| TABLE)?;
