@@ -25,8 +25,10 @@ pub struct BaseSafety {
     pub latency_s: f64,
     /// Distance left between the person and the stopped base, m; default 0.02, as for the arm.
     pub clearance_m: f64,
-    /// Speed of a hand, m/s; default 1.6: reaches of plain people peak at about 1 m/s.
+    /// Speed of a hand over a short distance, m/s; default 2, that of [ISO 13855].
     pub hand_m_per_s: f64,
+    /// That distance, m; default 0.5, as in [ISO 13855]. What comes from farther away comes at the speed of a person.
+    pub hand_near_m: f64,
     /// Radius of an upright cylinder around a tracked point of the hand that holds what is not tracked of it, m; default 0.05: half the breadth of a
     /// palm.
     pub hand_radius_m: f64,
@@ -43,7 +45,8 @@ impl Default for BaseSafety {
             person_radius_m: 0.25,
             latency_s: 0.045,
             clearance_m: 0.02,
-            hand_m_per_s: 1.6,
+            hand_m_per_s: 2.0,
+            hand_near_m: 0.5,
             hand_radius_m: 0.05,
             hand_reach_m: 0.85,
         }
@@ -97,21 +100,8 @@ pub struct Surroundings<'a> {
 /// Intervals of the braking time.
 const PIECES: usize = 10;
 
-/// Somebody, or a hand, from above.
-struct Comer {
-    at_m: DVec2,
-    /// NaN if unknown.
-    velocity: DVec2,
-    /// Largest speed, m/s, and acceleration, m/s², and the error of the velocity, m/s.
-    most: [f64; 2],
-    error: f64,
-    /// Distance to keep from the place, m.
-    keep_m: f64,
-}
-
 /// A base that brakes from a state: its poses at equal intervals, and bounds on its motion.
-struct Braking<'a> {
-    parts: &'a [BasePart],
+struct Braking {
     poses: [BasePose; PIECES + 1],
     piece_s: f64,
     latency_s: f64,
@@ -132,6 +122,7 @@ impl BaseSafety {
             ("latency_s", self.latency_s),
             ("clearance_m", self.clearance_m),
             ("hand_m_per_s", self.hand_m_per_s),
+            ("hand_near_m", self.hand_near_m),
             ("hand_radius_m", self.hand_radius_m),
             ("hand_reach_m", self.hand_reach_m),
         ] {
@@ -140,6 +131,17 @@ impl BaseSafety {
         let most = self.person_m_per_s2;
         that(most >= 0.0, "person_m_per_s2", most, "at least 0")?;
         Ok(())
+    }
+
+    /// How far a hand comes in a time, s, at most, m.
+    #[must_use]
+    pub fn hand_comes_m(&self, time_s: f64) -> f64 {
+        let far_m = (self.person_m_per_s * time_s).max(self.hand_near_m);
+        // NaN passes.
+        match self.hand_m_per_s * time_s > far_m {
+            true => far_m,
+            false => self.hand_m_per_s * time_s,
+        }
     }
 
     /// May the base be in this state? Nothing is touched, and it stands before body or hands can reach it.
@@ -154,41 +156,62 @@ impl BaseSafety {
         let piece_s = drive.stop_s(state) / PIECES as f64;
         let (fastest, turning) = drive.fastest(state);
         let braking = Braking {
-            parts: around.parts,
             poses: std::array::from_fn(|i| drive.braked(state, i as f64 * piece_s).pose()),
             piece_s,
             latency_s: self.latency_s,
             fastest,
             turning,
         };
-        let body = Comer {
-            at_m: around.person_m,
-            velocity: around.person_m_per_s,
-            most: [self.person_m_per_s, self.person_m_per_s2],
-            error: self.velocity_error_m_per_s,
-            keep_m: self.person_radius_m + self.clearance_m,
-        };
-        let hand = |at_m: DVec2, keep_m: f64| Comer {
-            at_m,
-            velocity: DVec2::NAN,
-            most: [self.hand_m_per_s, f64::INFINITY],
-            error: 0.0,
-            keep_m: keep_m + self.clearance_m,
-        };
-        let seen = |seen: &SeenHand| {
-            // An age below zero is no age.
-            let age_s = if seen.age_s < 0.0 {
-                f64::NAN
-            } else {
-                seen.age_s
+        let of = |part: &BasePart, piece: usize| {
+            let hand_m = |hand: &SeenHand, radius_m: f64| {
+                let apart_m = braking.apart_m(part, piece, hand.at_m, DVec2::ZERO);
+                // An age below zero is no age.
+                let age_s = if hand.age_s < 0.0 {
+                    f64::NAN
+                } else {
+                    hand.age_s
+                };
+                apart_m - self.hand_comes_m(braking.at_s(piece) + age_s) - radius_m
             };
-            hand(seen.at_m, self.hand_radius_m + self.hand_m_per_s * age_s)
+            let seen = around
+                .hands
+                .iter()
+                .map(|hand| hand_m(hand, self.hand_radius_m));
+            let unseen = SeenHand {
+                at_m: around.person_m,
+                age_s: 0.0,
+            };
+            let unseen = around
+                .hands
+                .is_empty()
+                .then(|| hand_m(&unseen, self.hand_reach_m));
+            let body_m = self.left_to_body_m(&braking, part, piece, around);
+            seen.chain(unseen).fold(body_m, least_m)
         };
-        let unseen = around.hands.is_empty();
-        let unseen = unseen.then(|| hand(around.person_m, self.hand_reach_m));
-        let hands = around.hands.iter().map(seen).chain(unseen);
-        let left = hands.chain([body]).map(|comer| braking.left_m(&comer));
-        left.fold(f64::INFINITY, least_m)
+        let pieces = |part| (1..=PIECES).map(move |piece| (part, piece));
+        let left = around.parts.iter().flat_map(pieces);
+        let left = left.map(|(part, piece)| of(part, piece));
+        left.fold(f64::INFINITY, least_m) - self.clearance_m
+    }
+
+    /// What is left between a part and the body in a piece, m.
+    ///
+    /// The body is within two discs: around its place, growing at the largest speed; and around the place that its velocity leads to, growing as
+    /// acceleration and error of measurement allow. The farther one counts.
+    fn left_to_body_m(
+        &self,
+        braking: &Braking,
+        part: &BasePart,
+        piece: usize,
+        around: &Surroundings<'_>,
+    ) -> f64 {
+        let (t_s, v) = (braking.at_s(piece), around.person_m_per_s);
+        let most = self.person_m_per_s.max(v.length());
+        let spread = self.velocity_error_m_per_s + 0.5 * self.person_m_per_s2 * t_s;
+        let apart_m = |v| braking.apart_m(part, piece, around.person_m, v);
+        let anywhere_m = apart_m(DVec2::ZERO) - most * t_s;
+        // An unknown velocity does not count.
+        anywhere_m.max(apart_m(v) - spread * t_s) - self.person_radius_m
     }
 }
 
@@ -200,33 +223,23 @@ fn least_m(a_m: f64, b_m: f64) -> f64 {
     }
 }
 
-impl Braking<'_> {
-    /// The comer is within two discs: around the present place, growing at the largest speed; and around the place that the measured velocity leads to,
-    /// growing as acceleration and error of measurement allow. The farther one counts. Between two instants a part is at least as far from the middle
-    /// of a disc as their mean distance less what they cover, relative to each other, in half of the time.
-    fn left_m(&self, comer: &Comer) -> f64 {
-        let v = comer.velocity;
-        let most = comer.most[0].max(v.length());
-        // The reaction counts with the first piece.
-        let at_s = |i: usize| i as f64 * self.piece_s + if i == 0 { 0.0 } else { self.latency_s };
-        let of_part = |part: &BasePart| {
-            let turns = self.turning * part.ends_m[0].length().max(part.ends_m[1].length());
-            let apart_m = |piece: usize, v: DVec2| {
-                let relative = self.fastest.map(|base| (base - v).length());
-                let relative = relative[0].max(relative[1]).max(v.length());
-                let away_m = |i: usize| part.distance_m(&self.poses[i], comer.at_m + v * at_s(i));
-                0.5 * (away_m(piece - 1) + away_m(piece)
-                    - (at_s(piece) - at_s(piece - 1)) * (relative + turns))
-            };
-            let of_piece = |piece: usize| {
-                let t_s = at_s(piece);
-                let anywhere_m = apart_m(piece, DVec2::ZERO) - most * t_s;
-                let spread = comer.error + 0.5 * comer.most[1] * t_s;
-                anywhere_m.max(apart_m(piece, v) - spread * t_s) - comer.keep_m
-            };
-            (1..=PIECES).map(of_piece).fold(f64::INFINITY, least_m)
-        };
-        let left = self.parts.iter().map(of_part);
-        left.fold(f64::INFINITY, least_m)
+impl Braking {
+    /// End of a piece, s. The reaction counts with the first piece.
+    fn at_s(&self, piece: usize) -> f64 {
+        match piece {
+            0 => 0.0,
+            _ => piece as f64 * self.piece_s + self.latency_s,
+        }
+    }
+
+    /// Least distance of a part in a piece from a place that moves, m: a lower bound. It is at least the mean of that at both ends less what part and
+    /// place cover, relative to each other, in half of the time.
+    fn apart_m(&self, part: &BasePart, piece: usize, place_m: DVec2, v: DVec2) -> f64 {
+        let turns = self.turning * part.ends_m[0].length().max(part.ends_m[1].length());
+        let relative = self.fastest.map(|base| (base - v).length());
+        let relative = relative[0].max(relative[1]).max(v.length());
+        let away_m = |i: usize| part.distance_m(&self.poses[i], place_m + v * self.at_s(i));
+        let time_s = self.at_s(piece) - self.at_s(piece - 1);
+        0.5 * (away_m(piece - 1) + away_m(piece) - time_s * (relative + turns))
     }
 }

@@ -277,7 +277,7 @@ fn by_default_a_person_may_have_any_velocity_at_once() {
     assert!(moved > 5_000 && least_m >= 0.0, "{moved} {least_m}");
 }
 
-/// The base drives at 0.8 m/s towards a hand that comes at 1.6 m/s, straight or from the side; it stands before they meet, with every part.
+/// The base drives at up to 0.8 m/s, towards a hand that comes at 2 m/s, then 1.6 m/s, straight or from the side; it stands before they meet, with every part.
 #[test]
 fn the_base_stands_before_a_hand_reaches_it() {
     let (safety, parts) = (BaseSafety::default(), robot());
@@ -290,12 +290,14 @@ fn the_base_stands_before_a_hand_reaches_it() {
         let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
         drive.set_route(&[dvec2(4.0, 0.0)], 0.0);
         let (mut hand_m, mut fastest) = (from_m, 0.0_f64);
-        for step in 0.. {
+        for step in 0_u32.. {
             // It rests until the base is at its fastest, and comes to the board or the platform then.
             let pose = drive.state().pose();
             let goal_m = pose.floor_m(dvec2([0.45, 0.0][aim], 0.0));
             if step > 350 {
-                hand_m += (goal_m - hand_m).clamp_length_max(1.6 * DT_S);
+                let after_s = f64::from(step - 351) * DT_S;
+                let most_m = safety.hand_comes_m(after_s + DT_S) - safety.hand_comes_m(after_s);
+                hand_m += (goal_m - hand_m).clamp_length_max(most_m);
             }
             let hands = [SeenHand {
                 at_m: hand_m,

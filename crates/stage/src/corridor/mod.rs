@@ -7,6 +7,8 @@ mod moving;
 mod report;
 mod run;
 mod sight;
+#[cfg(test)]
+mod tests;
 mod touches;
 mod visits;
 mod walker;

@@ -26,7 +26,7 @@ const CLEAR_M: f64 = 0.1;
 const RESTS_M_PER_S: f64 = 1e-3;
 
 /// Largest acceleration of a person, m/s²: an assumption that the walker keeps. People who start to walk reach 1 to 1.5 m/s in about 1 s.
-const PERSON_M_PER_S2: f64 = 2.0;
+pub(super) const PERSON_M_PER_S2: f64 = 2.0;
 /// Error of the velocity measured over 0.1 s, m/s: it lags by 0.05 s, 0.1 m/s at that acceleration; 0.7 mm of noise make 0.03 m/s (3 sd).
 const VELOCITY_ERROR_M_PER_S: f64 = 0.13;
 /// Instants of the braking at which a step is judged.
@@ -286,7 +286,7 @@ impl MovingBase {
             let accelerates_m = away_m(onwards_m) - faster_m;
             let runs_m = away_m(truth.person_m) - safety.person_m_per_s * t_s;
             let hands = truth.hands_m.iter().map(|m| away_m(*m));
-            let hand_m = hands.fold(f64::INFINITY, f64::min) - safety.hand_m_per_s * t_s;
+            let hand_m = hands.fold(f64::INFINITY, f64::min) - safety.hand_comes_m(t_s);
             [
                 accelerates_m.max(runs_m) - safety.person_radius_m,
                 hand_m - safety.hand_radius_m,
