@@ -25,13 +25,13 @@ pub struct BaseSafety {
     pub latency_s: f64,
     /// Distance left between the person and the stopped base, m; default 0.02, as for the arm.
     pub clearance_m: f64,
-    /// Speed of a hand over a short distance, m/s; default 2, that of [ISO 13855].
+    /// Speed of a hand, m/s; default 2, that of [ISO 13855].
     pub hand_m_per_s: f64,
-    /// That distance, m; default 0.5, as in [ISO 13855]. What comes from farther away comes at the speed of a person.
-    pub hand_near_m: f64,
     /// Radius of an upright cylinder around a tracked point of the hand that holds what is not tracked of it, m; default 0.05: half the breadth of a
     /// palm.
     pub hand_radius_m: f64,
+    /// A base whose parts are no faster than this counts as standing for hands, m/s; default 0.
+    pub hand_meets_m_per_s: f64,
     /// A hand that was never seen may be this far from the person's head from above, m; default 0.85, the length of an arm in [ISO 13855].
     pub hand_reach_m: f64,
 }
@@ -46,8 +46,8 @@ impl Default for BaseSafety {
             latency_s: 0.045,
             clearance_m: 0.02,
             hand_m_per_s: 2.0,
-            hand_near_m: 0.5,
             hand_radius_m: 0.05,
+            hand_meets_m_per_s: 0.0,
             hand_reach_m: 0.85,
         }
     }
@@ -63,6 +63,12 @@ pub struct BasePart {
 }
 
 impl BasePart {
+    /// Distance of its line's farther end from the axis of the base, m.
+    fn reach_m(&self) -> f64 {
+        let [a_m, b_m] = self.ends_m.map(DVec2::length);
+        a_m.max(b_m)
+    }
+
     /// Distance of a place from this part of a base at a pose, m; negative inside.
     #[must_use]
     pub fn distance_m(&self, base: &BasePose, place_m: DVec2) -> f64 {
@@ -122,8 +128,8 @@ impl BaseSafety {
             ("latency_s", self.latency_s),
             ("clearance_m", self.clearance_m),
             ("hand_m_per_s", self.hand_m_per_s),
-            ("hand_near_m", self.hand_near_m),
             ("hand_radius_m", self.hand_radius_m),
+            ("hand_meets_m_per_s", self.hand_meets_m_per_s),
             ("hand_reach_m", self.hand_reach_m),
         ] {
             non_negative(what, value)?;
@@ -131,17 +137,6 @@ impl BaseSafety {
         let most = self.person_m_per_s2;
         that(most >= 0.0, "person_m_per_s2", most, "at least 0")?;
         Ok(())
-    }
-
-    /// How far a hand comes in a time, s, at most, m.
-    #[must_use]
-    pub fn hand_comes_m(&self, time_s: f64) -> f64 {
-        let far_m = (self.person_m_per_s * time_s).max(self.hand_near_m);
-        // NaN passes.
-        match self.hand_m_per_s * time_s > far_m {
-            true => far_m,
-            false => self.hand_m_per_s * time_s,
-        }
     }
 
     /// May the base be in this state? Nothing is touched, and it stands before body or hands can reach it.
@@ -154,37 +149,43 @@ impl BaseSafety {
     #[must_use]
     pub fn left_m(&self, drive: &BaseDrive, state: &BaseState, around: &Surroundings<'_>) -> f64 {
         let piece_s = drive.stop_s(state) / PIECES as f64;
+        let states: [_; PIECES + 1] =
+            std::array::from_fn(|i| drive.braked(state, i as f64 * piece_s));
         let (fastest, turning) = drive.fastest(state);
         let braking = Braking {
-            poses: std::array::from_fn(|i| drive.braked(state, i as f64 * piece_s).pose()),
+            poses: states.map(|state| state.pose()),
             piece_s,
             latency_s: self.latency_s,
             fastest,
             turning,
         };
+        let reach_m = around.parts.iter().map(BasePart::reach_m);
+        let reach_m = reach_m.fold(0.0, f64::max);
+        // From the beginning of a piece on.
+        let is_slow = states.map(|state| {
+            let (v, turning) = drive.fastest(&state);
+            v[0].length().max(v[1].length()) + turning * reach_m <= self.hand_meets_m_per_s
+        });
         let of = |part: &BasePart, piece: usize| {
             let hand_m = |hand: &SeenHand, radius_m: f64| {
-                let apart_m = braking.apart_m(part, piece, hand.at_m, DVec2::ZERO);
                 // An age below zero is no age.
-                let age_s = if hand.age_s < 0.0 {
-                    f64::NAN
-                } else {
-                    hand.age_s
-                };
-                apart_m - self.hand_comes_m(braking.at_s(piece) + age_s) - radius_m
+                match hand.at_m.is_nan() || hand.age_s.is_nan() || hand.age_s < 0.0 {
+                    true => f64::NAN,
+                    false if is_slow[piece - 1] => f64::INFINITY,
+                    false => {
+                        let came_m = self.hand_m_per_s * (braking.at_s(piece) + hand.age_s);
+                        braking.apart_m(part, piece, hand.at_m, DVec2::ZERO) - came_m - radius_m
+                    }
+                }
             };
-            let seen = around
-                .hands
-                .iter()
-                .map(|hand| hand_m(hand, self.hand_radius_m));
+            let seen = around.hands.iter();
+            let seen = seen.map(|hand| hand_m(hand, self.hand_radius_m));
             let unseen = SeenHand {
                 at_m: around.person_m,
                 age_s: 0.0,
             };
-            let unseen = around
-                .hands
-                .is_empty()
-                .then(|| hand_m(&unseen, self.hand_reach_m));
+            let nothing = around.hands.is_empty();
+            let unseen = nothing.then(|| hand_m(&unseen, self.hand_reach_m));
             let body_m = self.left_to_body_m(&braking, part, piece, around);
             seen.chain(unseen).fold(body_m, least_m)
         };
@@ -235,7 +236,7 @@ impl Braking {
     /// Least distance of a part in a piece from a place that moves, m: a lower bound. It is at least the mean of that at both ends less what part and
     /// place cover, relative to each other, in half of the time.
     fn apart_m(&self, part: &BasePart, piece: usize, place_m: DVec2, v: DVec2) -> f64 {
-        let turns = self.turning * part.ends_m[0].length().max(part.ends_m[1].length());
+        let turns = self.turning * part.reach_m();
         let relative = self.fastest.map(|base| (base - v).length());
         let relative = relative[0].max(relative[1]).max(v.length());
         let away_m = |i: usize| part.distance_m(&self.poses[i], place_m + v * self.at_s(i));

@@ -29,6 +29,8 @@ const RESTS_M_PER_S: f64 = 1e-3;
 pub(super) const PERSON_M_PER_S2: f64 = 2.0;
 /// Error of the velocity measured over 0.1 s, m/s: it lags by 0.05 s, 0.1 m/s at that acceleration; 0.7 mm of noise make 0.03 m/s (3 sd).
 const VELOCITY_ERROR_M_PER_S: f64 = 0.13;
+/// A base this slow may be met by a hand, m/s: the closing speed of the board near a hand, in SAFETY.md.
+const HAND_MEETS_M_PER_S: f64 = 0.1;
 /// Instants of the braking at which a step is judged.
 const JUDGED: usize = 20;
 
@@ -68,9 +70,10 @@ pub(super) struct BaseRecord {
     /// Least margins beyond what body and hands can come until the base stands, m.
     pub(super) margin_m: f64,
     pub(super) hand_margin_m: f64,
-    /// Steps in motion with a negative margin, and while the board was touched.
+    /// Steps in motion with a negative margin, and while the board was touched; the largest speed in the latter, m/s.
     pub(super) too_near: u64,
     pub(super) moved_touched: u64,
+    pub(super) touched_m_per_s: f64,
 }
 
 /// The base, and the pose of the corridor in the hall.
@@ -99,6 +102,7 @@ impl MovingBase {
             safety: BaseSafety {
                 person_m_per_s2: PERSON_M_PER_S2,
                 velocity_error_m_per_s: VELOCITY_ERROR_M_PER_S,
+                hand_meets_m_per_s: HAND_MEETS_M_PER_S,
                 ..BaseSafety::default()
             },
             goal: None,
@@ -120,6 +124,7 @@ impl MovingBase {
                 hand_margin_m: f64::INFINITY,
                 too_near: 0,
                 moved_touched: 0,
+                touched_m_per_s: 0.0,
             },
         })
     }
@@ -128,6 +133,13 @@ impl MovingBase {
     fn place(&self) -> BasePose {
         let here = self.drive.state().pose();
         here.seen_from(&self.hall_from_corridor)
+    }
+
+    /// Where it stops if it brakes now, in the frame of the corridor.
+    pub(super) fn stops_at(&self) -> BasePose {
+        let state = self.drive.state();
+        let stopped = self.drive.braked(state, self.drive.stop_s(state));
+        stopped.pose().seen_from(&self.hall_from_corridor)
     }
 
     /// The world as the session is to see it.
@@ -265,7 +277,10 @@ impl MovingBase {
         record.margin_m = record.margin_m.min(margin_m);
         record.hand_margin_m = record.hand_margin_m.min(hand_margin_m);
         record.too_near += u64::from(margin_m.min(hand_margin_m) < 0.0);
-        record.moved_touched += u64::from(around.touched);
+        if around.touched {
+            record.moved_touched += 1;
+            record.touched_m_per_s = record.touched_m_per_s.max(speed);
+        }
         if gap_m < record.closest_m {
             record.closest_m = gap_m;
             record.asked_m = self.safety.person_m_per_s * self.drive.stop_s(&state);
@@ -277,16 +292,23 @@ impl MovingBase {
     fn margins_m(&self, state: &BaseState, parts: &[BasePart], truth: &Truth) -> [f64; 2] {
         let safety = &self.safety;
         let stop_s = self.drive.stop_s(state);
+        let ends = parts.iter().flat_map(|part| part.ends_m);
+        let reach_m = ends.map(DVec2::length).fold(0.0, f64::max);
         let at = |i: usize| {
             let t_s = stop_s * i as f64 / JUDGED as f64;
-            let pose = self.drive.braked(state, t_s).pose();
+            let state = self.drive.braked(state, t_s);
+            let pose = state.pose();
+            let speed = state.velocity_m_per_s().length() + reach_m * state.turning()[0].abs();
             let away_m = |m: DVec2| nearest_m(parts, &pose, m);
             let onwards_m = truth.person_m + truth.person_m_per_s * t_s;
             let faster_m = 0.5 * PERSON_M_PER_S2 * t_s.powi(2);
             let accelerates_m = away_m(onwards_m) - faster_m;
             let runs_m = away_m(truth.person_m) - safety.person_m_per_s * t_s;
             let hands = truth.hands_m.iter().map(|m| away_m(*m));
-            let hand_m = hands.fold(f64::INFINITY, f64::min) - safety.hand_comes_m(t_s);
+            let hand_m = match speed <= safety.hand_meets_m_per_s {
+                true => f64::INFINITY,
+                false => hands.fold(f64::INFINITY, f64::min) - safety.hand_m_per_s * t_s,
+            };
             [
                 accelerates_m.max(runs_m) - safety.person_radius_m,
                 hand_m - safety.hand_radius_m,

@@ -113,6 +113,7 @@ pub(super) fn json(hall: &Hall, walks: &[Walked]) -> anyhow::Result<String> {
                 "least_hand_margin_m": finite(base.hand_margin_m),
                 "steps_below_distance": base.too_near,
                 "steps_moved_touched": base.moved_touched,
+                "touched_most_m_per_s": base.touched_m_per_s,
                 "duration_s": walk.duration_s,
                 "before_doors_s": walk.waited_s,
             },

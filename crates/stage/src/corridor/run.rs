@@ -117,6 +117,8 @@ struct Rig<'a> {
     kind: BaseKind,
     walker: Walker<'a>,
     session: Session<Predictors>,
+    /// Predicts touches and leads no arm.
+    foresight: Session<Predictors>,
     room: usize,
     arm: SimulatedArm,
     finger: Finger,
@@ -144,6 +146,7 @@ impl<'a> Rig<'a> {
             base: MovingBase::new(walker.visit())?,
             walker,
             session,
+            foresight: corridor.session(0)?,
             room: 0,
             arm,
             finger: Finger::new(corridor.arm.board()),
@@ -195,6 +198,7 @@ impl<'a> Rig<'a> {
         if room != self.room {
             self.room = room;
             self.session = self.corridor.session(room)?;
+            self.foresight = self.corridor.session(room)?;
             self.belief.forget();
             self.base.forget_goal();
         }
@@ -216,19 +220,34 @@ impl<'a> Rig<'a> {
             self.base.turn_avatar(&body, TRACKER_S)?;
         }
         let base_from_world = self.base.base_from_corridor()?;
-        self.session.world(&WorldPose {
+        let world = WorldPose {
             t_s,
             base_from_world,
-        })?;
+        };
         // A session takes a hand that is carried along for one that reaches.
         let walks = self.belief.walks(&frame);
-        let told = if walks { without_hand(frame) } else { frame };
-        self.session.frame(&told.transformed(&base_from_world));
+        let seen = if walks { without_hand(frame) } else { frame };
+        self.foresight.world(&world)?;
+        self.foresight.frame(&seen.transformed(&base_from_world));
         {
-            let perception = self.session.perception();
+            let perception = self.foresight.perception();
             let ranked = perception.predictor().ranked();
             self.belief.see(&frame, walks, ranked, room)?;
         }
+        // The arm waits behind the wall until it can reach, from where the base stops, what is expected: so the base may drive faster beside a hand.
+        let likeliest = self.belief.likeliest(&room.inversion);
+        let base = self.base.stops_at().floor_from_base()?;
+        let serves = match likeliest {
+            Some((point_m, normal)) => {
+                let point_m = base.inverse_transform_point(point_m);
+                let normal = base.inverse_transform_vector(normal);
+                self.corridor.arm.unreachable(point_m, normal)?.is_none()
+            }
+            None => true,
+        };
+        let told = if serves { seen } else { without_hand(seen) };
+        self.session.world(&world)?;
+        self.session.frame(&told.transformed(&base_from_world));
         if t_s >= self.next_choice_s {
             self.next_choice_s += CHOICE_S;
             let hypotheses = self.belief.hypotheses(&room.inversion, body.at_m);

@@ -12,10 +12,10 @@ use std::f64::consts::{PI, TAU};
 
 /// A natural walk: speed, m/s, acceleration, m/s², and jerk, m/s³. Speed: [Bohannon 1997] has 1.3 to 1.46 for comfortable walking in the open; the
 /// others are assumptions.
-const WALK: [f64; 3] = [1.2, 1.2, 6.0];
+pub(super) const WALK: [f64; 3] = [1.2, 1.2, 6.0];
 /// The body turns towards the way, and from it, within this time, s; a corner of the way is
 /// rounded within this distance before and behind it, m: at 1.2 m/s a right angle then takes 1.7 m/s².
-const TURN_S: f64 = 1.2;
+pub(super) const TURN_S: f64 = 1.2;
 const TURN_M: f64 = 0.6;
 /// Ways through a door pass its middle this far beyond the wall, m.
 const PAST_DOOR_M: f64 = 0.4;
