@@ -90,17 +90,7 @@ pub fn run(
         person: request.person,
         seed: request.seed,
     };
-    let shares = Mutex::new(([0.0; BaseKind::ALL.len()], progress));
-    let walks = parallel::map(BaseKind::ALL.len(), |i| {
-        corridor.walk(BaseKind::ALL[i], |share| {
-            if let Ok(mut all) = shares.lock() {
-                all.0[i] = share;
-                let done = all.0.iter().sum::<f64>() / BaseKind::ALL.len() as f64;
-                (all.1)(done);
-            }
-        })
-    });
-    let walks = walks.into_iter().collect::<anyhow::Result<Vec<_>>>()?;
+    let walks = walks(&corridor, progress)?;
     let table = report::table(&walks);
     note(report::inverted(&hall));
     writeln!(out, "{table}")?;
@@ -119,4 +109,22 @@ pub fn run(
         request.out.display()
     )?;
     Ok(())
+}
+
+/// One walk for each kind of base, in their order.
+fn walks(
+    corridor: &Corridor<'_>,
+    progress: impl FnMut(f64) + Send,
+) -> anyhow::Result<Vec<run::Walked>> {
+    let shares = Mutex::new(([0.0; BaseKind::ALL.len()], progress));
+    let walks = parallel::map(BaseKind::ALL.len(), |i| {
+        corridor.walk(BaseKind::ALL[i], |share| {
+            if let Ok(mut all) = shares.lock() {
+                all.0[i] = share;
+                let done = all.0.iter().sum::<f64>() / BaseKind::ALL.len() as f64;
+                (all.1)(done);
+            }
+        })
+    });
+    walks.into_iter().collect()
 }
