@@ -14,6 +14,7 @@ use crate::person::predictors::{Predictors, TrainingPeople};
 use crate::person::responses::Scenery;
 use crate::run::simulated_arm::{ArmLevel, Finger, SimulatedArm};
 use crate::run::stage::SessionSettings;
+use anyhow::Context;
 use glam::{DVec2, DVec3};
 use hwall::haptics::Arm;
 use hwall::{Session, WorldPose};
@@ -289,7 +290,7 @@ impl<'a> Rig<'a> {
     fn truth(&self, t_s: f64) -> anyhow::Result<Truth> {
         let head_m = |t_s: f64| {
             let head_m = self.walker.truth(t_s)?.head_m;
-            anyhow::Ok(head_m.unwrap_or(DVec3::NAN).truncate())
+            anyhow::Ok(head_m.context("a walker without a head")?.truncate())
         };
         let moved_m = head_m(t_s + DIFFERENCE_S)? - head_m(t_s - DIFFERENCE_S)?;
         let hands = self.walker.truth(t_s)?.points();
