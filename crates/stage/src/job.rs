@@ -218,6 +218,8 @@ fn in_corridor(options: &JobOptions, kind: BaseKind) -> anyhow::Result<CorridorR
         ("--mcap", options.mcap.is_some()),
         ("--arm-level torque", options.arm_level != ArmLevel::Servo),
         ("--adapt off", options.adapt == Adapt::Off),
+        ("--plain", options.plain),
+        ("--period-ms", options.period_ms != 1.0),
     ] {
         let name = kind.name();
         ensure!(
@@ -251,12 +253,37 @@ mod tests {
                 "commanded by positions",
             ),
             ("--fri-bursts 0.02 --period-ms 2.5", "whole milliseconds"),
+            ("--period-ms 21", "--period-ms must lie in"),
         ] {
             // No work is done: the scene does not exist.
             let words = words.split(' ').chain(["--scene", "nowhere.obj"]);
             let job = JobOptions::parse_from([""].into_iter().chain(words));
             let refused = run(&job, &mut Vec::new(), |_| {}).unwrap_err();
             assert!(format!("{refused:#}").contains(why), "{refused:#}");
+        }
+        for flags in [
+            "--scene nowhere.obj",
+            "--hand nowhere.csv",
+            "--place none",
+            "--hand-origin 0,0,0,0",
+            "--fri-bursts 0.02",
+            "--explain",
+            "--glb",
+            "--mcap nowhere.mcap",
+            "--arm-level torque",
+            "--adapt off",
+            "--plain",
+            "--period-ms 2",
+            "--period-ms nan",
+        ] {
+            let words = ["", "--base", "drives"].into_iter();
+            let job = JobOptions::parse_from(words.chain(flags.split(' ')));
+            let refused = run(&job, &mut Vec::new(), |_| {}).unwrap_err().to_string();
+            let flag = flags.split(' ').next().unwrap();
+            assert!(
+                refused.contains(&format!("drives excludes {flag}")),
+                "{refused}"
+            );
         }
         for (words, why) in [
             ("--fri-bursts -0.1", "--fri-bursts"),

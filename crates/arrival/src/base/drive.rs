@@ -4,6 +4,7 @@ use crate::error::ArrivalError;
 use glam::{DMat2, DVec2, DVec3};
 use hwall_geometry::Pose;
 use hwall_motion::{JointBounds, JointPoint, MotionError};
+use hwall_numeric::check::{all_finite, non_negative};
 use std::f64::consts::{PI, TAU};
 
 /// Limits of a holonomic base. The defaults of speed and acceleration are those of the study in docs/ENVIRONMENTS.md; the others are assumptions.
@@ -47,10 +48,11 @@ pub struct BasePose {
 
 impl BasePose {
     /// `floor_from_base`, with the base at height zero.
-    #[must_use]
-    pub fn floor_from_base(&self) -> Pose {
-        // A state is finite, see `BaseDrive::new`.
-        Pose::from_yaw(self.yaw_rad, self.at_m.extend(0.0)).unwrap_or(Pose::IDENTITY)
+    ///
+    /// # Errors
+    /// NaN or infinity.
+    pub fn floor_from_base(&self) -> Result<Pose, ArrivalError> {
+        Ok(Pose::from_yaw(self.yaw_rad, self.at_m.extend(0.0))?)
     }
 
     /// A point of the base frame on the floor, m.
@@ -157,7 +159,7 @@ impl BaseDrive {
     /// # Errors
     /// A limit outside 1e-9 to 1e12, or a start that is not finite.
     pub fn new(limits: BaseLimits, start: BasePose) -> Result<Self, ArrivalError> {
-        hwall_numeric::check::all_finite(
+        all_finite(
             "start of the base",
             &[start.at_m.x, start.at_m.y, start.yaw_rad],
         )?;
@@ -240,7 +242,15 @@ impl BaseDrive {
     }
 
     /// Moves on by a time, s. `may` is asked about the state that this leads to; if it refuses, the base brakes instead.
-    pub fn step(&mut self, dt_s: f64, may: impl FnOnce(&Self, &BaseState) -> bool) {
+    ///
+    /// # Errors
+    /// A time that is NaN, infinite or below zero; the state is then as it was.
+    pub fn step(
+        &mut self,
+        dt_s: f64,
+        may: impl FnOnce(&Self, &BaseState) -> bool,
+    ) -> Result<(), ArrivalError> {
+        non_negative("step of the base", dt_s)?;
         let goes_on = self.advanced(dt_s);
         let refused = !goes_on.is_at_rest() && !may(self, &goes_on);
         self.state = if refused {
@@ -248,6 +258,7 @@ impl BaseDrive {
         } else {
             goes_on
         };
+        Ok(())
     }
 
     /// A state some time later under full braking.

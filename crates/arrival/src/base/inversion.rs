@@ -17,7 +17,7 @@ pub struct BaseInversionConfig {
     pub behind: Steps,
     /// Distance between base poses along a wall, m; default 0.15.
     pub along_m: f64,
-    /// Side of the cells of a wall, m; default 0.1.
+    /// Largest width of the columns of cells of a wall, m; default 0.1. All columns of a wall have the same width.
     pub cell_m: f64,
     /// Heights of the cells above the base, m; default -0.2 to 1 in steps of 0.1.
     pub heights: Steps,
@@ -52,8 +52,18 @@ struct Wall {
     span_m: Interval,
     heights: Interval,
     columns: usize,
+    /// Width of a column, m: at most the side of a cell.
+    column_m: f64,
     /// The first of its cells, column by column.
     first: usize,
+}
+
+impl Wall {
+    /// The middle of a column, at height zero, m.
+    fn foot_m(&self, column: usize) -> DVec3 {
+        let s_m = self.span_m.lo_m + (column as f64 + 0.5) * self.column_m;
+        self.plane.normal() * self.plane.distance_m() + self.plane.along() * s_m
+    }
 }
 
 /// The base poses that serve each cell of a room's walls.
@@ -121,6 +131,7 @@ impl BaseInversion {
                 span_m: Interval::new(lo, hi),
                 heights: facet.heights,
                 columns,
+                column_m: width_m / columns as f64,
                 first: cells,
             });
             cells += columns * config.heights.count();
@@ -154,8 +165,7 @@ impl BaseInversion {
     /// The bases that serve each cell of a column, from below.
     fn of_column(&self, map: &ReachabilityMap, (wall, column): (usize, usize)) -> Vec<Vec<u32>> {
         let of = &self.walls[wall];
-        let s_m = of.span_m.lo_m + (column as f64 + 0.5) * self.config.cell_m;
-        let foot_m = of.plane.normal() * of.plane.distance_m() + of.plane.along() * s_m;
+        let foot_m = of.foot_m(column);
         let mut found = vec![Vec::new(); self.config.heights.count()];
         for (index, base) in self.bases.iter().enumerate() {
             let Some((distance_m, aside_m)) = relative(base, foot_m.truncate(), &of.plane) else {
@@ -210,13 +220,11 @@ impl BaseInversion {
             (cell - wall.first) / self.config.heights.count(),
             (cell - wall.first) % self.config.heights.count(),
         );
-        let s_m = wall.span_m.lo_m + (column as f64 + 0.5) * self.config.cell_m;
-        let foot_m = wall.plane.normal() * wall.plane.distance_m() + wall.plane.along() * s_m;
-        let middle_m = foot_m.with_z(self.config.heights.at(height));
+        let middle_m = wall.foot_m(column).with_z(self.config.heights.at(height));
         (column < wall.columns).then_some((middle_m, wall.plane.normal()))
     }
 
-    /// The cell of a place.
+    /// The cell of a place; `None` on none of the walls, and more than half a step above or below all heights.
     #[must_use]
     pub fn cell(&self, point_m: DVec3, normal: DVec3) -> Option<usize> {
         const ON_WALL_M: f64 = 0.02;
@@ -230,11 +238,9 @@ impl BaseInversion {
                 && wall.heights.contains(point_m.z)
         })?;
         let s_m = wall.plane.along().dot(point_m) - wall.span_m.lo_m;
-        let column = ((s_m / self.config.cell_m) as usize).min(wall.columns - 1);
-        let heights = &self.config.heights;
-        let off_m = |height: &usize| (heights.at(*height) - point_m.z).abs();
-        let height = (0..heights.count()).min_by(|a, b| off_m(a).total_cmp(&off_m(b)))?;
-        Some(wall.first + column * heights.count() + height)
+        let column = ((s_m / wall.column_m) as usize).min(wall.columns - 1);
+        let height = self.config.heights.nearest(point_m.z)?;
+        Some(wall.first + column * self.config.heights.count() + height)
     }
 }
 

@@ -9,5 +9,5 @@ mod route;
 pub use choice::{BaseChoiceConfig, BaseChooser, BaseHypothesis};
 pub use drive::{BaseDrive, BaseLimits, BasePose, BaseState};
 pub use inversion::{BaseInversion, BaseInversionConfig};
-pub use person::{BasePart, BaseSafety, Surroundings};
+pub use person::{BasePart, BaseSafety, SeenHand, Surroundings};
 pub use route::{KeepOutArea, route};

@@ -2,21 +2,22 @@
 
 use super::drive::{BaseDrive, BasePose, BaseState};
 use crate::error::ArrivalError;
-use glam::{DVec2, DVec3};
-use hwall_numeric::check::non_negative;
+use glam::DVec2;
+use hwall_numeric::check::{non_negative, that};
 
 /// How a moving base keeps away from a person, by the rule of `hwall_haptics::body::SeparationConfig`: while it reacts and brakes, it is always
-/// farther from the person than the person can come by then.
+/// farther from body and hands than they can come by then.
 ///
-/// A person can come as far as the measured velocity, a bound on the acceleration and a bound on the speed allow: [ISO/TS 15066], 5.5.4.2.3, has a
-/// person whose speed is measured keep it, changed in the way that shortens the distance most.
+/// The body can come as far as the measured velocity, a bound on the acceleration and a bound on the speed allow: [ISO/TS 15066], 5.5.4.2.3, has a
+/// person whose speed is measured keep it, changed in the way that shortens the distance most. A hand comes at its largest speed at once.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BaseSafety {
     /// Largest speed of a person, m/s; default 1.6, that of [ISO 13855] for walking.
     pub person_m_per_s: f64,
-    /// Largest acceleration of a person, m/s²; default 2: people who start to walk reach 1 to 1.5 m/s in about 1 s.
+    /// Largest acceleration of a person, m/s²; default infinity: anybody may come at the largest speed at once, as in [ISO 13855], and the measured
+    /// velocity does not count.
     pub person_m_per_s2: f64,
-    /// Error of the measured velocity, m/s; default 0.1: the mean over 0.1 s at 2 m/s².
+    /// Error of the measured velocity, m/s; default 0. It counts with a bound on the acceleration only.
     pub velocity_error_m_per_s: f64,
     /// Radius of an upright cylinder around the person's head that holds the body without the arms, m; default 0.25.
     pub person_radius_m: f64,
@@ -24,24 +25,30 @@ pub struct BaseSafety {
     pub latency_s: f64,
     /// Distance left between the person and the stopped base, m; default 0.02, as for the arm.
     pub clearance_m: f64,
-    /// Speed of a hand, m/s; default 1.6: reaches of plain people peak at about 1 m/s.
+    /// Speed of a hand, m/s; default 2, that of [ISO 13855].
     pub hand_m_per_s: f64,
-    /// The base stands while a hand is closer than this to the middle of the board, m, plus what the hand covers until it stands; default 0.15: half a
-    /// diagonal of the board and 1 cm.
-    pub hand_m: f64,
+    /// Radius of an upright cylinder around a tracked point of the hand that holds what is not tracked of it, m; default 0.05: half the breadth of a
+    /// palm.
+    pub hand_radius_m: f64,
+    /// A base whose parts are no faster than this counts as standing for hands, m/s; default 0.
+    pub hand_meets_m_per_s: f64,
+    /// A hand that was never seen may be this far from the person's head from above, m; default 0.85, the length of an arm in [ISO 13855].
+    pub hand_reach_m: f64,
 }
 
 impl Default for BaseSafety {
     fn default() -> Self {
         Self {
             person_m_per_s: 1.6,
-            person_m_per_s2: 2.0,
-            velocity_error_m_per_s: 0.1,
+            person_m_per_s2: f64::INFINITY,
+            velocity_error_m_per_s: 0.0,
             person_radius_m: 0.25,
             latency_s: 0.045,
             clearance_m: 0.02,
-            hand_m_per_s: 1.6,
-            hand_m: 0.15,
+            hand_m_per_s: 2.0,
+            hand_radius_m: 0.05,
+            hand_meets_m_per_s: 0.0,
+            hand_reach_m: 0.85,
         }
     }
 }
@@ -56,6 +63,12 @@ pub struct BasePart {
 }
 
 impl BasePart {
+    /// Distance of its line's farther end from the axis of the base, m.
+    fn reach_m(&self) -> f64 {
+        let [a_m, b_m] = self.ends_m.map(DVec2::length);
+        a_m.max(b_m)
+    }
+
     /// Distance of a place from this part of a base at a pose, m; negative inside.
     #[must_use]
     pub fn distance_m(&self, base: &BasePose, place_m: DVec2) -> f64 {
@@ -66,6 +79,15 @@ impl BasePart {
     }
 }
 
+/// A point of a hand where it was last seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SeenHand {
+    /// From above, floor frame, m.
+    pub at_m: DVec2,
+    /// Time since then, s. The older, the further the hand may have come.
+    pub age_s: f64,
+}
+
 /// What the base knows of person and arm.
 #[derive(Debug, Clone, Copy)]
 pub struct Surroundings<'a> {
@@ -73,10 +95,8 @@ pub struct Surroundings<'a> {
     pub person_m: DVec2,
     /// Its measured velocity, m/s; NaN if unknown: then it may have the largest speed in any direction.
     pub person_m_per_s: DVec2,
-    /// Hands, floor frame with z up from the base, m.
-    pub hands_m: &'a [DVec3],
-    /// The middle of the board, base frame, m.
-    pub board_m: DVec3,
+    /// Points of the hands, also those that are not seen any more. Without any, a hand may be anywhere within reach of the person.
+    pub hands: &'a [SeenHand],
     /// Is the board touched?
     pub touched: bool,
     /// The parts of the robot, base frame.
@@ -86,79 +106,141 @@ pub struct Surroundings<'a> {
 /// Intervals of the braking time.
 const PIECES: usize = 10;
 
+/// A base that brakes from a state: its poses at equal intervals, and bounds on its motion.
+struct Braking {
+    poses: [BasePose; PIECES + 1],
+    piece_s: f64,
+    latency_s: f64,
+    fastest: [DVec2; 2],
+    turning: f64,
+}
+
 impl BaseSafety {
     /// Rejects settings below zero.
     ///
     /// # Errors
-    /// The first setting outside its range; NaN is outside every range.
+    /// The first setting outside its range; NaN is outside every range. Only the acceleration may be infinite.
     pub fn validate(&self) -> Result<(), ArrivalError> {
         for (what, value) in [
             ("person_m_per_s", self.person_m_per_s),
-            ("person_m_per_s2", self.person_m_per_s2),
             ("velocity_error_m_per_s", self.velocity_error_m_per_s),
             ("person_radius_m", self.person_radius_m),
             ("latency_s", self.latency_s),
             ("clearance_m", self.clearance_m),
             ("hand_m_per_s", self.hand_m_per_s),
-            ("hand_m", self.hand_m),
+            ("hand_radius_m", self.hand_radius_m),
+            ("hand_meets_m_per_s", self.hand_meets_m_per_s),
+            ("hand_reach_m", self.hand_reach_m),
         ] {
             non_negative(what, value)?;
         }
+        let most = self.person_m_per_s2;
+        that(most >= 0.0, "person_m_per_s2", most, "at least 0")?;
         Ok(())
     }
 
-    /// May the base be in this state? Nothing is touched, no hand is near the board, and it stands before the person can reach it.
+    /// May the base be in this state? Nothing is touched, and it stands before body or hands can reach it.
     #[must_use]
     pub fn allows(&self, drive: &BaseDrive, state: &BaseState, around: &Surroundings<'_>) -> bool {
-        let stop_s = self.latency_s + drive.stop_s(state);
-        let board_m = state
-            .pose()
-            .floor_from_base()
-            .transform_point(around.board_m);
-        let hand_m = self.hand_m + self.hand_m_per_s * stop_s;
-        let clear = |hand: &DVec3| hand.distance(board_m) >= hand_m;
-        !around.touched
-            && around.hands_m.iter().all(clear)
-            && self.left_m(drive, state, around) >= 0.0
+        !around.touched && self.left_m(drive, state, around) >= 0.0
     }
 
-    /// Least distance that is left to the person beyond the required one while the base reacts and brakes, m: a lower bound. NaN for NaN.
-    ///
-    /// The person is within two discs: around the present place, growing at the largest speed; and around the place that the measured velocity leads
-    /// to, growing as acceleration and error of measurement allow. The farther one counts. Between two instants a part is at least as far from the
-    /// middle of a disc as their mean distance less what they cover, relative to each other, in half of the time.
+    /// Least distance that is left to body and hands beyond the required one while the base reacts and brakes, m: a lower bound. NaN for NaN.
     #[must_use]
     pub fn left_m(&self, drive: &BaseDrive, state: &BaseState, around: &Surroundings<'_>) -> f64 {
         let piece_s = drive.stop_s(state) / PIECES as f64;
-        let (fastest, rate) = drive.fastest(state);
-        let poses: [_; PIECES + 1] =
-            std::array::from_fn(|i| drive.braked(state, i as f64 * piece_s).pose());
-        let v = around.person_m_per_s;
-        let most = self.person_m_per_s.max(v.length());
-        // The reaction counts with the first piece.
-        let at_s = |i: usize| i as f64 * piece_s + if i == 0 { 0.0 } else { self.latency_s };
-        let mut least_m = f64::INFINITY;
-        for part in around.parts {
-            let turns = rate * part.ends_m[0].length().max(part.ends_m[1].length());
-            let apart_m = |piece: usize, v: DVec2| {
-                let relative = fastest.map(|base| (base - v).length());
-                let relative = relative[0].max(relative[1]).max(v.length());
-                let away_m = |i: usize| part.distance_m(&poses[i], around.person_m + v * at_s(i));
-                0.5 * (away_m(piece - 1) + away_m(piece)
-                    - (at_s(piece) - at_s(piece - 1)) * (relative + turns))
-            };
-            for piece in 1..=PIECES {
-                let t_s = at_s(piece);
-                let anywhere_m = apart_m(piece, DVec2::ZERO) - most * t_s;
-                let spread = self.velocity_error_m_per_s + 0.5 * self.person_m_per_s2 * t_s;
-                let onwards_m = apart_m(piece, v) - spread * t_s;
-                let left_m = anywhere_m.max(onwards_m) - self.person_radius_m - self.clearance_m;
-                // NaN is the least.
-                if left_m.is_nan() || left_m < least_m {
-                    least_m = left_m;
+        let states: [_; PIECES + 1] =
+            std::array::from_fn(|i| drive.braked(state, i as f64 * piece_s));
+        let (fastest, turning) = drive.fastest(state);
+        let braking = Braking {
+            poses: states.map(|state| state.pose()),
+            piece_s,
+            latency_s: self.latency_s,
+            fastest,
+            turning,
+        };
+        let reach_m = around.parts.iter().map(BasePart::reach_m);
+        let reach_m = reach_m.fold(0.0, f64::max);
+        // From the beginning of a piece on.
+        let is_slow = states.map(|state| {
+            let (v, turning) = drive.fastest(&state);
+            v[0].length().max(v[1].length()) + turning * reach_m <= self.hand_meets_m_per_s
+        });
+        let of = |part: &BasePart, piece: usize| {
+            let hand_m = |hand: &SeenHand, radius_m: f64| {
+                // An age below zero is no age.
+                match hand.at_m.is_nan() || hand.age_s.is_nan() || hand.age_s < 0.0 {
+                    true => f64::NAN,
+                    false if is_slow[piece - 1] => f64::INFINITY,
+                    false => {
+                        let came_m = self.hand_m_per_s * (braking.at_s(piece) + hand.age_s);
+                        braking.apart_m(part, piece, hand.at_m, DVec2::ZERO) - came_m - radius_m
+                    }
                 }
-            }
+            };
+            let seen = around.hands.iter();
+            let seen = seen.map(|hand| hand_m(hand, self.hand_radius_m));
+            let unseen = SeenHand {
+                at_m: around.person_m,
+                age_s: 0.0,
+            };
+            let nothing = around.hands.is_empty();
+            let unseen = nothing.then(|| hand_m(&unseen, self.hand_reach_m));
+            let body_m = self.left_to_body_m(&braking, part, piece, around);
+            seen.chain(unseen).fold(body_m, least_m)
+        };
+        let pieces = |part| (1..=PIECES).map(move |piece| (part, piece));
+        let left = around.parts.iter().flat_map(pieces);
+        let left = left.map(|(part, piece)| of(part, piece));
+        left.fold(f64::INFINITY, least_m) - self.clearance_m
+    }
+
+    /// What is left between a part and the body in a piece, m.
+    ///
+    /// The body is within two discs: around its place, growing at the largest speed; and around the place that its velocity leads to, growing as
+    /// acceleration and error of measurement allow. The farther one counts.
+    fn left_to_body_m(
+        &self,
+        braking: &Braking,
+        part: &BasePart,
+        piece: usize,
+        around: &Surroundings<'_>,
+    ) -> f64 {
+        let (t_s, v) = (braking.at_s(piece), around.person_m_per_s);
+        let most = self.person_m_per_s.max(v.length());
+        let spread = self.velocity_error_m_per_s + 0.5 * self.person_m_per_s2 * t_s;
+        let apart_m = |v| braking.apart_m(part, piece, around.person_m, v);
+        let anywhere_m = apart_m(DVec2::ZERO) - most * t_s;
+        // An unknown velocity does not count.
+        anywhere_m.max(apart_m(v) - spread * t_s) - self.person_radius_m
+    }
+}
+
+/// NaN is the least.
+fn least_m(a_m: f64, b_m: f64) -> f64 {
+    match a_m.is_nan() || a_m < b_m {
+        true => a_m,
+        false => b_m,
+    }
+}
+
+impl Braking {
+    /// End of a piece, s. The reaction counts with the first piece.
+    fn at_s(&self, piece: usize) -> f64 {
+        match piece {
+            0 => 0.0,
+            _ => piece as f64 * self.piece_s + self.latency_s,
         }
-        least_m
+    }
+
+    /// Least distance of a part in a piece from a place that moves, m: a lower bound. It is at least the mean of that at both ends less what part and
+    /// place cover, relative to each other, in half of the time.
+    fn apart_m(&self, part: &BasePart, piece: usize, place_m: DVec2, v: DVec2) -> f64 {
+        let turns = self.turning * part.reach_m();
+        let relative = self.fastest.map(|base| (base - v).length());
+        let relative = relative[0].max(relative[1]).max(v.length());
+        let away_m = |i: usize| part.distance_m(&self.poses[i], place_m + v * self.at_s(i));
+        let time_s = self.at_s(piece) - self.at_s(piece - 1);
+        0.5 * (away_m(piece - 1) + away_m(piece) - time_s * (relative + turns))
     }
 }

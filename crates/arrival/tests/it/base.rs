@@ -3,7 +3,8 @@
 use glam::{DVec2, DVec3, dvec2};
 use hwall_arrival::base::{
     BaseChoiceConfig, BaseChooser, BaseDrive, BaseHypothesis, BaseInversion, BaseInversionConfig,
-    BaseLimits, BasePart, BasePose, BaseSafety, BaseState, KeepOutArea, Surroundings, route,
+    BaseLimits, BasePart, BasePose, BaseSafety, BaseState, KeepOutArea, SeenHand, Surroundings,
+    route,
 };
 use hwall_arrival::reachability::{Interval, WallFacet, WallPlane};
 use hwall_kinematics::SrsArm;
@@ -58,7 +59,8 @@ fn the_base_keeps_its_limits_and_arrives() {
         let refuses = sampler.bool();
         for step in 0..steps {
             let before = *drive.state();
-            drive.step(DT_S, |_, _| !(refuses && step % 1000 < 200));
+            let may = |_: &BaseDrive, _: &BaseState| !(refuses && step % 1000 < 200);
+            drive.step(DT_S, may).unwrap();
             check_limits(&limits, &before, drive.state());
         }
         if steps == 20_000 {
@@ -79,11 +81,11 @@ fn a_refused_base_brakes_on_its_line_and_stands() {
     let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
     drive.set_route(&[dvec2(3.0, 4.0)], 1.0);
     for _ in 0..400 {
-        drive.step(DT_S, |_, _| true);
+        drive.step(DT_S, |_, _| true).unwrap();
     }
     let (stop_s, stopping_m) = (drive.stop_s(drive.state()), drive.stopping_m());
     for _ in 0..(stop_s / DT_S) as usize + 2 {
-        drive.step(DT_S, |_, _| false);
+        drive.step(DT_S, |_, _| false).unwrap();
         assert!(drive.state().pose().at_m.perp_dot(dvec2(3.0, 4.0)).abs() < 1e-9);
     }
     assert!(drive.state().is_at_rest() && drive.state().pose().at_m.distance(stopping_m) < 1e-9);
@@ -94,13 +96,14 @@ fn a_base_seen_from_elsewhere_moves_alike() {
     let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
     drive.set_route(&[dvec2(2.0, -1.0)], -2.0);
     for _ in 0..300 {
-        drive.step(DT_S, |_, _| true);
+        drive.step(DT_S, |_, _| true).unwrap();
     }
     let frame = BasePose {
         at_m: dvec2(-3.0, 7.0),
         yaw_rad: 2.2,
     }
-    .floor_from_base();
+    .floor_from_base()
+    .unwrap();
     let there = drive.seen_from(&frame);
     let (a, b) = (there.state().pose().placed(&frame), drive.state().pose());
     assert!(a.at_m.distance(b.at_m) < 1e-12 && (a.yaw_rad - b.yaw_rad).abs() < 1e-12);
@@ -117,20 +120,38 @@ fn robot() -> [BasePart; 2] {
     .map(|(ends_m, radius_m)| BasePart { ends_m, radius_m })
 }
 
-fn around<'a>(
-    person_m: DVec2,
-    person_m_per_s: DVec2,
-    hands_m: &'a [DVec3],
-    touched: bool,
-    parts: &'a [BasePart],
-) -> Surroundings<'a> {
+/// Somebody whose hand is far away.
+fn around(person_m: DVec2, person_m_per_s: DVec2, parts: &[BasePart]) -> Surroundings<'_> {
     Surroundings {
         person_m,
         person_m_per_s,
-        hands_m,
-        board_m: DVec3::new(0.45, 0.0, 0.5),
-        touched,
+        hands: &FAR,
+        touched: false,
         parts,
+    }
+}
+
+const FAR: [SeenHand; 1] = [SeenHand {
+    at_m: dvec2(-1e6, 0.0),
+    age_s: 0.0,
+}];
+
+/// A bound on the acceleration, and the error of a velocity that is the mean over 0.1 s.
+fn measured() -> BaseSafety {
+    BaseSafety {
+        person_m_per_s2: 2.0,
+        velocity_error_m_per_s: 0.1,
+        ..BaseSafety::default()
+    }
+}
+
+/// Without reserves.
+fn bare(safety: &BaseSafety) -> BaseSafety {
+    BaseSafety {
+        latency_s: 0.0,
+        clearance_m: 0.0,
+        velocity_error_m_per_s: 0.0,
+        ..*safety
     }
 }
 
@@ -138,13 +159,8 @@ fn around<'a>(
 #[test]
 fn the_base_stands_before_anybody_reaches_it() {
     const LAG: usize = 25;
-    let (safety, parts) = (BaseSafety::default(), robot());
-    let bare = BaseSafety {
-        latency_s: 0.0,
-        clearance_m: 0.0,
-        velocity_error_m_per_s: 0.0,
-        ..safety
-    };
+    let (safety, parts) = (measured(), robot());
+    let bare = bare(&safety);
     let (mut moved, mut least_m) = (0, f64::INFINITY);
     for seed in 0..40 {
         let mut sampler = Sampler::new(seed);
@@ -173,11 +189,12 @@ fn the_base_stands_before_anybody_reaches_it() {
             } else {
                 (person_m - been_m[step + 1 - lag]) / (lag as f64 * DT_S)
             };
-            let seen = around(person_m, measured, &[], false, &parts);
-            drive.step(DT_S, |drive, state| safety.allows(drive, state, &seen));
+            let seen = around(person_m, measured, &parts);
+            let may = |drive: &BaseDrive, state: &BaseState| safety.allows(drive, state, &seen);
+            drive.step(DT_S, may).unwrap();
             if !drive.state().is_at_rest() {
                 moved += 1;
-                let truth = around(person_m, velocity, &[], false, &parts);
+                let truth = around(person_m, velocity, &parts);
                 least_m = least_m.min(bare.left_m(&drive, drive.state(), &truth));
                 let pose = drive.state().pose();
                 let nearest_m = parts.map(|part| part.distance_m(&pose, person_m));
@@ -192,51 +209,204 @@ fn the_base_stands_before_anybody_reaches_it() {
 /// The faster somebody comes, the less is left; nobody leaves less than somebody of unknown velocity.
 #[test]
 fn a_measured_velocity_leaves_more_room_than_an_unknown_one() {
-    let (safety, parts) = (BaseSafety::default(), robot());
+    let (safety, parts) = (measured(), robot());
     let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
     drive.set_route(&[dvec2(4.0, 0.0)], 0.0);
     for _ in 0..200 {
-        drive.step(DT_S, |_, _| true);
+        drive.step(DT_S, |_, _| true).unwrap();
     }
     let left_m = |velocity| {
-        let seen = around(dvec2(2.5, 1.0), velocity, &[], false, &parts);
+        let seen = around(dvec2(2.5, 1.0), velocity, &parts);
         safety.left_m(&drive, drive.state(), &seen)
     };
     let unknown_m = left_m(DVec2::NAN);
     let [leaves_m, stands_m, comes_m] = [1.0, 0.0, -1.0].map(|x| left_m(dvec2(x, 0.0)));
     assert!(leaves_m > stands_m && stands_m > comes_m && comes_m >= unknown_m);
     // Nobody is there.
-    let nobody = around(dvec2(1e6, 0.0), DVec2::ZERO, &[], false, &parts);
+    let nobody = around(dvec2(1e6, 0.0), DVec2::ZERO, &parts);
     assert!(safety.allows(&drive, drive.state(), &nobody));
     // Somebody stands in the way: the base stops before, and never touches.
     let in_the_way_m = drive.state().pose().at_m + dvec2(1.6, 0.0);
-    let there = around(in_the_way_m, DVec2::ZERO, &[], false, &parts);
+    let there = around(in_the_way_m, DVec2::ZERO, &parts);
     for _ in 0..4000 {
-        drive.step(DT_S, |drive, state| safety.allows(drive, state, &there));
+        let may = |drive: &BaseDrive, state: &BaseState| safety.allows(drive, state, &there);
+        drive.step(DT_S, may).unwrap();
     }
     let gap_m = parts[1].distance_m(&drive.state().pose(), in_the_way_m) - safety.person_radius_m;
     assert!((0.0..0.4).contains(&gap_m), "{gap_m}");
     assert!(drive.state().velocity_m_per_s().length() < 0.05);
 }
 
+/// Without a bound on the acceleration the velocity does not count: people stop, turn and start at once.
+#[test]
+fn by_default_a_person_may_have_any_velocity_at_once() {
+    let (safety, parts) = (BaseSafety::default(), robot());
+    let bare = bare(&safety);
+    let (mut moved, mut least_m) = (0, f64::INFINITY);
+    for seed in 0..20 {
+        let mut sampler = Sampler::new(seed);
+        let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
+        let (mut person_m, mut velocity) = (dvec2(4.0, 0.0), DVec2::ZERO);
+        for step in 0..4000 {
+            if step % 500 == 0 {
+                drive.set_route(&[somewhere(&mut sampler)], sampler.uniform(-PI, PI));
+            }
+            if step % 50 == 0 {
+                let to_m = match sampler.bool() {
+                    true => drive.state().pose().at_m,
+                    false => somewhere(&mut sampler),
+                };
+                let speed = [0.0, 1.6][sampler.index(2)];
+                velocity = (to_m - person_m).normalize_or_zero() * speed;
+            }
+            person_m += velocity * DT_S;
+            // Whoever runs away may turn at once.
+            let away = (person_m - drive.state().pose().at_m).normalize_or_zero() * 1.6;
+            let seen = around(person_m, away, &parts);
+            let may = |drive: &BaseDrive, state: &BaseState| safety.allows(drive, state, &seen);
+            drive.step(DT_S, may).unwrap();
+            if !drive.state().is_at_rest() {
+                moved += 1;
+                least_m = least_m.min(bare.left_m(&drive, drive.state(), &seen));
+                let pose = drive.state().pose();
+                let nearest_m = parts.map(|part| part.distance_m(&pose, person_m));
+                assert!(nearest_m[0].min(nearest_m[1]) >= safety.person_radius_m);
+            }
+        }
+    }
+    assert!(moved > 5_000 && least_m >= 0.0, "{moved} {least_m}");
+}
+
+/// The base drives at up to 0.8 m/s, towards a hand that comes at 2 m/s, straight or from the side; it stands before they meet, with every part.
+#[test]
+fn the_base_stands_before_a_hand_reaches_it() {
+    let (safety, parts) = (BaseSafety::default(), robot());
+    for (from_m, aim) in [
+        (dvec2(3.0, 0.0), 0),
+        (dvec2(2.5, 1.5), 0),
+        (dvec2(1.5, -2.0), 1),
+        (dvec2(-1.5, 2.0), 1),
+    ] {
+        let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
+        drive.set_route(&[dvec2(4.0, 0.0)], 0.0);
+        let (mut hand_m, mut fastest) = (from_m, 0.0_f64);
+        for step in 0.. {
+            // It rests until the base is at its fastest, and comes to the board or the platform then.
+            let pose = drive.state().pose();
+            let goal_m = pose.floor_m(dvec2([0.45, 0.0][aim], 0.0));
+            if step > 350 {
+                hand_m += (goal_m - hand_m).clamp_length_max(2.0 * DT_S);
+            }
+            let hands = [SeenHand {
+                at_m: hand_m,
+                age_s: 0.0,
+            }];
+            let seen = Surroundings {
+                hands: &hands,
+                ..around(dvec2(1e6, 0.0), DVec2::ZERO, &parts)
+            };
+            let may = |drive: &BaseDrive, state: &BaseState| safety.allows(drive, state, &seen);
+            drive.step(DT_S, may).unwrap();
+            fastest = fastest.max(drive.state().velocity_m_per_s().length());
+            let pose = drive.state().pose();
+            let gap_m = parts.map(|part| part.distance_m(&pose, hand_m));
+            if gap_m[0].min(gap_m[1]) < safety.hand_radius_m {
+                assert!(drive.state().is_at_rest(), "{from_m} {gap_m:?}");
+                break;
+            }
+            assert!(step < 4000, "they never meet");
+        }
+        assert!(fastest > 0.3, "{from_m} {fastest}");
+    }
+}
+
 #[test]
 fn nothing_moves_while_the_board_is_touched_or_a_hand_is_near() {
-    let safety = BaseSafety::default();
-    let board_m = DVec3::new(0.45, 0.0, 0.5);
-    let (far, parts) = (dvec2(9.0, 9.0), robot());
+    let (safety, parts) = (BaseSafety::default(), robot());
     let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
     drive.set_route(&[dvec2(0.0, 2.0)], 1.0);
-    for (hands_m, touched, person_m) in [
-        (vec![], true, far),
-        (vec![board_m + DVec3::X * 0.2], false, far),
-        (vec![DVec3::NAN], false, far),
-        (vec![], false, DVec2::NAN),
+    let far_m = dvec2(9.0, 9.0);
+    let hand = |x: f64, age_s: f64| {
+        vec![SeenHand {
+            at_m: dvec2(x, 0.0),
+            age_s,
+        }]
+    };
+    for (hands, touched, person_m, moves) in [
+        (FAR.to_vec(), false, far_m, true),
+        (FAR.to_vec(), true, far_m, false),
+        // Beside the board; beside the platform.
+        (hand(0.55, 0.0), false, far_m, false),
+        (hand(-0.42, 0.0), false, far_m, false),
+        // Seen far away, but long ago; at an impossible time.
+        (hand(5.0, 0.0), false, far_m, true),
+        (hand(5.0, 3.0), false, far_m, false),
+        (hand(5.0, f64::NAN), false, far_m, false),
+        (hand(5.0, -9.0), false, far_m, false),
+        (hand(f64::NAN, 0.0), false, far_m, false),
+        // Never seen, of somebody who is near, and of somebody who is not.
+        (vec![], false, dvec2(1.3, 0.0), false),
+        (vec![], false, far_m, true),
+        (FAR.to_vec(), false, DVec2::NAN, false),
     ] {
-        let seen = around(person_m, DVec2::ZERO, &hands_m, touched, &parts);
+        let seen = Surroundings {
+            hands: &hands,
+            touched,
+            ..around(person_m, DVec2::ZERO, &parts)
+        };
+        let mut drive = drive.clone();
         for _ in 0..500 {
-            drive.step(DT_S, |drive, state| safety.allows(drive, state, &seen));
-            assert!(drive.state().is_at_rest());
+            let may = |drive: &BaseDrive, state: &BaseState| safety.allows(drive, state, &seen);
+            drive.step(DT_S, may).unwrap();
         }
+        let moved = drive.state().pose().at_m != DVec2::ZERO;
+        assert_eq!(moved, moves, "{seen:?}");
+    }
+}
+
+/// Beside a hand the base creeps if it may be met while it does; a hand that is nowhere still stops it.
+#[test]
+fn a_base_that_a_hand_may_meet_creeps() {
+    let parts = robot();
+    let safety = BaseSafety {
+        hand_meets_m_per_s: 0.1,
+        ..BaseSafety::default()
+    };
+    for (at_m, moves) in [(dvec2(0.5, 0.0), true), (DVec2::NAN, false)] {
+        let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
+        drive.set_route(&[dvec2(-0.3, 0.0)], 0.5);
+        let hands = [SeenHand { at_m, age_s: 0.0 }];
+        let seen = Surroundings {
+            hands: &hands,
+            ..around(dvec2(1e6, 0.0), DVec2::ZERO, &parts)
+        };
+        for _ in 0..100 {
+            let may = |drive: &BaseDrive, state: &BaseState| safety.allows(drive, state, &seen);
+            drive.step(DT_S, may).unwrap();
+            let state = drive.state();
+            let turning = state.turning()[0].abs() * dvec2(0.45, 0.1).length();
+            assert!(state.velocity_m_per_s().length() + turning <= 0.1 + 1e-9);
+        }
+        assert_eq!(drive.state().pose().at_m != DVec2::ZERO, moves);
+    }
+}
+
+#[test]
+fn times_and_places_that_are_no_numbers_are_refused() {
+    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
+    drive.set_route(&[dvec2(0.0, 2.0)], 1.0);
+    for dt_s in [f64::NAN, f64::INFINITY, -DT_S] {
+        let before = *drive.state();
+        let refused = drive.step(dt_s, |_, _| true).unwrap_err().to_string();
+        assert!(refused.contains("step of the base"), "{refused}");
+        assert_eq!(*drive.state(), before);
+    }
+    for (x, yaw_rad) in [(f64::NAN, 0.0), (0.0, f64::NAN), (f64::INFINITY, 0.0)] {
+        let nowhere = BasePose {
+            at_m: dvec2(x, 0.0),
+            yaw_rad,
+        };
+        assert!(nowhere.floor_from_base().is_err());
     }
 }
 
@@ -255,17 +425,20 @@ fn settings_out_of_range_are_named() {
         .unwrap_err()
         .to_string();
     assert!(error.contains("start of the base"), "{error}");
-    let safety = BaseSafety {
+    let slow = BaseSafety {
         person_m_per_s: -1.0,
         ..BaseSafety::default()
     };
-    assert!(
-        safety
-            .validate()
-            .unwrap_err()
-            .to_string()
-            .contains("person_m_per_s")
-    );
+    let error = slow.validate().unwrap_err().to_string();
+    assert!(error.contains("person_m_per_s"), "{error}");
+    assert!(BaseSafety::default().validate().is_ok() && measured().validate().is_ok());
+    for most in [f64::NAN, -1.0] {
+        let safety = BaseSafety {
+            person_m_per_s2: most,
+            ..BaseSafety::default()
+        };
+        assert!(safety.validate().is_err());
+    }
 }
 
 /// A room of 6 x 6 m, its walls facing inwards, and a shelf of 0.12 m before one of them.
@@ -302,9 +475,7 @@ fn the_inversion_agrees_with_the_arm() {
     for _ in 0..200_000 {
         let cell = sampler.index(inversion.cells());
         let (point_m, normal) = inversion.middle(cell).unwrap();
-        // Cells above and below a shelf are on no surface.
         if inversion.cell(point_m, normal) != Some(cell) {
-            assert!(inversion.serving(point_m, normal).is_empty());
             continue;
         }
         let index = sampler.index(inversion.bases().len());
@@ -318,7 +489,7 @@ fn the_inversion_agrees_with_the_arm() {
             .is_ok();
         let holds = |aside_m: f64| {
             let beside_m = point_m + normal.cross(DVec3::Z) * aside_m;
-            let base_from_floor = base.floor_from_base().inverse();
+            let base_from_floor = base.floor_from_base().unwrap().inverse();
             let there_m = base_from_floor.transform_point(beside_m);
             let plane =
                 WallPlane::through(there_m, base_from_floor.transform_vector(normal)).unwrap();
@@ -351,6 +522,31 @@ fn mapped(base: &BasePose, point_m: DVec3, normal: DVec3) -> bool {
     let on_plane = (distance_m / 0.02 - (distance_m / 0.02).round()).abs() < 1e-6;
     let ahead = DVec2::from_angle(base.yaw_rad).dot(normal.truncate()) >= -0.866;
     on_plane && ahead && (0.3..=0.8).contains(&distance_m)
+}
+
+/// A wall of 6.03 m and a shelf of 0.8 m: the middle of every cell is its own, but those above and below the shelf are on no surface.
+#[test]
+fn the_middle_of_a_cell_is_in_it() {
+    let (arm, config) = (SrsArm::iiwa7(), BaseInversionConfig::default());
+    let map = BaseInversion::map(&arm, &config).unwrap();
+    let mut walls = room();
+    walls[0].outline_m[1].x = -0.03;
+    let inversion = BaseInversion::of_room(&map, &walls, config).unwrap();
+    let own = |cell: &usize| {
+        let (point_m, normal) = inversion.middle(*cell).unwrap();
+        inversion.cell(point_m, normal) == Some(*cell)
+    };
+    let elsewhere = (0..inversion.cells()).filter(|cell| !own(cell)).count();
+    let (columns, heights_off) = (8, 13 - 5);
+    assert_eq!(inversion.cells(), (61 + 3 * 60 + columns) * 13);
+    assert_eq!(elsewhere, columns * heights_off);
+    assert!(inversion.middle(inversion.cells()).is_none());
+    // A place is known up to half a step above the highest cells, and below the lowest.
+    let known = |z: f64| inversion.cell(DVec3::new(1.0, 0.0, z), DVec3::Y).is_some();
+    for (z, is_known) in [(1.04, true), (1.06, false), (-0.24, true), (-0.26, false)] {
+        assert_eq!(known(z), is_known, "{z}");
+    }
+    assert!(!known(f64::NAN));
 }
 
 #[test]

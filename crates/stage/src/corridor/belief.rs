@@ -2,6 +2,7 @@
 
 use super::hall::Room;
 use super::visits::BEFORE_M;
+use super::walker::{TURN_S, WALK};
 use crate::person::touches::{FAR_M, facing};
 use glam::{DVec2, DVec3};
 use hwall::arrival::base::{BaseHypothesis, BaseInversion};
@@ -12,28 +13,29 @@ use std::collections::BTreeMap;
 
 /// Predictions are averaged over this time, s: the gaze trembles, and glances are short.
 const MEMORY_S: f64 = 0.3;
-/// Cells with less belief are forgotten, and at most so many are weighed.
+/// Cells with less belief are left out, and at most so many are weighed: 25 hypotheses with those below.
 const LEAST: f64 = 0.02;
 const MOST: usize = 10;
 /// A person at rest before a place touches it after this time, s: looking takes 0.3 s, the reach about 0.9 s.
 const AT_PLACE_S: f64 = 1.2;
-/// On the way there, the pause before that comes on top, s.
+/// On the way there, the pause before that comes on top, s: the middle of the simulated 0.5 to 1.2 s.
 const PAUSE_S: f64 = 0.8;
-/// Speed at which the way is walked, m/s, and the time to begin and end it, s.
-const WALK_M_PER_S: f64 = 1.2;
-const STARTS_S: f64 = 1.2;
-/// Nearer to the standing place the person does not walk, m.
-const STANDS_M: f64 = 0.7;
+/// The time to begin and end a walk, s: that in which the walker turns.
+const STARTS_S: f64 = TURN_S;
+/// Nearer to the standing place the person does not walk, m: half of the least way between two places.
+const STANDS_M: f64 = 0.6;
 
-/// Speed of the head above which a person walks, m/s.
+/// Speed of the head above which a person walks, m/s: leaning and swaying are slower.
 const WALKS_M_PER_S: f64 = 0.35;
-/// Weight of the touches after the next one, their time after it, s, and where they are: aside of the person, m, and above the base, m.
-const LATER: f64 = 0.6;
+/// Weight of the touches after the next one: two of three on average. Their time after it, s: reach, hold and pause. Where they are: aside of the person,
+/// m, and above the base, m, within what a hand reaches there.
+const LATER: f64 = 2.0 / 3.0;
 const NEXT_S: f64 = 3.0;
 const ASIDE_M: [f64; 5] = [-0.4, -0.2, 0.0, 0.2, 0.4];
 const HEIGHTS_M: [f64; 3] = [0.1, 0.4, 0.8];
 
-/// Weight of the next place, its distance along the wall, m, and its time after the present one, s.
+/// Weight of the next place: less than half, since it may also be around a corner. Its distance along the wall, m, about the mean of the simulated ones. Its
+/// time after the present one, s: two more touches and the way.
 const AHEAD: f64 = 0.3;
 const AHEAD_M: f64 = 1.6;
 const GOES_ON_S: f64 = 8.0;
@@ -99,7 +101,13 @@ impl Belief {
         Ok(())
     }
 
-    /// Forgets everything, in another room.
+    /// The most probable place and the normal of its wall; `None` before any.
+    pub(super) fn likeliest(&self, inversion: &BaseInversion) -> Option<(DVec3, DVec3)> {
+        let likeliest = self.weights.iter().max_by(|a, b| a.1.total_cmp(b.1));
+        inversion.middle(*likeliest?.0)
+    }
+
+    /// Forgets the places, in another room; where the person walks is kept.
     pub(super) fn forget(&mut self) {
         self.weights.clear();
     }

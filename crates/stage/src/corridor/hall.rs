@@ -1,6 +1,7 @@
 //! A corridor of rooms: walls, shelves and doors, and from where a base serves them.
 
 use crate::input::arms::BoardArm;
+use crate::input::place::BEHIND_M;
 use anyhow::Context;
 use glam::{DVec2, dvec2};
 use hwall::arrival::WaitingConfig;
@@ -21,7 +22,7 @@ const DOOR_TOP_M: f64 = FLOOR_M + 2.1;
 pub(super) const DOOR_Y_M: f64 = 0.5 * SIDE_M;
 /// The shelves: width, depth, underside and top, m.
 const SHELF_M: f64 = 0.8;
-const SHELF_DEPTH_M: f64 = 0.12;
+pub(super) const SHELF_DEPTH_M: f64 = 0.12;
 const SHELF_Z_M: [f64; 2] = [0.0, 0.45];
 /// Distance of a shelf's middle from the corners, m.
 const SHELF_FROM_CORNER_M: f64 = 1.2;
@@ -49,8 +50,6 @@ pub(super) struct Hall {
     pub(super) walls: Walls,
 }
 
-/// The base stands this far behind a wall in the atlas, m, as in the built-in room.
-pub(super) const BEHIND_M: f64 = 0.62;
 /// The board waits this far behind the wall, m: a base that does not reach towards the person may drive faster beside that person.
 const STANDOFF_M: f64 = 0.12;
 /// Half of the width of that wall, m.

@@ -6,6 +6,9 @@ mod hall;
 mod moving;
 mod report;
 mod run;
+mod sight;
+#[cfg(test)]
+mod tests;
 mod touches;
 mod visits;
 mod walker;
@@ -87,18 +90,9 @@ pub fn run(
         person: request.person,
         seed: request.seed,
     };
-    let shares = Mutex::new(([0.0; BaseKind::ALL.len()], progress));
-    let walks = parallel::map(BaseKind::ALL.len(), |i| {
-        corridor.walk(BaseKind::ALL[i], |share| {
-            if let Ok(mut all) = shares.lock() {
-                all.0[i] = share;
-                let done = all.0.iter().sum::<f64>() / BaseKind::ALL.len() as f64;
-                (all.1)(done);
-            }
-        })
-    });
-    let walks = walks.into_iter().collect::<anyhow::Result<Vec<_>>>()?;
-    let table = report::table(&hall, &walks);
+    let walks = walks(&corridor, progress)?;
+    let table = report::table(&walks);
+    note(report::inverted(&hall));
     writeln!(out, "{table}")?;
     let written = |name: &str| request.out.join(name);
     hwall_files::write(written(TABLE), &table).with_context(|| TABLE)?;
@@ -115,4 +109,22 @@ pub fn run(
         request.out.display()
     )?;
     Ok(())
+}
+
+/// One walk for each kind of base, in their order.
+fn walks(
+    corridor: &Corridor<'_>,
+    progress: impl FnMut(f64) + Send,
+) -> anyhow::Result<Vec<run::Walked>> {
+    let shares = Mutex::new(([0.0; BaseKind::ALL.len()], progress));
+    let walks = parallel::map(BaseKind::ALL.len(), |i| {
+        corridor.walk(BaseKind::ALL[i], |share| {
+            if let Ok(mut all) = shares.lock() {
+                all.0[i] = share;
+                let done = all.0.iter().sum::<f64>() / BaseKind::ALL.len() as f64;
+                (all.1)(done);
+            }
+        })
+    });
+    walks.into_iter().collect()
 }

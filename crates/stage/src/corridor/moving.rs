@@ -1,12 +1,13 @@
 //! The base in the hall, and the world that is turned around the person.
 
-use super::hall::{BEHIND_M, Room};
+use super::hall::Room;
 use super::visits::{BEFORE_M, Visit};
 use super::walker::{Body, shorter};
+use crate::input::place::BEHIND_M;
 use glam::{DVec2, DVec3, dvec2};
 use hwall::arrival::base::{
     BaseChoiceConfig, BaseChooser, BaseDrive, BaseHypothesis, BaseLimits, BasePart, BasePose,
-    BaseSafety, KeepOutArea, Surroundings,
+    BaseSafety, BaseState, KeepOutArea, SeenHand, Surroundings,
 };
 use hwall_hand::Pose;
 use hwall_haptics::Board;
@@ -24,16 +25,34 @@ const CLEAR_M: f64 = 0.1;
 /// Speeds below are rest, m/s.
 const RESTS_M_PER_S: f64 = 1e-3;
 
-/// What the base sees, in the frame of the corridor or of the base.
+/// Largest acceleration of a person, m/s²: an assumption that the walker keeps. People who start to walk reach 1 to 1.5 m/s in about 1 s.
+pub(super) const PERSON_M_PER_S2: f64 = 2.0;
+/// Error of the velocity measured over 0.1 s, m/s: it lags by 0.05 s, 0.1 m/s at that acceleration; 0.7 mm of noise make 0.03 m/s (3 sd).
+const VELOCITY_ERROR_M_PER_S: f64 = 0.13;
+/// A base this slow may be met by a hand, m/s: the closing speed of the board near a hand, in SAFETY.md.
+const HAND_MEETS_M_PER_S: f64 = 0.1;
+/// Instants of the braking at which a step is judged.
+const JUDGED: usize = 20;
+
+/// What the base sees and what is true, in the frame of the corridor or of the base.
 pub(super) struct Seen<'a> {
     pub(super) person_m: DVec2,
     /// Its measured velocity, m/s.
     pub(super) person_m_per_s: DVec2,
-    pub(super) hands_m: &'a [DVec3],
+    pub(super) hands: Vec<SeenHand>,
+    pub(super) truth: Truth,
     pub(super) skeleton_m: &'a [DVec3],
     pub(super) board: &'a Board,
     pub(super) base_from_board: Pose,
     pub(super) touched: bool,
+}
+
+/// The person without errors of measurement, from above.
+pub(super) struct Truth {
+    /// The head, m, and its velocity, m/s.
+    pub(super) person_m: DVec2,
+    pub(super) person_m_per_s: DVec2,
+    pub(super) hands_m: Vec<DVec2>,
 }
 
 /// What the base did.
@@ -42,16 +61,19 @@ pub(super) struct BaseRecord {
     /// Length of its way, m, and time in motion, s.
     pub(super) way_m: f64,
     pub(super) moves_s: f64,
-    /// While it moves: least distance between the surfaces of robot and person, m, and what the rule asked for then.
+    /// While it moves: least distance between the surfaces of robot and body, m, and how far a person at the largest speed would have come there until
+    /// it stands.
     pub(super) closest_m: f64,
     pub(super) asked_m: f64,
     /// The same distance also while it stands.
     pub(super) closest_standing_m: f64,
-    /// Least margin beyond what the person can come until the base stands, m.
+    /// Least margins beyond what body and hands can come until the base stands, m.
     pub(super) margin_m: f64,
-    /// Steps in motion with a negative margin, and while the board was touched.
+    pub(super) hand_margin_m: f64,
+    /// Steps in motion with a negative margin, and while the board was touched; the largest speed in the latter, m/s.
     pub(super) too_near: u64,
     pub(super) moved_touched: u64,
+    pub(super) touched_m_per_s: f64,
 }
 
 /// The base, and the pose of the corridor in the hall.
@@ -77,7 +99,12 @@ impl MovingBase {
         };
         Ok(Self {
             drive: BaseDrive::new(BaseLimits::default(), start)?,
-            safety: BaseSafety::default(),
+            safety: BaseSafety {
+                person_m_per_s2: PERSON_M_PER_S2,
+                velocity_error_m_per_s: VELOCITY_ERROR_M_PER_S,
+                hand_meets_m_per_s: HAND_MEETS_M_PER_S,
+                ..BaseSafety::default()
+            },
             goal: None,
             hall_from_corridor: Pose::IDENTITY,
             // The hall is as large as the corridor, so the total turn does not matter.
@@ -94,8 +121,10 @@ impl MovingBase {
                 asked_m: f64::NAN,
                 closest_standing_m: f64::INFINITY,
                 margin_m: f64::INFINITY,
+                hand_margin_m: f64::INFINITY,
                 too_near: 0,
                 moved_touched: 0,
+                touched_m_per_s: 0.0,
             },
         })
     }
@@ -107,8 +136,8 @@ impl MovingBase {
     }
 
     /// The world as the session is to see it.
-    pub(super) fn base_from_corridor(&self) -> Pose {
-        self.place().floor_from_base().inverse()
+    pub(super) fn base_from_corridor(&self) -> anyhow::Result<Pose> {
+        Ok(self.place().floor_from_base()?.inverse())
     }
 
     /// Is it outside an area, with room to spare?
@@ -133,6 +162,7 @@ impl MovingBase {
         }
         .grown(OUTSIDE_M);
         let here = self.drive.seen_from(&self.hall_from_corridor);
+        let at_m = here.state().pose().at_m;
         let chosen = match next {
             // Out of the room behind the door, by the nearer side.
             Some(_) if area.contains(self.place().at_m) => {
@@ -194,7 +224,7 @@ impl MovingBase {
     }
 
     /// Moves the base by a time, s, if it may.
-    pub(super) fn step(&mut self, dt_s: f64, seen: &Seen<'_>) {
+    pub(super) fn step(&mut self, dt_s: f64, seen: &Seen<'_>) -> anyhow::Result<()> {
         let parts = parts(seen);
         let hall = &self.hall_from_corridor;
         let hands_m = seen.hands_m.iter().map(|m| hall.transform_point(*m));
@@ -208,42 +238,82 @@ impl MovingBase {
             touched: seen.touched,
             parts: &parts,
         };
+        let truth = Truth {
+            person_m: place(seen.truth.person_m),
+            person_m_per_s: velocity(seen.truth.person_m_per_s),
+            hands_m: seen.truth.hands_m.iter().map(|m| place(*m)).collect(),
+        };
         let before_m = self.drive.state().pose().at_m;
         self.drive.step(dt_s, |drive, state| {
             self.safety.allows(drive, state, &around)
-        });
-        self.keep(dt_s, before_m, &around);
+        })?;
+        self.keep(dt_s, before_m, &around, &truth);
+        Ok(())
     }
 
-    fn keep(&mut self, dt_s: f64, before_m: DVec2, around: &Surroundings<'_>) {
-        let (state, record) = (*self.drive.state(), &mut self.record);
+    fn keep(&mut self, dt_s: f64, before_m: DVec2, around: &Surroundings<'_>, truth: &Truth) {
+        let state = *self.drive.state();
         let pose = state.pose();
-        let gap_m =
-            |part: &BasePart| part.distance_m(&pose, around.person_m) - self.safety.person_radius_m;
-        let gap_m = around.parts.iter().map(gap_m).fold(f64::INFINITY, f64::min);
+        let record = &mut self.record;
+        let gap_m = nearest_m(around.parts, &pose, truth.person_m) - self.safety.person_radius_m;
         record.closest_standing_m = record.closest_standing_m.min(gap_m);
         record.way_m += pose.at_m.distance(before_m);
         let speed = state.velocity_m_per_s().length();
         if speed < RESTS_M_PER_S && state.turning()[0].abs() < RESTS_M_PER_S {
             return;
         }
-        // What the rule guarantees, without the reserve for the latency.
-        let bare = BaseSafety {
-            latency_s: 0.0,
-            clearance_m: 0.0,
-            velocity_error_m_per_s: 0.0,
-            ..self.safety
-        };
-        let margin_m = bare.left_m(&self.drive, &state, around);
+        let [margin_m, hand_margin_m] = self.margins_m(&state, around.parts, truth);
+        let record = &mut self.record;
         record.moves_s += dt_s;
         record.margin_m = record.margin_m.min(margin_m);
-        record.too_near += u64::from(margin_m < 0.0);
-        record.moved_touched += u64::from(around.touched);
+        record.hand_margin_m = record.hand_margin_m.min(hand_margin_m);
+        record.too_near += u64::from(margin_m.min(hand_margin_m) < 0.0);
+        if around.touched {
+            record.moved_touched += 1;
+            record.touched_m_per_s = record.touched_m_per_s.max(speed);
+        }
         if gap_m < record.closest_m {
             record.closest_m = gap_m;
             record.asked_m = self.safety.person_m_per_s * self.drive.stop_s(&state);
         }
     }
+
+    /// How far body and hands remain from the robot while it brakes from a state, m, when they do the worst that is assumed of them. Judged by the true
+    /// places and velocities, at single instants, and not by the formula that decides.
+    fn margins_m(&self, state: &BaseState, parts: &[BasePart], truth: &Truth) -> [f64; 2] {
+        let safety = &self.safety;
+        let stop_s = self.drive.stop_s(state);
+        let ends = parts.iter().flat_map(|part| part.ends_m);
+        let reach_m = ends.map(DVec2::length).fold(0.0, f64::max);
+        let at = |i: usize| {
+            let t_s = stop_s * i as f64 / JUDGED as f64;
+            let state = self.drive.braked(state, t_s);
+            let pose = state.pose();
+            let speed = state.velocity_m_per_s().length() + reach_m * state.turning()[0].abs();
+            let away_m = |m: DVec2| nearest_m(parts, &pose, m);
+            let onwards_m = truth.person_m + truth.person_m_per_s * t_s;
+            let faster_m = 0.5 * PERSON_M_PER_S2 * t_s.powi(2);
+            let accelerates_m = away_m(onwards_m) - faster_m;
+            let runs_m = away_m(truth.person_m) - safety.person_m_per_s * t_s;
+            let hands = truth.hands_m.iter().map(|m| away_m(*m));
+            let hand_m = match speed <= safety.hand_meets_m_per_s {
+                true => f64::INFINITY,
+                false => hands.fold(f64::INFINITY, f64::min) - safety.hand_m_per_s * t_s,
+            };
+            [
+                accelerates_m.max(runs_m) - safety.person_radius_m,
+                hand_m - safety.hand_radius_m,
+            ]
+        };
+        let least = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].min(b[1])];
+        (0..=JUDGED).map(at).fold([f64::INFINITY; 2], least)
+    }
+}
+
+/// Distance of a place from the nearest part of the robot, m.
+fn nearest_m(parts: &[BasePart], base: &BasePose, place_m: DVec2) -> f64 {
+    let away_m = parts.iter().map(|part| part.distance_m(base, place_m));
+    away_m.fold(f64::INFINITY, f64::min)
 }
 
 /// The robot from above: platform, links and the edges of the board.

@@ -33,9 +33,9 @@ fn inverted_s(hall: &Hall) -> f64 {
 }
 
 /// A Markdown table.
-pub(super) fn table(hall: &Hall, walks: &[Walked]) -> String {
-    let mut text = "| base | touches | in place, % | first of a visit, % | later ones, % | walls, % | shelves, % | doors, % | missed: base elsewhere | missed: arm | base's way, m | closest to the person while moving, m | asked for there, m | least margin, m | steps below the distance | steps in motion while touched | time, s | before doors, s |\n".to_owned();
-    text += &"| --- ".repeat(18);
+pub(super) fn table(walks: &[Walked]) -> String {
+    let mut text = "| base | touches | in place, % | first of a visit, % | later ones, % | walls, % | shelves, % | doors, % | missed: base elsewhere | missed: arm | base's way, m | closest to the person while moving, m | asked for there, m | least margin, m | steps below the distance | steps in motion while touched | time, s | before doors, s | least margin to a hand, m |\n".to_owned();
+    text += &"| --- ".repeat(19);
     text += "|\n";
     for walk in walks {
         let (touches, base) = (&walk.touches, &walk.base);
@@ -62,17 +62,17 @@ pub(super) fn table(hall: &Hall, walks: &[Walked]) -> String {
             base.moved_touched,
             walk.duration_s,
             walk.waited_s,
+            metres(base.hand_margin_m),
         );
     }
     let inverted_s = inverted_s(hall);
     let (cells, bases) = hall.rooms.first().map_or((0, 0), |room| {
         (room.inversion.cells(), room.inversion.bases().len())
     });
-    let _ = write!(
-        text,
-        "\nInversion of the maps: {cells} cells and {bases} base poses a room, {inverted_s:.3} s at most."
-    );
-    text
+    let most_s = inverted_s(hall);
+    format!(
+        "inversion of the maps: {cells} cells and {bases} base poses a room, {most_s:.3} s at most"
+    )
 }
 
 /// Everything, for other programs.
@@ -106,8 +106,10 @@ pub(super) fn json(hall: &Hall, walks: &[Walked]) -> anyhow::Result<String> {
                 "asked_there_m": finite(base.asked_m),
                 "closest_m": finite(base.closest_standing_m),
                 "least_margin_m": finite(base.margin_m),
+                "least_hand_margin_m": finite(base.hand_margin_m),
                 "steps_below_distance": base.too_near,
                 "steps_moved_touched": base.moved_touched,
+                "touched_most_m_per_s": base.touched_m_per_s,
                 "duration_s": walk.duration_s,
                 "before_doors_s": walk.waited_s,
             },

@@ -2,7 +2,8 @@
 
 use super::belief::Belief;
 use super::hall::Hall;
-use super::moving::{MovingBase, Seen};
+use super::moving::{MovingBase, Seen, Truth};
+use super::sight::Sight;
 use super::touches::{CorridorTouch, TouchWatch};
 use super::visits::Visit;
 use super::walker::Walker;
@@ -13,10 +14,11 @@ use crate::person::predictors::{Predictors, TrainingPeople};
 use crate::person::responses::Scenery;
 use crate::run::simulated_arm::{ArmLevel, Finger, SimulatedArm};
 use crate::run::stage::SessionSettings;
+use anyhow::Context;
 use glam::{DVec2, DVec3};
 use hwall::haptics::Arm;
 use hwall::{Session, WorldPose};
-use hwall_hand::{HandFilterConfig, HandFrame, HandPoint, Pose};
+use hwall_hand::{HandFilterConfig, HandFrame, Pose};
 use std::sync::Arc;
 
 /// Periods of the control loop, the tracker and the base, and between choices of the base, s.
@@ -24,9 +26,9 @@ const PERIOD_S: f64 = 1e-3;
 const TRACKER_S: f64 = 1.0 / 90.0;
 const BASE_EVERY: u64 = 4;
 const CHOICE_S: f64 = 0.1;
-/// The velocity of a person is the mean over this time, s.
-const VELOCITY_S: f64 = 0.1;
-/// Nobody takes longer for a touch, s.
+/// Half of the time over which the true velocity of a person is taken, s.
+const DIFFERENCE_S: f64 = 1e-4;
+/// A visit takes at most this long on average, s; else the walk is stuck.
 const LONGEST_S: f64 = 60.0;
 
 /// What is the same in all walks.
@@ -116,13 +118,15 @@ struct Rig<'a> {
     kind: BaseKind,
     walker: Walker<'a>,
     session: Session<Predictors>,
+    /// Predicts touches and leads no arm.
+    foresight: Session<Predictors>,
     room: usize,
     arm: SimulatedArm,
     finger: Finger,
     base: MovingBase,
     belief: Belief,
     watch: TouchWatch,
-    frame: HandFrame,
+    sight: Sight,
     frames: u64,
     next_choice_s: f64,
     is_touched: bool,
@@ -143,12 +147,13 @@ impl<'a> Rig<'a> {
             base: MovingBase::new(walker.visit())?,
             walker,
             session,
+            foresight: corridor.session(0)?,
             room: 0,
             arm,
             finger: Finger::new(corridor.arm.board()),
             belief: Belief::default(),
             watch: TouchWatch::default(),
-            frame: HandFrame::empty(0.0),
+            sight: Sight::default(),
             frames: 0,
             next_choice_s: 0.0,
             is_touched: false,
@@ -164,7 +169,7 @@ impl<'a> Rig<'a> {
             self.frames += 1;
         }
         if step.is_multiple_of(BASE_EVERY) && self.kind.drives() {
-            self.step_base(t_s, BASE_EVERY as f64 * PERIOD_S);
+            self.step_base(t_s, BASE_EVERY as f64 * PERIOD_S)?;
         }
         let state = self.arm.state()?;
         let command = self.session.step(t_s, &state);
@@ -194,6 +199,7 @@ impl<'a> Rig<'a> {
         if room != self.room {
             self.room = room;
             self.session = self.corridor.session(room)?;
+            self.foresight = self.corridor.session(room)?;
             self.belief.forget();
             self.base.forget_goal();
         }
@@ -208,65 +214,91 @@ impl<'a> Rig<'a> {
 
     fn take_frame(&mut self, t_s: f64) -> anyhow::Result<()> {
         let frame = self.walker.frame(t_s)?;
-        self.frame = frame;
+        self.sight.see(&frame);
         let room = &self.corridor.hall.rooms[self.room];
         let body = self.walker.body(t_s);
         if self.kind.redirects() {
             self.base.turn_avatar(&body, TRACKER_S)?;
         }
-        let base_from_world = self.base.base_from_corridor();
-        self.session.world(&WorldPose {
+        let base_from_world = self.base.base_from_corridor()?;
+        let world = WorldPose {
             t_s,
             base_from_world,
-        })?;
+        };
         // A session takes a hand that is carried along for one that reaches.
         let walks = self.belief.walks(&frame);
-        let told = if walks { without_hand(frame) } else { frame };
-        self.session.frame(&told.transformed(&base_from_world));
+        let seen = if walks { without_hand(frame) } else { frame };
+        self.foresight.world(&world)?;
+        self.foresight.frame(&seen.transformed(&base_from_world));
         {
-            let perception = self.session.perception();
+            let perception = self.foresight.perception();
             let ranked = perception.predictor().ranked();
             self.belief.see(&frame, walks, ranked, room)?;
         }
+        // The arm waits behind the wall until it can reach, from where the base stops, what is expected: so the base may drive faster beside a hand.
+        let likeliest = self.belief.likeliest(&room.inversion);
+        let base = self.base.stops_at().floor_from_base()?;
+        let serves = match likeliest {
+            Some((point_m, normal)) => {
+                let point_m = base.inverse_transform_point(point_m);
+                let normal = base.inverse_transform_vector(normal);
+                self.corridor.arm.unreachable(point_m, normal)?.is_none()
+            }
+            None => true,
+        };
+        let told = if serves { seen } else { without_hand(seen) };
+        self.session.world(&world)?;
+        self.session.frame(&told.transformed(&base_from_world));
         if t_s >= self.next_choice_s {
             self.next_choice_s += CHOICE_S;
             let hypotheses = self.belief.hypotheses(&room.inversion, body.at_m);
             let next = self.corridor.hall.rooms.get(self.room + 1);
             let next = next.filter(|_| self.walker.waits());
             self.base.choose(room, next, &hypotheses)?;
-            self.samples.push(self.sample(t_s, body.at_m));
+            let sample = self.sample(t_s, body.at_m)?;
+            self.samples.push(sample);
         }
         Ok(())
     }
 
-    fn sample(&self, t_s: f64, person_m: DVec2) -> Sample {
-        let corridor_from_base = self.base.base_from_corridor().inverse();
-        Sample {
+    fn sample(&self, t_s: f64, person_m: DVec2) -> anyhow::Result<Sample> {
+        let corridor_from_base = self.base.base_from_corridor()?.inverse();
+        Ok(Sample {
             t_s,
             person_m,
             base_m: corridor_from_base.position_m().truncate(),
             visit: self.walker.number(),
-        }
+        })
     }
 
-    fn step_base(&mut self, t_s: f64, dt_s: f64) {
-        let hands = [HandPoint::Index, HandPoint::Palm].map(|point| self.frame.point(point));
-        let hands: Vec<DVec3> = hands.into_iter().flatten().collect();
+    fn step_base(&mut self, t_s: f64, dt_s: f64) -> anyhow::Result<()> {
         let skeleton = self.corridor.arm.skeleton_m(&self.arm.q());
-        let person_m = self.walker.body(t_s).at_m;
-        let before_m = self.walker.body(t_s - VELOCITY_S).at_m;
-        self.base.step(
-            dt_s,
-            &Seen {
-                person_m,
-                person_m_per_s: (person_m - before_m) / VELOCITY_S,
-                hands_m: &hands,
-                skeleton_m: &skeleton,
-                board: self.corridor.arm.board(),
-                base_from_board: self.arm.pose(),
-                touched: self.is_touched,
-            },
-        );
+        let [person_m, person_m_per_s] = self.sight.person();
+        let seen = Seen {
+            person_m,
+            person_m_per_s,
+            hands: self.sight.hands(t_s),
+            truth: self.truth(t_s)?,
+            skeleton_m: &skeleton,
+            board: self.corridor.arm.board(),
+            base_from_board: self.arm.pose(),
+            touched: self.is_touched,
+        };
+        self.base.step(dt_s, &seen)
+    }
+
+    fn truth(&self, t_s: f64) -> anyhow::Result<Truth> {
+        let head_m = |t_s: f64| {
+            let head_m = self.walker.truth(t_s)?.head_m;
+            anyhow::Ok(head_m.context("a walker without a head")?.truncate())
+        };
+        let moved_m = head_m(t_s + DIFFERENCE_S)? - head_m(t_s - DIFFERENCE_S)?;
+        let hands = self.walker.truth(t_s)?.points();
+        Ok(Truth {
+            person_m: head_m(t_s)?,
+            person_m_per_s: moved_m / (2.0 * DIFFERENCE_S),
+            hands_m: hands.iter().flatten().map(|m| m.truncate()).collect(),
+        })
     }
 }
 

@@ -55,7 +55,11 @@ impl TouchWatch {
         let holds = tolerance.holds(board, corridor_from_board, truth.target_m, truth.normal);
         self.since_s = holds.then(|| self.since_s.unwrap_or(t_s));
         let contact_s = begins_s + truth.contact_s;
-        if t_s >= contact_s {
+        if t_s < contact_s {
+            let (board, tolerance) = (arm.board(), PlaceTolerance::default());
+            let holds = tolerance.holds(board, corridor_from_board, truth.target_m, truth.normal);
+            self.since_s = holds.then(|| self.since_s.unwrap_or(t_s));
+        } else {
             let point_m = corridor_from_base.inverse_transform_point(truth.target_m);
             let normal = corridor_from_base.inverse_transform_vector(truth.normal);
             self.touches.push(CorridorTouch {

@@ -12,25 +12,32 @@ use std::f64::consts::{PI, TAU};
 
 /// A natural walk: speed, m/s, acceleration, m/s², and jerk, m/s³. Speed: [Bohannon 1997] has 1.3 to 1.46 for comfortable walking in the open; the
 /// others are assumptions.
-const WALK: [f64; 3] = [1.2, 1.2, 6.0];
+pub(super) const WALK: [f64; 3] = [1.2, 1.2, 6.0];
 /// The body turns towards the way, and from it, within this time, s; a corner of the way is
 /// rounded within this distance before and behind it, m: at 1.2 m/s a right angle then takes 1.7 m/s².
-const TURN_S: f64 = 1.2;
+pub(super) const TURN_S: f64 = 1.2;
 const TURN_M: f64 = 0.6;
 /// Ways through a door pass its middle this far beyond the wall, m.
 const PAST_DOOR_M: f64 = 0.4;
 
-/// What a walker is doing, since a time.
+/// What a walker is doing.
 enum Phase {
-    Walks(Walk),
-    /// Touches; the sequence begins at that time.
-    Touches(Box<TouchSequence>),
+    Walks(Box<Walk>),
+    Touches,
     /// Before a door that is still closed.
     Waits,
     Done,
 }
 
-/// A way from one standing place to another.
+/// Somebody at a standing place: rests, touches from a time on, rests.
+#[derive(Clone)]
+struct Stay {
+    corridor_from_body: Pose,
+    begins_s: f64,
+    sequence: TouchSequence,
+}
+
+/// A way from one standing place to another, since a time.
 struct Walk {
     /// The way and its length, m, and the headings of the body at its ends, rad.
     way_m: Vec<DVec2>,
@@ -40,6 +47,7 @@ struct Walk {
     duration_s: f64,
     /// The first touch there, which the eyes are on.
     looks_at_m: DVec3,
+    next: Stay,
 }
 
 /// The walker.
@@ -50,8 +58,9 @@ pub(super) struct Walker<'a> {
     /// Speed of reaches and length of the hand, the same at all places.
     habits: [f64; 2],
     at: usize,
+    /// At the present place, or at the last one.
+    stay: Stay,
     phase: Phase,
-    since_s: f64,
 }
 
 /// Where the body is.
@@ -67,16 +76,24 @@ impl<'a> Walker<'a> {
     /// Comes in through the first door.
     pub(super) fn new(visits: &'a [Visit], kind: PersonKind, seed: u64) -> anyhow::Result<Self> {
         let person = Person::new(kind.config(seed), seed)?;
+        let habits = [person.mean_reach_s(), person.hand_length_m()];
+        let sequence = person.plan(&[])?;
         let mut walker = Self {
             visits,
             kind,
             seed,
-            habits: [person.mean_reach_s(), person.hand_length_m()],
+            habits,
             at: 0,
+            stay: Stay {
+                corridor_from_body: Pose::IDENTITY,
+                begins_s: 0.0,
+                sequence,
+            },
             phase: Phase::Done,
-            since_s: 0.0,
         };
-        walker.phase = Phase::Walks(walker.walk(dvec2(PAST_DOOR_M, DOOR_Y_M), 0.0, 0)?);
+        let walk = walker.walk(0.0, dvec2(PAST_DOOR_M, DOOR_Y_M), 0.0)?;
+        walker.stay = walk.next.clone();
+        walker.phase = Phase::Walks(Box::new(walk));
         Ok(walker)
     }
 
@@ -102,10 +119,10 @@ impl<'a> Walker<'a> {
 
     /// Goes on to what is next at a time, s. A door opens only if it may.
     pub(super) fn advance(&mut self, t_s: f64, door_opens: bool) -> anyhow::Result<()> {
-        let after_s = t_s - self.since_s;
-        let next = match &self.phase {
-            Phase::Walks(walk) if after_s >= walk.duration_s => {
-                Phase::Touches(Box::new(self.sequence()?))
+        match &mut self.phase {
+            Phase::Walks(walk) if t_s >= walk.next.begins_s => {
+                std::mem::swap(&mut self.stay, &mut walk.next);
+                self.phase = Phase::Touches;
             }
             Phase::Touches(sequence) if after_s >= sequence.duration_s() => {
                 match self.at + 1 == self.visits.len() {
@@ -114,37 +131,45 @@ impl<'a> Walker<'a> {
                     false => self.goes_on()?,
                 }
             }
-            Phase::Waits if door_opens => self.goes_on()?,
-            _ => return Ok(()),
-        };
-        (self.phase, self.since_s) = (next, t_s);
+            Phase::Waits if door_opens => self.goes_on(t_s)?,
+            _ => {}
+        }
         Ok(())
     }
 
-    fn goes_on(&mut self) -> anyhow::Result<Phase> {
+    fn goes_on(&mut self, t_s: f64) -> anyhow::Result<()> {
         let from = self.visit();
         let (from_m, yaw_rad) = (from.stands_m, yaw_of(from.facing));
         self.at += 1;
-        Ok(Phase::Walks(self.walk(from_m, yaw_rad, self.at)?))
+        self.phase = Phase::Walks(Box::new(self.walk(t_s, from_m, yaw_rad)?));
+        Ok(())
     }
 
-    fn walk(&self, from_m: DVec2, yaw_rad: f64, to: usize) -> anyhow::Result<Walk> {
-        let visit = &self.visits[to];
+    /// To the present visit.
+    fn walk(&self, since_s: f64, from_m: DVec2, yaw_rad: f64) -> anyhow::Result<Walk> {
+        let visit = self.visit();
         let mut way_m = vec![from_m];
-        if to > 0 && self.visits[to - 1].room != visit.room {
+        if self.at > 0 && self.visits[self.at - 1].room != visit.room {
             way_m.push(dvec2(visit.room as f64 * SIDE_M + PAST_DOOR_M, DOOR_Y_M));
         }
         way_m.push(visit.stands_m);
         let length_m: f64 = way_m.windows(2).map(|leg| leg[0].distance(leg[1])).sum();
         let bounds = JointBounds::new(WALK[0], WALK[1], WALK[2])?;
         let walk_s = JointPoint::default().time_to_s(length_m, &bounds);
+        let duration_s = walk_s.max(TURN_S);
         Ok(Walk {
+            since_s,
             way_m,
             length_m,
             yaws_rad: [yaw_rad, yaw_of(visit.facing)],
             bounds,
-            duration_s: walk_s.max(TURN_S),
+            duration_s,
             looks_at_m: visit.touches[0].target_m,
+            next: Stay {
+                corridor_from_body: visit.body()?,
+                begins_s: since_s + duration_s,
+                sequence: self.person()?.plan(&visit.touches)?,
+            },
         })
     }
 
@@ -161,14 +186,10 @@ impl<'a> Walker<'a> {
         Ok(Person::new(config, seed)?)
     }
 
-    fn sequence(&self) -> anyhow::Result<TouchSequence> {
-        Ok(self.person()?.plan(&self.visit().touches)?)
-    }
-
     /// Where the body is at a time, s.
     pub(super) fn body(&self, t_s: f64) -> Body {
         match &self.phase {
-            Phase::Walks(walk) => walk.body(t_s - self.since_s),
+            Phase::Walks(walk) => walk.body(t_s),
             _ => Body {
                 at_m: self.visit().stands_m,
                 yaw_rad: yaw_of(self.visit().facing),
@@ -179,26 +200,42 @@ impl<'a> Walker<'a> {
 
     /// What a tracker sees at a time, s.
     pub(super) fn frame(&self, t_s: f64) -> anyhow::Result<HandFrame> {
-        let frame = match &self.phase {
-            Phase::Touches(sequence) => sequence.tracked(t_s - self.since_s),
-            Phase::Walks(walk) => {
-                let body = walk.body(t_s - self.since_s);
-                let now = Pose::from_yaw(body.yaw_rad, body.at_m.extend(0.0))?;
-                let mut frame = self.at_rest(t_s, &now)?;
-                let head_m = frame.head_m.unwrap_or_default();
-                frame.gaze = Some(self.gaze(t_s, walk.looks_at_m - head_m));
-                frame
-            }
-            Phase::Waits | Phase::Done => self.at_rest(t_s, &self.visit().body()?)?,
-        };
-        Ok(HandFrame { t_s, ..frame })
+        let mut frame = self.seen(t_s, TouchSequence::tracked)?;
+        if let Phase::Walks(walk) = &self.phase {
+            let head_m = frame.head_m.unwrap_or_default();
+            frame.gaze = Some(self.gaze(t_s, walk.looks_at_m - head_m));
+        }
+        Ok(frame)
     }
 
-    /// The resting person of the present place, moved to where the body is.
-    fn at_rest(&self, t_s: f64, body: &Pose) -> anyhow::Result<HandFrame> {
-        let rests = self.person()?.plan(&[])?;
-        let moved = body.to_affine() * self.visit().body()?.inverse().to_affine();
-        Ok(rests.tracked(t_s).transformed(&Pose::from_affine(&moved)?))
+    /// Head and hand as they are at a time, s.
+    pub(super) fn truth(&self, t_s: f64) -> anyhow::Result<HandFrame> {
+        self.seen(t_s, |sequence, t_s| sequence.truth(t_s).hand_frame())
+    }
+
+    /// Who walks goes over from resting at one place to resting at the next.
+    fn seen(
+        &self,
+        t_s: f64,
+        of: impl Fn(&TouchSequence, f64) -> HandFrame,
+    ) -> anyhow::Result<HandFrame> {
+        let at = |stay: &Stay| of(&stay.sequence, t_s - stay.begins_s);
+        let frame = match &self.phase {
+            Phase::Walks(walk) => {
+                let body = walk.body(t_s);
+                let now = Pose::from_yaw(body.yaw_rad, body.at_m.extend(0.0))?.to_affine();
+                let moved = |stay: &Stay| {
+                    let by = now * stay.corridor_from_body.inverse().to_affine();
+                    Ok(at(stay).transformed(&Pose::from_affine(&by)?))
+                };
+                let share = minimum_jerk((t_s - walk.since_s) / walk.duration_s);
+                let ends: [anyhow::Result<_>; 2] = [moved(&self.stay), moved(&walk.next)];
+                let [last, next] = ends;
+                between(&last?, &next?, share)
+            }
+            _ => at(&self.stay),
+        };
+        Ok(HandFrame { t_s, ..frame })
     }
 
     /// The direction to what is looked at, with the errors of eyes and tracker.
@@ -217,22 +254,28 @@ impl<'a> Walker<'a> {
 
     /// The true index tip and its velocity at a time, while the person touches: m, m/s.
     pub(super) fn tip(&self, t_s: f64) -> Option<(DVec3, DVec3)> {
-        let Phase::Touches(sequence) = &self.phase else {
-            return None;
-        };
-        let t_s = t_s - self.since_s;
-        Some((
-            sequence.true_index_tip(t_s),
-            sequence.true_index_velocity_m_per_s(t_s),
-        ))
+        matches!(self.phase, Phase::Touches).then(|| {
+            let (sequence, t_s) = (&self.stay.sequence, t_s - self.stay.begins_s);
+            let velocity = sequence.true_index_velocity_m_per_s(t_s);
+            (sequence.true_index_tip(t_s), velocity)
+        })
     }
 
     /// The touches of the present visit and when they begin, s; `None` on the way there.
     pub(super) fn touches(&self) -> Option<(f64, &[TouchTruth])> {
-        match &self.phase {
-            Phase::Touches(sequence) => Some((self.since_s, sequence.touches())),
-            _ => None,
-        }
+        let touches = matches!(self.phase, Phase::Touches);
+        touches.then(|| (self.stay.begins_s, self.stay.sequence.touches()))
+    }
+}
+
+/// The points of two frames, mixed.
+fn between(a: &HandFrame, b: &HandFrame, share: f64) -> HandFrame {
+    let mixed = |a: Option<DVec3>, b: Option<DVec3>| Some(a?.lerp(b?, share));
+    HandFrame {
+        palm_m: mixed(a.palm_m, b.palm_m),
+        tips_m: std::array::from_fn(|i| mixed(a.tips_m[i], b.tips_m[i])),
+        head_m: mixed(a.head_m, b.head_m),
+        ..*b
     }
 }
 

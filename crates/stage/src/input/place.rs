@@ -13,7 +13,7 @@ use hwall_scene::{Facet, Scene};
 
 /// Distance of the arm behind the wall, and of its base below the touched points, m:
 /// well inside the reach of both iiwa arms.
-const BEHIND_M: f64 = 0.62;
+pub(crate) const BEHIND_M: f64 = 0.62;
 const BELOW_M: f64 = 0.55;
 
 /// Least length of a reach, m; the shorter one applies if a recording has no long reach.

@@ -1,0 +1,100 @@
+//! The corridor as a whole, and its walker.
+
+use super::hall::Hall;
+use super::report;
+use super::run::Corridor;
+use super::visits::visits;
+use super::walker::Walker;
+use crate::input::arms::BoardArm;
+use crate::input::base_flag::BaseKind;
+use crate::person::kinds::PersonKind;
+use crate::person::predictors::{PredictorKind, Predictors, TrainingPeople};
+use hwall::response::EndToEnd;
+use hwall_haptics::Board;
+
+/// The table and the JSON of two touches, which rays predict.
+fn walked(seed: u64) -> [String; 2] {
+    let arm = BoardArm::named("iiwa7", &Board::default()).unwrap();
+    let hall = Hall::new(&arm, 1, seed).unwrap();
+    let corridor = Corridor {
+        hall: &hall,
+        visits: &visits(&hall, 2, seed).unwrap(),
+        arm: &arm,
+        people: &TrainingPeople::default(),
+        predictors: &Predictors::of(None::<EndToEnd>, PredictorKind::RayLed).unwrap(),
+        person: PersonKind::Plain,
+        seed,
+    };
+    let walks = super::walks(&corridor, |_| {}).unwrap();
+    [report::table(&walks), report::json(&hall, &walks).unwrap()]
+}
+
+#[test]
+fn a_walk_ends_its_table_is_whole_and_the_same_for_the_same_seed() {
+    let [table, json] = walked(3);
+    let again = walked(3);
+    assert_eq!(again[0], table);
+    let rows: Vec<&str> = table.lines().collect();
+    assert_eq!(rows.len(), 2 + BaseKind::ALL.len());
+    for (row, kind) in rows[2..].iter().zip(BaseKind::ALL) {
+        let start = format!("| {} | 2 | ", kind.name());
+        assert!(row.starts_with(&start) && !row.contains("NaN"), "{row}");
+    }
+    let columns = |row: &&str| row.matches(" |").count();
+    assert!(rows.iter().all(|row| columns(row) == 19), "{table}");
+    // Only the time of the inversion may differ.
+    let [json, again] = [&json, &again[1]].map(|text| {
+        let mut file: serde_json::Value = serde_json::from_str(text).unwrap();
+        assert!(file["inversion_most_s"].take().as_f64().is_some());
+        file
+    });
+    assert_eq!(json, again);
+    let walks = json["walks"].as_array().unwrap();
+    assert_eq!(walks.len(), BaseKind::ALL.len());
+    for (walk, kind) in walks.iter().zip(BaseKind::ALL) {
+        let summary = &walk["summary"];
+        assert_eq!(walk["touches"].as_array().unwrap().len(), 2);
+        for counted in ["steps_below_distance", "steps_moved_touched"] {
+            assert_eq!(summary[counted], 0, "{summary}");
+        }
+        assert_eq!(summary["base_way_m"].as_f64() == Some(0.0), !kind.drives());
+    }
+}
+
+/// Head and hand never jump: not where a walk begins or ends, nor at a door. Nobody accelerates more than the base assumes.
+#[test]
+fn a_walker_moves_continuously() {
+    const DT_S: f64 = 2e-3;
+    /// The fastest hands are those of varied people who walk, m/s.
+    const FASTEST_M_PER_S: f64 = 4.0;
+    let arm = BoardArm::named("iiwa7", &Board::default()).unwrap();
+    let hall = Hall::new(&arm, 3, 5).unwrap();
+    let visits = visits(&hall, 14, 5).unwrap();
+    assert!(visits.iter().any(|visit| visit.leaves), "no door");
+    for kind in PersonKind::ALL {
+        let mut walker = Walker::new(&visits, kind, 5).unwrap();
+        let (mut last, mut step, mut waited) = (walker.truth(0.0).unwrap(), 0_u32, 0);
+        let mut velocity = None;
+        while !walker.is_done() {
+            step += 1;
+            let t_s = f64::from(step) * DT_S;
+            waited += u32::from(walker.waits());
+            walker.advance(t_s, waited.is_multiple_of(500)).unwrap();
+            let now = walker.truth(t_s).unwrap();
+            let points = now.points().into_iter().chain([now.head_m]);
+            for (a, b) in last.points().into_iter().chain([last.head_m]).zip(points) {
+                let moved_m = a.unwrap().distance(b.unwrap());
+                let name = kind.name();
+                assert!(moved_m < FASTEST_M_PER_S * DT_S, "{name} {t_s} {moved_m}");
+            }
+            let moved_m = now.head_m.unwrap() - last.head_m.unwrap();
+            let new = moved_m.truncate() / DT_S;
+            let most = super::moving::PERSON_M_PER_S2;
+            let old = velocity.replace(new).unwrap_or(new);
+            // The lean of a reach is not bounded by what is assumed of plain people.
+            assert!(kind != PersonKind::Plain || (new - old).length() <= most * DT_S);
+            last = now;
+        }
+        assert!(waited > 0);
+    }
+}
