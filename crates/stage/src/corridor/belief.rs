@@ -127,7 +127,7 @@ impl Belief {
             let stands_m = (point_m + normal * BEFORE_M).truncate();
             let way_m = stands_m.distance(person_m);
             let walk_s = match way_m > STANDS_M {
-                true => STARTS_S + PAUSE_S + way_m / WALK_M_PER_S,
+                true => STARTS_S + PAUSE_S + way_m / WALK[0],
                 false => 0.0,
             };
             Some(BaseHypothesis {

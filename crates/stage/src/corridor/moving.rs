@@ -135,6 +135,13 @@ impl MovingBase {
         here.seen_from(&self.hall_from_corridor)
     }
 
+    /// Where it stops if it brakes now, in the frame of the corridor.
+    pub(super) fn stops_at(&self) -> BasePose {
+        let state = self.drive.state();
+        let stopped = self.drive.braked(state, self.drive.stop_s(state));
+        stopped.pose().seen_from(&self.hall_from_corridor)
+    }
+
     /// The world as the session is to see it.
     pub(super) fn base_from_corridor(&self) -> anyhow::Result<Pose> {
         Ok(self.place().floor_from_base()?.inverse())
@@ -165,8 +172,7 @@ impl MovingBase {
         let at_m = here.state().pose().at_m;
         let chosen = match next {
             // Out of the room behind the door, by the nearer side.
-            Some(_) if area.contains(self.place().at_m) => {
-                let at_m = self.place().at_m;
+            Some(_) if area.contains(at_m) => {
                 let y = match at_m.y < 0.5 * (area.low_m.y + area.high_m.y) {
                     true => area.low_m.y - CLEAR_M,
                     false => area.high_m.y + CLEAR_M,
@@ -227,14 +233,17 @@ impl MovingBase {
     pub(super) fn step(&mut self, dt_s: f64, seen: &Seen<'_>) -> anyhow::Result<()> {
         let parts = parts(seen);
         let hall = &self.hall_from_corridor;
-        let hands_m = seen.hands_m.iter().map(|m| hall.transform_point(*m));
-        let hands_m: Vec<DVec3> = hands_m.collect();
-        let velocity = hall.transform_vector(seen.person_m_per_s.extend(0.0));
+        let place = |m: DVec2| hall.transform_point(m.extend(0.0)).truncate();
+        let velocity = |v: DVec2| hall.transform_vector(v.extend(0.0)).truncate();
+        let hands = seen.hands.iter().map(|hand| SeenHand {
+            at_m: place(hand.at_m),
+            ..*hand
+        });
+        let hands: Vec<SeenHand> = hands.collect();
         let around = Surroundings {
-            person_m: hall.transform_point(seen.person_m.extend(0.0)).truncate(),
-            person_m_per_s: velocity.truncate(),
-            hands_m: &hands_m,
-            board_m: seen.base_from_board.position_m(),
+            person_m: place(seen.person_m),
+            person_m_per_s: velocity(seen.person_m_per_s),
+            hands: &hands,
             touched: seen.touched,
             parts: &parts,
         };

@@ -48,7 +48,7 @@ pub(super) fn table(walks: &[Walked]) -> String {
         let [walls, shelves, doors] = Kind::ALL.map(of_kind);
         let _ = writeln!(
             text,
-            "| {} | {} | {} | {} | {} | {walls} | {shelves} | {doors} | {elsewhere} | {by_arm} | {:.1} | {} | {} | {} | {} | {} | {:.0} | {:.0} |",
+            "| {} | {} | {} | {} | {} | {walls} | {shelves} | {doors} | {elsewhere} | {by_arm} | {:.1} | {} | {} | {} | {} | {} | {:.0} | {:.0} | {} |",
             walk.kind.name(),
             touches.len(),
             share(touches, |_| true),
@@ -65,7 +65,11 @@ pub(super) fn table(walks: &[Walked]) -> String {
             metres(base.hand_margin_m),
         );
     }
-    let inverted_s = inverted_s(hall);
+    text
+}
+
+/// What the inversion of the maps took; not in the table, which is the same for the same seed.
+pub(super) fn inverted(hall: &Hall) -> String {
     let (cells, bases) = hall.rooms.first().map_or((0, 0), |room| {
         (room.inversion.cells(), room.inversion.bases().len())
     });

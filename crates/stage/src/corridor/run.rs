@@ -177,7 +177,7 @@ impl<'a> Rig<'a> {
         self.session.plan();
         while self.session.next_event().is_some() {}
         self.arm.advance(PERIOD_S)?;
-        let base_from_corridor = self.base.base_from_corridor();
+        let base_from_corridor = self.base.base_from_corridor()?;
         let (base, tip) = (&base_from_corridor, self.walker.tip(t_s));
         let tip = tip.map(|(m, per_s)| (base.transform_point(m), base.transform_vector(per_s)));
         self.is_touched = self.finger.press(&mut self.arm, tip)? != DVec3::ZERO;

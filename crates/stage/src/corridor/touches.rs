@@ -51,9 +51,6 @@ impl TouchWatch {
         let Some(truth) = truths.get(number) else {
             return Ok(());
         };
-        let (board, tolerance) = (arm.board(), PlaceTolerance::default());
-        let holds = tolerance.holds(board, corridor_from_board, truth.target_m, truth.normal);
-        self.since_s = holds.then(|| self.since_s.unwrap_or(t_s));
         let contact_s = begins_s + truth.contact_s;
         if t_s < contact_s {
             let (board, tolerance) = (arm.board(), PlaceTolerance::default());

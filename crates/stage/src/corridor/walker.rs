@@ -39,6 +39,7 @@ struct Stay {
 
 /// A way from one standing place to another, since a time.
 struct Walk {
+    since_s: f64,
     /// The way and its length, m, and the headings of the body at its ends, rad.
     way_m: Vec<DVec2>,
     length_m: f64,
@@ -124,11 +125,11 @@ impl<'a> Walker<'a> {
                 std::mem::swap(&mut self.stay, &mut walk.next);
                 self.phase = Phase::Touches;
             }
-            Phase::Touches(sequence) if after_s >= sequence.duration_s() => {
+            Phase::Touches if t_s >= self.stay.begins_s + self.stay.sequence.duration_s() => {
                 match self.at + 1 == self.visits.len() {
-                    true => Phase::Done,
-                    false if self.visit().leaves => Phase::Waits,
-                    false => self.goes_on()?,
+                    true => self.phase = Phase::Done,
+                    false if self.visit().leaves => self.phase = Phase::Waits,
+                    false => self.goes_on(t_s)?,
                 }
             }
             Phase::Waits if door_opens => self.goes_on(t_s)?,
@@ -280,7 +281,9 @@ fn between(a: &HandFrame, b: &HandFrame, share: f64) -> HandFrame {
 }
 
 impl Walk {
-    fn body(&self, after_s: f64) -> Body {
+    /// Where the body is at a time, s.
+    fn body(&self, t_s: f64) -> Body {
+        let after_s = t_s - self.since_s;
         let since_s = after_s.max(1e-9);
         let along = JointPoint::default().towards(self.length_m, &self.bounds, since_s);
         let (mut at_m, mut way_rad) = (self.way_m[0], None);
