@@ -214,7 +214,8 @@ def inverse(arm, count, rng):
         worst = [f"{np.median(x):.1e} / {x.max():.1e}" for x in (metres, radians)]
         verdicts.append([name, setting, *shares, *worst])
         batched = [timed(solve_all, poses, starts) for _ in range(3 if solve_all else 0)]
-        faults += sum(np.sum(np.isnan(answers) != np.isnan(q)) for answers, _ in batched)
+        if ours:
+            faults += sum(np.sum(np.isnan(answers) != np.isnan(q)) for answers, _ in batched)
         mean = f"{np.median([us for _, us in batched]) / len(poses):.4g}" if batched else "none"
         times.append([name, *(spread(us[kind == k]) for k in range(4)), mean])
     table(["contestant", "setting", *KINDS, "position error, m", "rotation error, rad"], verdicts)

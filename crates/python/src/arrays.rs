@@ -29,11 +29,13 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Floats<'py> {
         let plain = given.is_exact_instance_of::<PyUntypedArray>();
         if !(plain && given.cast::<PyArrayDyn<f64>>().is_ok()) {
             let numpy = given.py().import("numpy")?;
-            let masked = numpy.getattr("ma")?.call_method1("is_masked", (given,))?;
-            if masked.is_truthy()? {
+            // Of a list of arrays, too.
+            let ma = numpy.getattr("ma")?;
+            let array = ma.call_method1("asarray", (given,))?;
+            if ma.call_method1("is_masked", (&array,))?.is_truthy()? {
                 return refuse("an array with masked values: fill them or leave them out");
             }
-            let dtype = numpy.call_method1("asarray", (given,))?.getattr("dtype")?;
+            let dtype = array.getattr("dtype")?;
             let kind: char = dtype.getattr("kind")?.extract()?;
             if !"biufO".contains(kind) {
                 let message = format!("values of type {dtype}, not real numbers");

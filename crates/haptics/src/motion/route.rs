@@ -148,14 +148,22 @@ impl Route {
     /// The motion begins anew where the board is, at `face`. Only the places that it is still over count on: a board that was stopped in a shelf
     /// must come out of it.
     pub(super) fn restart(&mut self, goal: Option<&Goal>, face: &Pose) {
-        let last = [goal.map(Goal::on_surface), self.under_way];
-        let mut over = [None; PLACES];
-        let places = last.into_iter().chain(self.left).flatten();
-        let still = places.filter(|place| self.is_over(place, face));
-        for (slot, place) in over.iter_mut().zip(still) {
-            *slot = Some(place);
+        let goal = goal.map(Goal::on_surface);
+        let places = || [goal, self.under_way].into_iter().chain(self.left);
+        let newest = places().find(Option::is_some).flatten();
+        let (mut left, mut older) = ([None; PLACES], 1);
+        for place in places().flatten() {
+            if left.contains(&Some(place)) || self.is_gone(&place) || !self.is_over(&place, face) {
+                continue;
+            }
+            if Some(place) == newest {
+                left[0] = newest;
+            } else if let Some(slot) = left.get_mut(older) {
+                *slot = Some(place);
+                older += 1;
+            }
         }
-        (self.left, self.under_way, self.departed) = (over, None, None);
+        (self.left, self.under_way, self.departed) = (left, None, None);
         (self.on_known, self.ends) = (None, None);
         (self.detour_m, self.is_blocked) = (None, false);
         self.search = None;
@@ -218,6 +226,11 @@ impl Route {
         self.keep(goal.on_surface(), face);
     }
 
+    /// Was its surface known once and is no more, as of a door that has opened?
+    fn is_gone(&self, place: &Place) -> bool {
+        self.on_known == Some(*place) && !self.barriers.have(place.point_m, place.normal)
+    }
+
     /// Is a board with this face still over a place?
     fn is_over(&self, place: &Place, face: &Pose) -> bool {
         let at = board_pose(place.point_m, place.normal, place.roll_rad);
@@ -228,7 +241,7 @@ impl Route {
 
     /// Puts a place before the left ones; of those, only the ones that the board is still over are kept.
     fn keep(&mut self, place: Place, face: &Pose) {
-        if self.on_known == Some(place) && !self.barriers.have(place.point_m, place.normal) {
+        if self.is_gone(&place) {
             return;
         }
         let mut kept = [None; PLACES];

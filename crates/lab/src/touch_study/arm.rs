@@ -102,7 +102,7 @@ impl WaitingArm {
         let (listen, hands) = flags.fri.zip(flags.hands).context("--fri needs --hands")?;
         receivable("--fri", listen)?;
         let room = flags.led.real_room()?;
-        let (scene, remarks) = match &flags.scene {
+        let (scene, mut remarks) = match &flags.scene {
             Some(path) => load_scene(Some(path.as_path().into())).context("--scene")?,
             None => {
                 let first = Stimulus::of(protocol, 0)?.surface;
@@ -115,6 +115,7 @@ impl WaitingArm {
                 (scene_of(first)?, Vec::new())
             }
         };
+        remarks.extend(flags.led.warning());
         check_surfaces(&scene, protocol).context("--scene")?;
         let server = BridgeServer::start(flags.led.server(hands)?)?;
         let arm = BoardArm::named("iiwa7", &Board::default())?;

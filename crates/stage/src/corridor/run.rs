@@ -235,10 +235,11 @@ impl<'a> Rig<'a> {
             let ranked = perception.predictor().ranked();
             self.belief.see(&frame, walks, ranked, room)?;
         }
-        // The arm waits behind the wall until it can reach, from where the base stops, what is expected: so the base may drive faster beside a hand.
-        let likeliest = self.belief.likeliest(&room.inversion);
+        // The arm of a base that drives waits behind the wall until it can reach, from where the base stops, what is expected: the base may then drive
+        // faster beside a hand.
         let base = self.base.stops_at().floor_from_base()?;
-        let serves = match likeliest {
+        let expected = self.belief.likeliest(&room.inversion);
+        let serves = match expected.filter(|_| self.kind.drives()) {
             Some((point_m, normal)) => {
                 let point_m = base.inverse_transform_point(point_m);
                 let normal = base.inverse_transform_vector(normal);

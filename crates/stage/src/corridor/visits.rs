@@ -1,6 +1,6 @@
 //! What a walker touches: places in every room, and a few touches at each.
 
-use super::hall::{DOOR_Y_M, Hall, Room, SIDE_M};
+use super::hall::{DOOR_Y_M, Hall, Room, SHELF_DEPTH_M, SIDE_M};
 use crate::person::kinds::PersonKind;
 use crate::person::touches::{Standing, at_hand};
 use anyhow::Context;
@@ -150,7 +150,11 @@ fn round(room: &Room, sampler: &mut Sampler) -> Vec<Place> {
         } else {
             let x = low.x + s - corners[0];
             let at_shelf = (x - shelf_x).abs() < SHELF_NEAR_M;
-            let (x, before_m) = if at_shelf { (shelf_x, 0.12) } else { (x, 0.0) };
+            let (x, before_m) = if at_shelf {
+                (shelf_x, SHELF_DEPTH_M)
+            } else {
+                (x, 0.0)
+            };
             place(dvec2(x, low.y), DVec2::Y, before_m)
         });
         s += sampler.uniform(APART_M[0], APART_M[1]);

@@ -83,7 +83,7 @@ pub struct LedArmFlags {
     /// A hand that stands quite still counts as lost: for a headset that repeats its last pose when it loses a hand
     #[arg(long)]
     pub watch_frozen: bool,
-    /// Nothing tracks the person's head: the arm does not wait for a head, and nothing keeps it away from one that is not sent
+    /// Nothing tracks the person's head: the arm does not wait for one, and nothing keeps it away from head, torso and arms
     #[arg(long)]
     pub no_head: bool,
 }
@@ -121,6 +121,13 @@ impl LedArmFlags {
     pub fn real_room(&self) -> anyhow::Result<Option<RealRoom>> {
         let room = self.room.as_deref().map(RealRoom::read);
         room.transpose().context("--room")
+    }
+
+    /// What somebody who starts the program must know of these flags.
+    #[must_use]
+    pub fn warning(&self) -> Option<String> {
+        let text = "no head is waited for: nothing keeps the arm away from head, torso and arms";
+        self.no_head.then(|| text.to_owned())
     }
 
     /// The settings of a session in this room.

@@ -71,9 +71,7 @@ pub fn prepare(server: &BridgeServer, flags: &LiveFlags) -> anyhow::Result<Prepa
     };
     let (predictor, leader, learnt) = predictor(&scenery, flags.predictor)?;
     remarks.push(learnt);
-    if flags.led.no_head {
-        remarks.push("no head is waited for: nothing keeps the arm away from one".to_owned());
-    }
+    remarks.extend(flags.led.warning());
     let room = flags.led.real_room()?;
     let settings = flags.led.session(scenery, room.as_ref());
     let session = settings.session(predictor)?;

@@ -51,14 +51,23 @@ fn of_the_places_only_those_that_the_board_is_over_outlast_a_restart() {
         ..place
     });
     let face = board_pose(DVec3::new(0.5, 0.05, 0.5), DVec3::X, 0.0).expect("a pose");
-    let over = [route.left[0], route.left[2]];
-    route.restart(None, &face);
-    assert_eq!(
-        (route.left[..2].to_vec(), route.left[2]),
-        (over.to_vec(), None)
-    );
+    let [newest, _, oldest] = [route.left[0], route.left[1], route.left[2]];
+    route.under_way = newest;
+    let restarted = |route: &mut Route, face: &Pose| {
+        route.restart(None, face);
+        route.left[..3].to_vec()
+    };
+    assert_eq!(restarted(&mut route, &face), [newest, oldest, None]);
+    // No other place becomes the newest.
+    let beyond = board_pose(DVec3::new(0.35, 0.05, 0.5), DVec3::X, 0.0).expect("a pose");
+    assert_eq!(restarted(&mut route, &beyond), [None, oldest, None]);
     // An arm that stands elsewhere begins as at first.
     let away = board_pose(DVec3::new(0.39, 1.0, 0.5), DVec3::NEG_Y, 0.0).expect("a pose");
-    route.restart(None, &away);
-    assert_eq!(route.left, [None; PLACES]);
+    assert_eq!(restarted(&mut route, &away), [None; 3]);
+    // A door that has opened is no place any more.
+    route.left = left([0.6, 0.5, 0.4]);
+    (route.on_known, route.under_way) = (route.left[0], None);
+    let oldest = route.left[2];
+    assert_eq!(restarted(&mut route, &face)[0], None);
+    assert!(route.left.contains(&oldest));
 }

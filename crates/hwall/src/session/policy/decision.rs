@@ -63,8 +63,8 @@ pub(in crate::session) struct Policy {
     told: Option<ContactPrediction>,
     /// When the hand last reached, s.
     reached_s: f64,
-    /// While it reaches for the goal: the time until the touch as expected in the last frame, s.
-    left_s: Option<f64>,
+    /// While it reaches for the goal: the most probable place on its surface and the time until the touch there, m and s, in the last frame.
+    left: Option<(DVec3, f64)>,
     /// When the hand was last not at rest, s.
     moved_s: f64,
     /// When a prediction was last not finite, s.
@@ -95,7 +95,7 @@ impl Policy {
             way: None,
             told: None,
             reached_s: f64::NEG_INFINITY,
-            left_s: None,
+            left: None,
             moved_s: f64::NEG_INFINITY,
             bad_s: f64::NEG_INFINITY,
             last_s: f64::NEG_INFINITY,
@@ -110,7 +110,7 @@ impl Policy {
     /// Drops the current choice and reach, for a world that jumped; what was learnt of the person stays.
     pub(in crate::session) fn reset(&mut self) {
         self.choice = Choice::Wait;
-        (self.way, self.told, self.left_s) = (None, None, None);
+        (self.way, self.told, self.left) = (None, None, None);
         [self.reached_s, self.moved_s, self.bad_s, self.last_s] = [f64::NEG_INFINITY; 4];
         self.fixations.forget_look();
         self.available_time.forget_reach();
@@ -166,7 +166,9 @@ impl Policy {
         }
         let ranked = &ranked[..ranked.len().min(MOST)];
         self.watch(t_s, ranked, hand);
-        self.left_s = self.left_s.map(|left_s| left_s + since_s);
+        self.left = self
+            .left
+            .map(|(point_m, left_s)| (point_m, left_s + since_s));
         let hypothesis = |contact: &ContactPrediction| self.hypothesis(t_s, contact, hand, arm);
         let mut hypotheses = [hypothesis(first); MOST];
         for (into, contact) in hypotheses.iter_mut().zip(ranked).skip(1) {
@@ -215,7 +217,8 @@ impl Policy {
         let reached = hypotheses
             .iter()
             .filter(|place| place.reaches && place.chance > 0.0 && self.is_goal(&place.contact));
-        self.left_s = reached.map(|place| place.time.median_s).reduce(f64::min);
+        let reached = reached.max_by(|a, b| a.chance.total_cmp(&b.chance));
+        self.left = reached.map(|place| (place.contact.point_m, place.time.median_s));
         let decision = match choice {
             Choice::Wait => Decision::Wait,
             Choice::Preposition(goal) => {
@@ -252,7 +255,7 @@ impl Policy {
     }
 
     fn turn_to_waiting(&mut self, t_s: f64, arm: &impl Presenting) {
-        (self.told, self.left_s) = (None, None);
+        (self.told, self.left) = (None, None);
         if self.choice != Choice::Wait {
             self.choice = Choice::Wait;
             self.way = self.way.map(|way| way.to(arm, arm.waits_at(), t_s));
@@ -322,12 +325,13 @@ impl Policy {
             }
         });
         // As the hand slows down before the touch, estimates jump up: within a reach, the time left grows no faster than time passes.
-        let expected = match self.left_s.filter(|_| self.is_goal(contact)) {
-            Some(left_s) => TouchTime {
+        let same_place = |(at_m, _): &(DVec3, f64)| at_m.distance(contact.point_m) <= self.reach_m;
+        let expected = match self.left.filter(same_place) {
+            Some((_, left_s)) if self.is_goal(contact) => TouchTime {
                 median_s: expected.median_s.min(left_s),
                 ..expected
             },
-            None => expected,
+            _ => expected,
         };
         let meant = 1.0 - self.config.detour_share;
         let goes_on = t_s - self.reached_s <= self.config.pause_s && self.is_goal(contact);

@@ -547,3 +547,27 @@ fn a_pre_position_counts_the_time_until_the_arm_is_there() {
     let [before, after] = [sets_off, Way::at(Some(there))].map(|way| chooser.loss(&choice, &way));
     assert!(before > after + 0.2, "{before} {after}");
 }
+
+#[test]
+fn the_time_left_at_a_place_says_nothing_about_another_one_on_the_same_wall() {
+    let mut policy = policy();
+    policy.explain();
+    let mut step = |t_s: f64, y: f64, mean_s: f64| {
+        let sd_s = Some(0.05);
+        let seen = ContactPrediction {
+            time_to_contact_s: Some(TimeToContact { mean_s, sd_s }),
+            ..looked_at(place(0, y, 0.01, 1.0), -1.0)
+        };
+        let at_m = seen.point_m + DVec3::X * 0.3;
+        let hand = hand_at(t_s, at_m, DVec3::NEG_X * 0.5);
+        let _ = policy.step(t_s, &[seen], Some(&hand), &Arm([Some(0.3), None]));
+        let why = policy.explanation().expect("asked for");
+        why.places.first().expect("one").touch_s
+    };
+    for frame in 0..20 {
+        step(0.01 * f64::from(frame), 0.0, 0.3 - 0.01 * f64::from(frame));
+    }
+    // Beside it, within the board, the estimate may not jump up; 0.4 m away it is a new one.
+    assert!(step(0.2, 0.05, 0.8) < 0.15);
+    assert_eq!(step(0.21, 0.4, 0.8), 0.8);
+}
