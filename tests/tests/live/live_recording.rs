@@ -219,7 +219,7 @@ fn told_without_a_head(bridge: &str, name: &str) -> anyhow::Result<[Vec<String>;
 #[test]
 fn a_client_without_a_head_after_one_with_a_head() -> anyhow::Result<()> {
     let _alone = alone();
-    let is_served = |told: &[String]| told.iter().any(|event| event.starts_with("touched"));
+    let is_served = |told: &[String]| told.iter().any(|event| event.starts_with("arrived"));
     let [first, second] = told_without_a_head("--predictor ray-led", "head")?;
     assert!(is_served(&first), "{first:?}");
     let unseen = "the head has not been tracked yet";

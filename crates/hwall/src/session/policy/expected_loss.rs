@@ -232,8 +232,8 @@ impl<A: Presenting> Chooser<'_, A> {
             there += hypothesis.chance * covered;
         }
         // The touch may come where none is predicted. Places lie all around the waiting posture, so the way back and the way on add as if perpendicular.
-        let back_s = travel_s(self.arm, to.as_ref(), self.arm.waits_at().as_ref());
-        late += self.elsewhere() * self.too_late(&self.unknown, left_s, USUAL_S.hypot(back_s));
+        let back_s = left_s + travel_s(self.arm, to.as_ref(), self.arm.waits_at().as_ref());
+        late += self.elsewhere() * self.too_late(&self.unknown, 0.0, USUAL_S.hypot(back_s));
         late + goal.map_or(0.0, |_| self.config.false_dispatch * (1.0 - there))
     }
 

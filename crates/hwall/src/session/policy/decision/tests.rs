@@ -571,3 +571,24 @@ fn the_time_left_at_a_place_says_nothing_about_another_one_on_the_same_wall() {
     assert!(step(0.2, 0.05, 0.8) < 0.15);
     assert_eq!(step(0.21, 0.4, 0.8), 0.8);
 }
+
+#[test]
+fn a_board_goes_back_once_nothing_is_expected_any_more() {
+    let mut policy = policy();
+    let come_m = |t_s: f64| 0.3 * minimum_jerk(t_s);
+    decided_at_the_end(&mut policy, come_m, |_, left_s| left_s);
+    assert!(matches!(policy.choice, Choice::Present(_)));
+    let mut last = None;
+    for frame in 0..60 {
+        let t_s = 1.0 + 0.01 * f64::from(frame);
+        let away_m = (0.3 * 0.01 * f64::from(frame) / 0.2).min(0.3);
+        let seen = ContactPrediction {
+            distance_m: away_m,
+            ..place(0, 0.0, 0.05, 0.8)
+        };
+        let speed = DVec3::X * if away_m < 0.3 { 1.5 } else { 0.0 };
+        let hand = hand_at(t_s, seen.point_m + DVec3::X * away_m, speed);
+        last = policy.step(t_s, &[seen], Some(&hand), &Arm([Some(0.5), None]));
+    }
+    assert!(matches!(last, Some((_, Decision::Wait))), "{last:?}");
+}
