@@ -72,8 +72,8 @@ impl Withdrawal {
     }
 
     /// Was the arm pushed, or is it now?
-    pub(super) fn is_pushed(&self, torque: Option<&JointTorques>) -> bool {
-        self.pushed_to.is_some() || torque.is_some_and(is_push)
+    pub(super) fn is_pushed(&self, arm: &dyn ArmKinematics, torque: Option<&JointTorques>) -> bool {
+        self.pushed_to.is_some() || torque.is_some_and(|torque| is_push(arm, torque))
     }
 
     /// One step back from the follower's commanded pose; `None` if that is not finite. A board that is already behind all surfaces withdraws by that

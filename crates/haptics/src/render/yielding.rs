@@ -2,7 +2,9 @@
 
 use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities, MOST_JOINTS};
 
-/// A smaller torque may be no push, N m: 2 % of the range of an iiwa's first joint torque sensor, the accuracy that its maker states.
+/// A smaller torque may be no push, as a share of the joint's largest torque: the accuracy that an iiwa's maker states for its joint torque sensors.
+const FELT_SHARE: f64 = 0.02;
+/// The same for a joint whose largest torque is unknown, N m: that of an iiwa's first joint.
 const FELT_N_M: f64 = 3.5;
 /// Acceleration and deceleration of the fastest part, m/s².
 const ACCELERATION_M_PER_S2: f64 = 2.0;
@@ -34,7 +36,7 @@ impl Yielding {
     ) -> JointVelocities {
         let change = ACCELERATION_M_PER_S2 * dt_s;
         let goes_on = self.way_m < MOST_M;
-        let felt = torque.filter(|torque| goes_on && is_push(torque));
+        let felt = torque.filter(|torque| goes_on && is_push(arm, torque));
         let direction = felt.and_then(|torque| direction(arm, q, torque));
         match direction {
             Some(direction) => {
@@ -56,8 +58,10 @@ impl Yielding {
 }
 
 /// Do the torques indicate a push?
-pub(crate) fn is_push(torque: &JointTorques) -> bool {
-    torque.0.iter().any(|n_m| n_m.abs() > FELT_N_M)
+pub(crate) fn is_push(arm: &dyn ArmKinematics, torque: &JointTorques) -> bool {
+    let most = arm.max_torque_n_m();
+    let felt_n_m = most.map(|most_n_m| most_n_m.map_or(FELT_N_M, |most_n_m| FELT_SHARE * most_n_m));
+    (0..MOST_JOINTS).any(|joint| torque[joint].abs() > felt_n_m[joint])
 }
 
 /// Joint torques beyond the sensor bias, N m.
@@ -82,4 +86,23 @@ fn direction(
     let fastest = fastest.map(|(here, there)| here.distance(*there) / SMALL_RAD);
     let fastest = fastest.fold(0.0, f64::max);
     (fastest > 1e-3 && fastest.is_finite()).then(|| JointVelocities(unit.map(|qd| qd / fastest)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hwall_kinematics::SrsArm;
+
+    #[test]
+    fn a_push_is_felt_by_each_joint_in_its_own_range() {
+        let arm = SrsArm::iiwa7();
+        let push = |joint: usize, n_m: f64| {
+            let mut torque = JointTorques::default();
+            torque[joint] = -n_m;
+            is_push(&arm, &torque)
+        };
+        // 2 % of 176 N m at the shoulder, of 40 N m at the wrist.
+        assert!(push(0, 3.6) && !push(0, 3.4) && push(6, 0.9) && !push(6, 0.7));
+        assert!(!push(0, f64::NAN));
+    }
 }

@@ -167,17 +167,18 @@ impl Supervisor {
         self.bias.and_then(|bias| bias.bias())
     }
 
-    /// Ends a latched fault; commands go through again after the recovery time if inputs are sound. The measured position is then trusted, and the
-    /// torque bias is estimated anew. No effect without a latched fault.
+    /// Ends a latched fault; commands go through again after the recovery time if inputs are sound. The measured position is then trusted, and a
+    /// torque bias that was too large is estimated anew. No effect without a latched fault.
     pub fn reset(&mut self) {
-        let trouble = self.faults.trouble.as_ref();
-        if !trouble.is_some_and(|trouble| trouble.is_latched(self.config.latch)) {
+        let latched = (self.faults.trouble).filter(|trouble| trouble.is_latched(self.config.latch));
+        let Some(trouble) = latched else {
             return;
-        }
+        };
         self.faults.reset(self.clock.elapsed_s);
         self.inspection.believe();
-        self.person = PersonBody::default();
-        self.bias = self.config.bias.map(TorqueBias::new);
+        if matches!(trouble.fault.reason, SafeReason::TorqueBias { .. }) {
+            self.bias = self.config.bias.map(TorqueBias::new);
+        }
     }
 
     /// The arm rejected the last command: it holds until it accepts commands again, and then continues from rest.
@@ -231,7 +232,7 @@ impl Supervisor {
         let joints = self.arm.joint_count();
         let agreeing = self.agreement.step(joints, input.state, &self.guard);
         let is_unproven = self.sent == Sent::Nothing && agreeing < self.config.agreeing_states;
-        let unseen = self.inspection.unseen().map(PersonPart::channel);
+        let unseen = self.inspection.unseen();
         let reason = match is_unproven {
             true => Some(SafeReason::Unproven),
             false => unseen.map(SafeReason::Unseen),
@@ -336,6 +337,13 @@ impl Supervisor {
             .remember(input.state, self.sent, held, now_s);
     }
 
+    /// The bias beyond which torques are a push, N m: none once a push is certain, although no bias was measured.
+    fn push_bias(&self, fault: &Fault) -> Option<JointTorques> {
+        let is_push = fault.severity == Severity::Caught
+            || matches!(fault.reason, SafeReason::UnexpectedContact { .. });
+        self.torque_bias().or(is_push.then(JointTorques::default))
+    }
+
     fn answer(&self, command: ArmCommand, slowed: Option<(f64, SafeReason)>) -> SupervisorStep {
         let timing = &self.config.timing;
         let share = slowed.map_or(1.0, |(share, _)| share.clamp(0.01, 1.0));
@@ -351,7 +359,7 @@ impl Supervisor {
             };
         };
         let reason = trouble.fault.reason;
-        let bias = self.torque_bias();
+        let bias = self.push_bias(&trouble.fault);
         let (state, request) = match trouble.stage {
             Stage::Hold => (SafeState::Holding { reason }, SafeRequest::Hold),
             Stage::Retreat if trouble.fault.severity == Severity::Caught => (

@@ -79,9 +79,13 @@ pub struct SupervisorConfig {
     pub leaps: LeapLimits,
     /// Which faults need a person.
     pub latch: Latch,
-    /// Parts of the person that must have been tracked before the arm moves; default head and fingertip. A part that is not required is not missed
-    /// before it was first seen, and nothing keeps the arm away from it until then.
+    /// Parts of the person that must have been tracked before the arm moves, and are missed when they are lost; default head and fingertip. A part
+    /// that is not required is not missed before it was first seen, and nothing keeps the arm away from it until then. Elbow and other hand, which
+    /// headsets often lose, are never missed unless they are required.
     pub required: Vec<PersonPart>,
+    /// Must external torques have been measured before the arm moves? Default true: an arm without them feels neither a touch nor a person that it
+    /// squeezes.
+    pub requires_torque: bool,
     /// The arm's body.
     pub body: BodyConfig,
     /// The real surroundings of the arm; `None`, the default: a floor at the height of its base.
@@ -132,6 +136,7 @@ impl Default for SupervisorConfig {
             leaps: LeapLimits::default(),
             latch: Latch::default(),
             required: vec![PersonPart::Head, PersonPart::Fingertip],
+            requires_torque: true,
             body: BodyConfig::default(),
             room: None,
             separation: SeparationConfig::default(),

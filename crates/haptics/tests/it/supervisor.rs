@@ -4,7 +4,9 @@ use crate::supervised::Bench;
 use crate::support::{DT_S, force, home};
 use glam::DVec3;
 use hwall_haptics::ArmCommand;
-use hwall_haptics::safety::{Channel, PersonPart, SafeRequest, SafeState};
+use hwall_haptics::safety::{
+    Channel, PersonPart, PersonPoint, SafeReason, SafeRequest, SafeState, SupervisorConfig,
+};
 use hwall_kinematics::{JointPositions, JointTorques, JointVelocities};
 
 /// A fault takes effect at once, reaches its last state in the stated time, and is forgotten after the recovery time.
@@ -232,5 +234,38 @@ fn an_arm_whose_person_was_never_whole_does_not_even_withdraw() {
             }
         });
         assert_eq!(step.command, ArmCommand::Hold, "{k}: {}", step.state);
+    }
+}
+
+#[test]
+fn an_arm_that_measures_no_torques_moves_only_if_that_is_said() {
+    for (requires_torque, name) in [(true, "holding"), (false, "normal")] {
+        let mut bench = Bench::with(SupervisorConfig {
+            requires_torque,
+            ..SupervisorConfig::default()
+        });
+        let step = bench.run_with(50, |bench, _| bench.state.external_torque = None);
+        assert_eq!(step.state.name(), name);
+        let channel = Channel::Torque;
+        let reason = requires_torque.then_some(SafeReason::Unseen(channel));
+        assert_eq!(step.state.reason(), reason);
+        assert_eq!(bench.run(5).state, SafeState::Normal);
+    }
+}
+
+#[test]
+fn a_part_that_is_required_is_missed_when_it_is_lost() {
+    for part in [PersonPart::Elbow, PersonPart::OtherHand] {
+        for is_required in [true, false] {
+            let mut config = SupervisorConfig::default();
+            config.required.extend(is_required.then_some(part));
+            let mut bench = Bench::with(config);
+            let palm = bench.person[1];
+            bench.person.push(PersonPoint { part, ..palm });
+            assert_eq!(bench.run(20).state, SafeState::Normal);
+            bench.person.pop();
+            let name = if is_required { "holding" } else { "normal" };
+            assert_eq!(bench.run(100).state.name(), name, "{part:?}");
+        }
     }
 }

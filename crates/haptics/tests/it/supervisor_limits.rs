@@ -482,4 +482,13 @@ fn an_unknown_torque_limit_is_a_hand_pressed_at_the_length_of_the_arm() {
         );
     }
     assert_eq!(GuardLimits::of_arm(&known).torque_n_m[0], 176.0);
+    // A description that states an absurd limit does not switch the check off.
+    let mut absurd = of(known.parameters());
+    absurd.max_torque_n_m = [1e4; 7];
+    let limits_n_m = GuardLimits::of_arm(&SrsArm::new(absurd).unwrap()).torque_n_m;
+    let most_n_m = 2.0 * 140.0 * (longest_m + 0.1);
+    assert!(
+        limits_n_m.iter().all(|n_m| *n_m <= most_n_m),
+        "{limits_n_m:?}"
+    );
 }

@@ -92,3 +92,18 @@ fn a_stop_on_demand_outlasts_other_faults() {
     bench.supervisor.reset();
     assert_eq!(bench.run(600).state, SafeState::Normal);
 }
+
+/// A clamp is felt by what is known of the torque sensors, and the arm keeps away from the person as last seen.
+#[test]
+fn a_reset_forgets_neither_the_sensors_nor_the_person() {
+    let mut bench = Bench::new();
+    bench.supervisor.set_out_of_reach(true);
+    bench.run(1000);
+    let (bias, person) = (bench.supervisor.torque_bias(), *bench.supervisor.person());
+    assert!(bias.is_some() && !person.is_empty());
+    bench.supervisor.stop();
+    bench.run(20);
+    bench.supervisor.reset();
+    assert_eq!(bench.supervisor.torque_bias(), bias);
+    assert!(!bench.supervisor.person().is_empty());
+}

@@ -41,7 +41,7 @@ impl Renderer {
                 bias,
             }) => {
                 let torque = bias.and_then(pushed);
-                match withdrawal.is_pushed(torque.as_ref()) {
+                match withdrawal.is_pushed(&**follower.arm(), torque.as_ref()) {
                     true => {
                         Some(withdrawal.give_way(follower, torque.as_ref(), speed_m_per_s, dt_s))
                     }

@@ -4,7 +4,6 @@ use super::Supervisor;
 use crate::arm::ArmCommand;
 use crate::render::{beyond, distance_and_closing, is_push};
 use crate::safety::cycle::{Sent, SupervisorInput};
-use crate::safety::fault::Severity;
 use crate::safety::limits::braking::Braking;
 use crate::safety::state::SafeReason;
 use hwall_kinematics::{JointPositions, JointTorques, JointVelocities};
@@ -170,16 +169,11 @@ impl Supervisor {
         if let (Some(speed), Some(trouble)) = (retreat, self.faults.trouble) {
             let outward = twist.linear_m_per_s.dot(face.rotation().z_axis);
             let reason = trouble.fault.reason;
-            let is_caught = trouble.fault.severity == Severity::Caught;
-            let bias = match self.torque_bias() {
-                None if is_caught => Some(JointTorques::default()),
-                bias => bias,
-            };
-            let push = input.state.external_torque.zip(bias);
+            let push = (input.state.external_torque).zip(self.push_bias(&trouble.fault));
             let push = push.map(|(torque, bias)| beyond(&torque, &bias));
             let gives_way = push.is_some_and(|push| {
                 let power_w: f64 = push.0.iter().zip(&qd.0).map(|(n_m, qd)| n_m * qd).sum();
-                is_push(&push) && power_w > 0.0
+                is_push(&*self.arm, &push) && power_w > 0.0
             });
             let speed = match gives_way {
                 true => self.config.timing.yield_m_per_s,

@@ -36,7 +36,8 @@ struct Watches {
     position: Watch,
     velocity: Watch,
     torque: Watch,
-    person: [Watch; 3],
+    /// In the order of [`PersonPart::ALL`].
+    person: [Watch; PersonPart::ALL.len()],
     target: Watch,
     force: Watch,
 }
@@ -76,6 +77,8 @@ pub(in crate::safety) struct Inspection {
     /// Parts of the person that have been seen.
     seen: [bool; PersonPart::ALL.len()],
     required: Vec<PersonPart>,
+    /// Must external torques have been seen?
+    requires_torque: bool,
 }
 
 impl Inspection {
@@ -97,7 +100,7 @@ impl Inspection {
                 position: Watch::new(config.position)?,
                 velocity: Watch::new(config.velocity)?,
                 torque: Watch::new(config.torque)?,
-                person: [hand, hand, Watch::new(config.head)?],
+                person: [hand, hand, Watch::new(config.head)?, hand, hand],
                 target: Watch::new(config.target)?,
                 force: Watch::new(config.force)?,
             },
@@ -113,24 +116,22 @@ impl Inspection {
             located: None,
             seen: [false; PersonPart::ALL.len()],
             required: config.required.clone(),
+            requires_torque: config.requires_torque,
         })
     }
 
-    /// A required part that was never seen.
-    pub(in crate::safety) fn unseen(&self) -> Option<PersonPart> {
+    /// A required channel that was never seen.
+    pub(in crate::safety) fn unseen(&self) -> Option<Channel> {
         let unseen = |part: &&PersonPart| !self.seen[**part as usize];
-        self.required.iter().find(unseen).copied()
+        let part = self.required.iter().find(unseen).copied();
+        let felt = !self.requires_torque || self.watches.torque.last_stamp_s().is_some();
+        part.map(PersonPart::channel)
+            .or((!felt).then_some(Channel::Torque))
     }
 
     /// The part is not missed until it is seen again.
     pub(in crate::safety) fn forget(&mut self, part: PersonPart) {
-        let [tip, palm, head] = &mut self.watches.person;
-        match part {
-            PersonPart::Fingertip => tip.forget(),
-            PersonPart::Palm => palm.forget(),
-            PersonPart::Head => head.forget(),
-            PersonPart::Elbow | PersonPart::OtherHand => {}
-        }
+        self.watches.person[part as usize].forget();
     }
 
     /// No part is missed, and none has been seen.
@@ -336,7 +337,7 @@ impl Inspection {
         let unsure = |reason| Some(Fault::new(reason, Severity::Unsure));
         for part in PersonPart::ALL {
             let newest = input.person.iter().find(|point| point.part == part);
-            if !part.is_missed() {
+            if !part.is_missed() && !self.required.contains(&part) {
                 self.seen[part as usize] |= newest.is_some_and(|p| p.position_m.is_finite());
                 continue;
             }
