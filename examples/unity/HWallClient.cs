@@ -33,6 +33,7 @@ namespace HWall
         readonly DateTime began = DateTime.UtcNow;
         readonly object gate = new object();
         View view = new View();
+        readonly SemaphoreSlim sends = new SemaphoreSlim(1, 1);
         Task reader;
         ulong sequence;
 
@@ -68,10 +69,13 @@ namespace HWall
         /// <summary>Stops the arm until somebody lets it go.</summary>
         public Task Stop() { return Send("{\"type\":\"stop\"}"); }
 
-        Task Send(string text)
+        async Task Send(string text)
         {
             var bytes = new ArraySegment<byte>(Encoding.UTF8.GetBytes(text));
-            return socket.SendAsync(bytes, WebSocketMessageType.Text, true, end.Token);
+            // A socket sends one message at a time; a second one would throw, and a stop would be lost.
+            await sends.WaitAsync(end.Token);
+            try { await socket.SendAsync(bytes, WebSocketMessageType.Text, true, end.Token); }
+            finally { sends.Release(); }
         }
 
         static string Numbers(double[] values)

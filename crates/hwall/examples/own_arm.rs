@@ -4,7 +4,7 @@ use hwall::contact::{DeterministicConfig, DeterministicPredictor};
 use hwall::glam::DVec3;
 use hwall::hand::HandFrame;
 use hwall::haptics::{Arm, ArmCommand, ArmState, Board};
-use hwall::kinematics::{JointPositions, JointVelocities, SrsArm};
+use hwall::kinematics::{JointPositions, JointTorques, JointVelocities, SrsArm};
 use hwall::scene::Scene;
 use hwall::{Session, SessionConfig, SessionState, maps_of};
 use std::io::{self, Write};
@@ -53,7 +53,8 @@ pub fn main() -> Result<(), Box<dyn Error>> {
         t_s: 0.0,
         q: JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]),
         qd: JointVelocities::default(),
-        external_torque: None,
+        // Nothing touches it. An arm without torque sensors says so: `SupervisorConfig::requires_torque`.
+        external_torque: Some(JointTorques::default()),
     });
     for cycle in 0..1500 {
         let state = arm.state()?;

@@ -30,7 +30,7 @@ pub use chain::{
     NumericReport, NumericScratch, NumericSolution,
 };
 #[cfg(feature = "dynamics")]
-pub use chain::{ChainDynamics, DynamicsScratch, GRAVITY_M_PER_S2};
+pub use chain::{ChainDynamics, DynamicsScratch, EstimatedAccelerations, GRAVITY_M_PER_S2};
 
 // Joints, forces, errors.
 pub use error::KinematicsError;

@@ -1,4 +1,4 @@
-"""A session as a ROS 2 node: /joint_states and /hand in, position commands out. `python ros2_node.py [arm.urdf scene.obj]`
+"""A session as a ROS 2 node: /joint_states and /hand in, position commands out. `python ros2_node.py [arm.urdf scene.obj [JOINT,JOINT,...]]`
 
 /hand is a geometry_msgs/PoseArray in the frame of the arm's base: fingertip, palm, head; a position of NaN means not seen.
 """
@@ -23,11 +23,13 @@ def seconds(stamp):
     return stamp.sec + 1e-9 * stamp.nanosec
 
 
-def main(urdf=None, scene=None):
+def main(urdf=None, scene=None, joint_names=None):
     arm = hwall.Arm.from_urdf(urdf) if urdf else hwall.Arm.iiwa7()
     wall = "o wall\nv 0.6 -1 0\nv 0.6 1 0\nv 0.6 1 1.5\nv 0.6 -1 1.5\nf 1 2 3 4\n"
     scene = hwall.Scene.from_obj(scene) if scene else hwall.Scene.from_obj_str(wall)
     session = hwall.Session(arm, scene)
+    # Of the chain and of the commands; drivers often add a prefix: names separated by commas.
+    names = joint_names.split(",") if joint_names else arm.joint_names
     rclpy.init()
     node = rclpy.create_node("hwall")
     commands = node.create_publisher(Float64MultiArray, "/forward_position_controller/commands", 1)
@@ -39,7 +41,7 @@ def main(urdf=None, scene=None):
 
     def joints(message):
         now = seconds(message.header.stamp)
-        order = np.argsort(message.name)  # joint_state_broadcaster sorts them differently from the chain
+        order = [message.name.index(name) for name in names]  # a missing name ends the node: the arm is another one
         q, qd = np.array(message.position)[order], np.array(message.velocity)[order]
         kind, wanted = session.step(now, q, qd, np.array(message.effort)[order], now)
         if kind == "position":  # on "hold" the controller keeps its last positions

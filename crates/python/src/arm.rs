@@ -33,6 +33,8 @@ pub(crate) struct PyArm {
     model: Arc<dyn ArmKinematics>,
     /// Why there is no closed form, if there is none.
     why_not: Option<String>,
+    /// In the order of the chain.
+    joint_names: Vec<String>,
 }
 
 impl PyArm {
@@ -40,16 +42,21 @@ impl PyArm {
         Self {
             model: Arc::new(arm),
             why_not: None,
+            joint_names: (1..=7).map(|joint| format!("A{joint}")).collect(),
         }
     }
 
     /// An arm with a tool; checks for a closed form.
-    pub(crate) fn carrying(model: Arc<dyn ArmKinematics>) -> Self {
+    pub(crate) fn carrying(model: Arc<dyn ArmKinematics>, joint_names: Vec<String>) -> Self {
         let why_not = model
             .closed_form()
             .is_none()
             .then(|| "the arm has no closed form".into());
-        Self { model, why_not }
+        Self {
+            model,
+            why_not,
+            joint_names,
+        }
     }
 
     pub(crate) fn model(&self) -> &Arc<dyn ArmKinematics> {
@@ -193,12 +200,21 @@ impl PyArm {
     ) -> PyResult<Self> {
         py.detach(|| {
             let chain = Chain::from_urdf_file(&path, root, tip)?;
+            let joints = chain.joints().iter();
+            let joint_names = joints.map(|joint| joint.name.clone()).collect();
             match SrsArm::from_chain(&chain) {
-                Ok(arm) => Ok(Self::of(arm)),
-                Err(why_not) => Ok::<_, KinematicsError>(Self {
-                    model: Arc::new(ChainArm::new(chain)?),
-                    why_not: Some(why_not.to_string()),
+                Ok(arm) => Ok(Self {
+                    joint_names,
+                    ..Self::of(arm)
                 }),
+                Err(why_not) => {
+                    let estimated = chain.estimated_accelerations(None).rad_per_s2;
+                    Ok::<_, KinematicsError>(Self {
+                        model: Arc::new(ChainArm::new(chain)?.with_accelerations(estimated)),
+                        why_not: Some(why_not.to_string()),
+                        joint_names,
+                    })
+                }
             }
         })
         .or_raise()
@@ -210,10 +226,17 @@ impl PyArm {
         Ok(Self {
             model: self.model.carrying(tool),
             why_not: self.why_not.clone(),
+            joint_names: self.joint_names.clone(),
         })
     }
 
     /// Number of joints, at most 7.
+    /// Names of the joints in the order of `q`: those of the URDF; A1 to A7 of an iiwa.
+    #[getter]
+    pub(crate) fn joint_names(&self) -> Vec<String> {
+        self.joint_names.clone()
+    }
+
     #[getter]
     fn joint_count(&self) -> usize {
         self.model.joint_count()

@@ -7,6 +7,7 @@ use crate::error::{OrRaise, refuse};
 use crate::hand::PyFrame;
 use crate::scene::PyScene;
 use hwall::hand::Tracking;
+use hwall::haptics::safety::SupervisorConfig;
 use hwall::haptics::{ArmCommand, ArmState, Board};
 use hwall::kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities};
 use hwall::reachability::Presented;
@@ -29,6 +30,7 @@ pub(crate) struct PySession {
     // Sessions are used by one thread at a time.
     session: Mutex<Session<AnyPredictor>>,
     arm: Arc<dyn ArmKinematics>,
+    joint_names: Vec<String>,
     /// For surface names.
     scene: Scene,
 }
@@ -63,9 +65,10 @@ impl PySession {
     /// fused predictor predicts touches, without one the gaze ray. `board`: half width, half height, thickness, m.
     /// `simulated`: a hand without tremor does not count as a frozen tracker. `prepared`: precompute arrival times and the waiting
     /// posture (a second for a room); otherwise the arm waits where it is. `arm_minus_tracker`: offset of the clocks, s.
-    /// `supervised`: stop, retreat or slow down on faulty inputs and hard pushes; no safety rating.
+    /// `supervised`: stop, retreat or slow down on faulty inputs and hard pushes; no safety rating. `requires_torque`: hold until external
+    /// torques were measured; without them neither touches nor clamped hands are felt.
     #[new]
-    #[pyo3(signature = (arm, scene, *, model=None, board=None, simulated=false, prepared=true, arm_minus_tracker=0.0, supervised=true))]
+    #[pyo3(signature = (arm, scene, *, model=None, board=None, simulated=false, prepared=true, arm_minus_tracker=0.0, supervised=true, requires_torque=true))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
@@ -77,6 +80,7 @@ impl PySession {
         prepared: bool,
         arm_minus_tracker: f64,
         supervised: bool,
+        requires_torque: bool,
     ) -> PyResult<Self> {
         let board = board_of(board);
         let mut config = SessionConfig {
@@ -84,11 +88,15 @@ impl PySession {
             arm_minus_tracker_s: arm_minus_tracker,
             ..SessionConfig::default()
         };
-        if !supervised {
-            config.supervisor = None;
-        }
+        config.supervisor = (config.supervisor.filter(|_| supervised)).map(|supervisor| {
+            SupervisorConfig {
+                requires_torque,
+                ..supervisor
+            }
+        });
         let predictor = predictor_of(model.as_deref(), simulated)?;
-        let (model, scene) = (Arc::clone(arm.model()), scene.scene.clone());
+        let (model, joint_names) = (Arc::clone(arm.model()), arm.joint_names());
+        let scene = scene.scene.clone();
         py.detach(|| {
             let model = model.carrying(board.flange_from_board_face().or_raise()?);
             let walls = match (prepared, model.closed_form()) {
@@ -103,6 +111,7 @@ impl PySession {
             Ok(Self {
                 session: Mutex::new(session),
                 arm: model,
+                joint_names,
                 scene,
             })
         })
@@ -115,23 +124,23 @@ impl PySession {
     }
 
     /// Takes the state of the arm at `now` (s), and returns its command: ("position", q) in rad, ("torque", tau) in
-    /// N m, or ("hold", None): brake and stand. `q` (joints,), rad; `qd`, rad/s, default 0; `torque`: external torques,
+    /// N m, or ("hold", None): brake and stand. `q` (joints,), rad; `qd`, rad/s; `torque`: external torques,
     /// N m, for feeling touches; `t`: time of the state, s, default `now`. NaN is not an error here: the session holds
     /// and gives the reason.
-    #[pyo3(signature = (now, q, qd=None, torque=None, t=None))]
+    #[pyo3(signature = (now, q, qd, torque=None, t=None))]
     fn step<'py>(
         &self,
         py: Python<'py>,
         now: f64,
         q: Floats<'py>,
-        qd: Option<Floats<'py>>,
+        qd: Floats<'py>,
         torque: Option<Floats<'py>>,
         t: Option<f64>,
     ) -> PyResult<Command<'py>> {
         let state = ArmState {
             t_s: t.unwrap_or(now),
             q: JointPositions(self.padded("q", &q)?),
-            qd: JointVelocities(qd.map_or(Ok([0.0; 7]), |qd| self.padded("qd", &qd))?),
+            qd: JointVelocities(self.padded("qd", &qd)?),
             external_torque: torque
                 .map(|torque| self.padded("torque", &torque).map(JointTorques))
                 .transpose()?,
@@ -218,7 +227,7 @@ impl PySession {
     /// The arm with the board as its tool.
     #[getter]
     fn arm(&self) -> PyArm {
-        PyArm::carrying(Arc::clone(&self.arm))
+        PyArm::carrying(Arc::clone(&self.arm), self.joint_names.clone())
     }
 
     /// Sets the pose of the virtual world, `base_from_world` (4, 4), m, as of `t`, s.

@@ -87,6 +87,7 @@ def test_margins_are_inside_what_is_reachable(arm, random_q):
 def test_an_arm_from_urdf(arm, random_q):
     exact = hwall.Arm.from_urdf(data("kinematics/tests/data/iiwa7.urdf"), tip="lbr_link_ee")
     assert exact.exact and exact.joint_count == 7
+    assert arm.joint_names == [f"A{i}" for i in range(1, 8)] and len(exact.with_tool(np.eye(4)).joint_names) == 7
     assert np.abs(exact.forward(random_q) - arm.forward(random_q)).max() < 1e-5
     ur5 = hwall.Arm.from_urdf(data("kinematics/tests/data/ur5.urdf"), tip="flange")
     q = np.array([0.3, -1.2, 1.4, -0.7, 0.9, 0.2])

@@ -60,7 +60,7 @@ CALLS = {
     "Reach": (contact.Reach, [T, np.column_stack([T, T, T])], {"contact": [1, 1, 1], "contact_time": 1.1, "normal": [0, 0, 1]}),
     "fit reaches": (contact.LearnedModel.fit, [[contact.Reach(T, np.column_stack([T, T, k * T])) for k in range(9)]], {}),
     "touched": (contact.Predictor(SCENE).touched, [[0.6, 0, 1], 1.0], {}),
-    "step": (SESSION.step, [0.0, START], {"qd": START, "torque": START, "t": 0.0}),
+    "step": (SESSION.step, [0.0, START, START], {"torque": START, "t": 0.0}),
     "world": (lambda *a, **k: hwall.Session(ARM, SCENE, prepared=False).world(*a, **k), [0.0, np.eye(4)], {}),
     "set_clock_offset": (SESSION.set_clock_offset, [0.1], {}),
     "Session": (lambda **k: hwall.Session(ARM, SCENE, prepared=False, **k), [], {"board": [0.1, 0.1, 0.02], "arm_minus_tracker": 0.0}),

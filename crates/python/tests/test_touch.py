@@ -82,14 +82,22 @@ def test_a_session_puts_the_board_in_place_and_feels_both_touches(arm, scene):
 
 def test_a_session_holds_on_bad_input_and_says_why(arm, scene):
     session = hwall.Session(arm, scene, simulated=True, prepared=False)
-    assert session.step(0.0, [np.nan] * 7) == ("hold", None)
+    assert session.step(0.0, [np.nan] * 7, np.zeros(7)) == ("hold", None)
     assert session.state in ("holding", "safe") and session.reason
     with pytest.raises(hwall.Error, match="q has 6 values, the arm has 7 joints"):
-        session.step(0.001, np.zeros(6))
+        session.step(0.001, np.zeros(6), np.zeros(7))
     session.stop()
-    session.step(0.002, START)
+    session.step(0.002, START, np.zeros(7))
     assert session.state == "safe"
     session.reset()
+    # Without torques nothing is felt, so the arm moves only if that is said.
+    for needed in (True, False):
+        felt_not = hwall.Session(arm, scene, simulated=True, prepared=False, requires_torque=needed)
+        for k in range(5):
+            frame = hwall.Frame(1e-3 * k, index=[1.2, 0, 0.5 + 1e-4 * k], palm=[1.3, 0, 0.5], head=[1.5, 0, 0.8 + 1e-4 * k])
+            felt_not.frame(frame)
+            felt_not.step(1e-3 * k, START, np.zeros(7))
+        assert ("torque" in (felt_not.reason or "")) == needed, felt_not.reason
     with pytest.raises(hwall.Error, match="half_width"):
         hwall.Session(arm, scene, board=(-0.1, 0.1, 0.02))
 

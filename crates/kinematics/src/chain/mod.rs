@@ -5,6 +5,8 @@ mod axis_frame;
 mod body;
 #[cfg(feature = "dynamics")]
 mod dynamics;
+#[cfg(feature = "dynamics")]
+mod full_speed;
 mod inertia;
 mod joint;
 mod model;
@@ -18,6 +20,8 @@ mod urdf;
 
 #[cfg(feature = "dynamics")]
 pub use dynamics::{ChainDynamics, DynamicsScratch, GRAVITY_M_PER_S2};
+#[cfg(feature = "dynamics")]
+pub use full_speed::EstimatedAccelerations;
 pub use inertia::Inertial;
 pub use joint::{ChainJoint, JointKind};
 pub use model::Chain;

@@ -369,3 +369,38 @@ fn a_joint_without_mass_has_no_forward_dynamics() {
     let error = arm.forward(&[0.1, 0.2], &[0.0; 2], &[0.0; 2]);
     assert_eq!(error, Err(KinematicsError::SingularMass { joint: 1 }));
 }
+
+/// A pendulum of 2 kg at 0.5 m on a level axis: inertia 0.5 kg m², gravity torque at most 9.8 N m.
+#[test]
+fn accelerations_of_a_description_without_any_follow_from_torque_and_inertia() {
+    let arm = |inertial: &str, limit: &str| {
+        let text = format!(
+            r#"<robot name="r"><link name="base"/><link name="l">{inertial}</link>
+            <joint name="a" type="revolute"><parent link="base"/><child link="l"/><axis xyz="0 1 0"/>
+            <limit lower="-3" upper="3" {limit}/></joint></robot>"#
+        );
+        Chain::from_urdf_str(&text, None, None).unwrap()
+    };
+    let body = r#"<inertial><origin xyz="0.5 0 0"/><mass value="2"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial>"#;
+    let found = arm(body, r#"velocity="2" effort="20""#).estimated_accelerations(None);
+    assert!(found.is_computed);
+    let exact = (20.0 - 2.0 * 9.80665 * 0.5) / 0.5;
+    assert!(
+        (found.rad_per_s2[0] - exact).abs() < 0.01 * exact,
+        "{found:?} {exact}"
+    );
+    // A payload slows it down; without masses, and for a joint that cannot hold its link, the time is assumed.
+    let load = Inertial::solid_box("load", 0.5, DVec3::X * 0.5, DVec3::splat(0.01));
+    let loaded = arm(body, r#"velocity="2" effort="20""#).estimated_accelerations(Some(&load));
+    assert!(loaded.rad_per_s2[0] < found.rad_per_s2[0]);
+    for chain in [
+        arm("", r#"velocity="2" effort="20""#),
+        arm(body, r#"velocity="2" effort="5""#),
+    ] {
+        let assumed = chain.estimated_accelerations(None);
+        assert!(
+            !assumed.is_computed && (assumed.rad_per_s2[0] - 2.0 / 0.3).abs() < 1e-9,
+            "{assumed:?}"
+        );
+    }
+}

@@ -33,6 +33,8 @@ class Arm:
     @property
     def joint_count(self) -> int: ...
     @property
+    def joint_names(self) -> list[str]: ...
+    @property
     def exact(self) -> bool: ...
     @property
     def limits(self) -> Floats: ...
@@ -218,6 +220,7 @@ class Session:
         prepared: bool = True,
         arm_minus_tracker: float = 0.0,
         supervised: bool = True,
+        requires_torque: bool = True,
     ) -> Session: ...
     @property
     def state(self) -> str: ...
@@ -234,7 +237,7 @@ class Session:
         self,
         now: float,
         q: ArrayLike,
-        qd: Optional[ArrayLike] = None,
+        qd: ArrayLike,
         torque: Optional[ArrayLike] = None,
         t: Optional[float] = None,
     ) -> Command: ...

@@ -1,8 +1,8 @@
 //! Arms by name or URDF file, for the command line.
 
-use super::assumed_limits::accelerations;
 use super::counted::Counted;
 use super::numbers::{counted, list};
+use crate::board_body::{BOARD_KG, board_body};
 use crate::console::note;
 use anyhow::{Context, bail};
 use glam::DVec3;
@@ -11,8 +11,8 @@ use hwall::haptics::{Board, QUARTER_TURNS_RAD, board_pose};
 use hwall::scene::Scene;
 use hwall::{LikelyTouches, Walls, WallsConfig};
 use hwall_kinematics::{
-    ArmKinematics, BranchPolicy, Chain, ChainArm, JointPositions, KinematicsError, NearestConfig,
-    SrsArm, Unreachable, Verdict,
+    ArmKinematics, BranchPolicy, Chain, ChainArm, EstimatedAccelerations, JointPositions,
+    KinematicsError, MOST_JOINTS, NearestConfig, SrsArm, Unreachable, Verdict,
 };
 use std::f64::consts::PI;
 use std::path::Path;
@@ -176,10 +176,10 @@ impl BoardArm {
             }
             return Ok(of_srs);
         }
-        let (accelerations, words) = accelerations(&chain, board);
-        note(format_args!("{name}: {words}"));
+        let estimated = chain.estimated_accelerations(Some(&board_body(board, BOARD_KG)));
+        note(format_args!("{name}: {}", words_of(&chain, &estimated)));
         let chain = ChainArm::new(chain)?.with_tool(board.flange_from_board_face()?);
-        let chain = chain.with_accelerations(accelerations);
+        let chain = chain.with_accelerations(estimated.rad_per_s2);
         let links = chain.chain().clone();
         let kinematics: Arc<dyn ArmKinematics> = Arc::new(chain);
         let start = start_of(&*kinematics)?.with_context(|| {
@@ -380,6 +380,27 @@ pub fn parse_list<const N: usize>(text: &str) -> anyhow::Result<[f64; N]> {
     values
         .try_into()
         .map_err(|_| anyhow::anyhow!("{count} numbers, expected {N}"))
+}
+
+/// What the user is told of the accelerations of an arm.
+fn words_of(chain: &Chain, estimated: &EstimatedAccelerations) -> String {
+    let joints = chain.joints();
+    let shown = &estimated.rad_per_s2[..joints.len().min(MOST_JOINTS)];
+    let unknown = (joints.iter()).filter(|joint| joint.max_acceleration.is_none());
+    let unknown: Vec<&str> = unknown.map(|joint| &*joint.name).collect();
+    let whose = match unknown.len() {
+        0 => return format!("acceleration limits of the description: {shown:.1?} rad/s²"),
+        all if all == joints.len() => String::new(),
+        _ => format!(" of {}", unknown.join(", ")),
+    };
+    let source = match estimated.is_computed {
+        true => "estimated from torque limits and inertia",
+        false => "assumed, without masses or torque limits",
+    };
+    let full_speed_s = estimated.full_speed_s;
+    format!(
+        "acceleration limits{whose} are not in the description: {source}: {shown:.1?} rad/s², full speed within {full_speed_s:.2} s"
+    )
 }
 
 #[cfg(test)]

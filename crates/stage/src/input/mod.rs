@@ -2,7 +2,6 @@
 
 pub mod address;
 pub mod arms;
-mod assumed_limits;
 pub mod base_flag;
 pub mod counted;
 pub mod file_plan;

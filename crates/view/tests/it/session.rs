@@ -5,7 +5,7 @@ use glam::DVec3;
 use hwall::contact::{DeterministicConfig, DeterministicPredictor};
 use hwall::hand::{HandFilterConfig, HandFrame, HandPoint};
 use hwall::haptics::{ArmState, Board};
-use hwall::kinematics::{JointPositions, JointVelocities};
+use hwall::kinematics::{JointPositions, JointTorques, JointVelocities};
 use hwall::{Session, SessionConfig, Walls};
 use hwall_view::{ViewFrame, ViewScene, ViewState};
 
@@ -38,7 +38,7 @@ fn a_session_is_seen_and_nothing_is_allocated_for_it() {
         t_s: 0.0,
         q: JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 0.0]),
         qd: JointVelocities::default(),
-        external_torque: None,
+        external_torque: Some(JointTorques::default()),
     };
     let before = ViewFrame::of(&session, &state, None);
     assert_eq!(before.state, ViewState::Holding);
