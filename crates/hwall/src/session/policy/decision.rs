@@ -182,6 +182,7 @@ impl Policy {
             hypotheses,
             t_s,
             unknown: self.usual(),
+            glance_s: self.fixations.glance_s(),
             revealed: TouchTime {
                 median_s: self.revealed_time.budget_s(),
                 scale_s: scale_of(WITHIN_PERSON_S),
@@ -342,14 +343,10 @@ impl Policy {
             Motion::Rests => match contact.looked_at_since_s {
                 Some(_) => match self.chosen_since_s(contact) {
                     Some(since_s) => {
-                        let time = TouchTime {
-                            passed_s: (t_s - since_s).max(0.0),
-                            ..usual
-                        };
-                        // The longer the eyes rest there without a reach, the less likely is a touch.
-                        let trusted = meant * self.fixations.share();
-                        let awaited = trusted * time.still_awaited();
-                        (awaited / (awaited + 1.0 - trusted), time)
+                        let passed_s = (t_s - since_s).max(0.0);
+                        let time = TouchTime { passed_s, ..usual };
+                        let awaited = time.still_awaited();
+                        (self.fixations.leads(meant, passed_s, awaited), time)
                     }
                     None => (0.0, usual),
                 },

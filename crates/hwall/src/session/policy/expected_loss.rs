@@ -102,6 +102,8 @@ pub(super) struct Chooser<'a, A> {
     pub(super) t_s: f64,
     /// Time of a touch at a place that nothing predicts.
     pub(super) unknown: TouchTime,
+    /// Time until the eyes show that the next touch is elsewhere, s.
+    pub(super) glance_s: f64,
     /// Time from when the motion of the hand reveals a place until the touch.
     pub(super) revealed: TouchTime,
 }
@@ -231,8 +233,10 @@ impl<A: Presenting> Chooser<'_, A> {
             late += hypothesis.chance * (covered * here + (1.0 - covered) * elsewhere);
             there += hypothesis.chance * covered;
         }
-        // The touch may come where none is predicted. Places lie all around the waiting posture, so the way back and the way on add as if perpendicular.
-        let back_s = left_s + travel_s(self.arm, to.as_ref(), self.arm.waits_at().as_ref());
+        // The touch may come where none is predicted. The arm turns when the eyes show that. Places lie all around the waiting posture, so the way back
+        // and the way on add as if perpendicular.
+        let by_then = way.now(self.t_s + self.glance_s);
+        let back_s = travel_s(self.arm, by_then.as_ref(), self.arm.waits_at().as_ref());
         late += self.elsewhere() * self.too_late(&self.unknown, 0.0, USUAL_S.hypot(back_s));
         late + goal.map_or(0.0, |_| self.config.false_dispatch * (1.0 - there))
     }

@@ -5,6 +5,8 @@
 pub(super) struct Fixations {
     led: f64,
     all: f64,
+    /// Mean duration of those that led to none, s.
+    glance_s: f64,
     /// Begin and last sample of the current fixation, s.
     under_way: Option<[f64; 2]>,
     /// Begin of the fixation counted last, s: a reach may last longer than one frame.
@@ -28,6 +30,8 @@ pub(super) struct FixationFrame {
 const FADES: f64 = 0.9;
 /// Prior: one fixation that led to a reach.
 const LED_BEFORE: f64 = 1.0;
+/// Mean duration of fixations on scenes, s [Henderson, Trends in Cognitive Sciences 7(11):498, 2003].
+const USUAL_GLANCE_S: f64 = 0.33;
 /// Shortest fixation that counts, s.
 const SHORTEST_S: f64 = 0.1;
 /// Longest time from the end of a fixation to its reach, s.
@@ -38,6 +42,7 @@ impl Default for Fixations {
         Self {
             led: LED_BEFORE,
             all: LED_BEFORE,
+            glance_s: USUAL_GLANCE_S,
             under_way: None,
             counted_s: None,
         }
@@ -48,6 +53,19 @@ impl Fixations {
     /// The fraction that led to a reach.
     pub(super) fn share(&self) -> f64 {
         self.led / self.all
+    }
+
+    /// Mean duration of this person's fixations that lead to no reach, s.
+    pub(super) const fn glance_s(&self) -> f64 {
+        self.glance_s
+    }
+
+    /// Probability that a fixation that lasts this long, s, leads to a reach. `awaited`: probability that the reach of one that does is still to come.
+    /// Durations of the others are taken as exponential: without memory of how long they have lasted.
+    pub(super) fn leads(&self, prior: f64, lasted_s: f64, awaited: f64) -> f64 {
+        let leads = prior * self.share() * awaited;
+        let glances = (1.0 - prior * self.share()) * (-lasted_s / self.glance_s).exp();
+        leads / (leads + glances)
     }
 
     /// Drops the current fixation without counting it.
@@ -90,6 +108,11 @@ impl Fixations {
         if led || lasted_s >= SHORTEST_S {
             self.led = self.led * FADES + f64::from(u8::from(led));
             self.all = self.all * FADES + 1.0;
+            if !led {
+                // With the weight of the newest one among those that led to none.
+                let others = (self.all - self.led).max(1.0);
+                self.glance_s += (lasted_s - self.glance_s) / (others + 1.0);
+            }
         }
     }
 }

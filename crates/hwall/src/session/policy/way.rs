@@ -126,7 +126,7 @@ impl Way {
     }
 
     /// Current configuration of the arm on a minimum-jerk motion.
-    fn now(&self, t_s: f64) -> Option<JointPositions> {
+    pub(super) fn now(&self, t_s: f64) -> Option<JointPositions> {
         let u = 1.0 - self.left_s(t_s) / self.takes_s.max(f64::MIN_POSITIVE);
         let share = u * u * u * (10.0 - 15.0 * u + 6.0 * u * u);
         Some(part_way(&self.from?, &self.to?, share.clamp(0.0, 1.0)))
