@@ -61,10 +61,10 @@ impl Fixations {
     }
 
     /// Probability that a fixation that lasts this long, s, leads to a reach. `awaited`: probability that the reach of one that does is still to come.
-    /// Durations of the others are taken as exponential: without memory of how long they have lasted.
+    /// Durations of the others have a heavy tail, since people also stare: the longer one has lasted, the longer it goes on.
     pub(super) fn leads(&self, prior: f64, lasted_s: f64, awaited: f64) -> f64 {
         let leads = prior * self.share() * awaited;
-        let glances = (1.0 - prior * self.share()) * (-lasted_s / self.glance_s).exp();
+        let glances = (1.0 - prior * self.share()) * self.glance_s / (self.glance_s + lasted_s);
         leads / (leads + glances)
     }
 
@@ -167,6 +167,28 @@ mod tests {
         fixations.step(&frame(0.5, None, false));
         assert_eq!(fixations.share(), 1.0);
     }
+
+    #[test]
+    fn a_fixation_that_outlasts_glances_leads_to_a_reach() {
+        let mut fixations = Fixations::default();
+        // Three of four are glances of 0.2 s.
+        for look in 0..40 {
+            let since_s = f64::from(look);
+            for k in 0..=20 {
+                fixations.step(&frame(since_s + 0.01 * f64::from(k), Some(since_s), false));
+            }
+            fixations.step(&frame(since_s + 0.4, None, look % 4 == 3));
+        }
+        let glance_s = fixations.glance_s();
+        assert!((glance_s - 0.2).abs() < 0.02, "{glance_s}");
+        let leads = [0.0, 0.2, 0.4, 0.8].map(|s| fixations.leads(1.0, s, 1.0));
+        assert!((leads[0] - fixations.share()).abs() < 1e-12);
+        assert!(leads.is_sorted() && leads[3] > 0.6, "{leads:?}");
+        // It leads to none once its reach should have come.
+        assert!(fixations.leads(1.0, 0.8, 1e-3) < 0.1);
+        assert_eq!(fixations.leads(1.0, 1e9, 0.0), 0.0);
+    }
+
     #[test]
     fn a_reach_of_many_frames_counts_once() {
         let mut fixations = Fixations::default();

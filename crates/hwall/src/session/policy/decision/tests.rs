@@ -537,6 +537,7 @@ fn a_pre_position_counts_the_time_until_the_arm_is_there() {
         reach_m: 0.075,
         hypotheses: &[hypothesis],
         t_s: 0.0,
+        glance_s: 0.3,
         unknown: time(USUAL_S),
         revealed: time(0.4),
     };
@@ -591,4 +592,35 @@ fn a_board_goes_back_once_nothing_is_expected_any_more() {
         last = policy.step(t_s, &[seen], Some(&hand), &Arm([Some(0.5), None]));
     }
     assert!(matches!(last, Some((_, Decision::Wait))), "{last:?}");
+}
+
+/// The eyes show early that a touch will be elsewhere, or late, when the board is far away.
+#[test]
+fn short_glances_make_it_cheaper_to_send_the_board() {
+    let arm = Arm([Some(0.6), None]);
+    let contact = place(0, 0.0, 0.01, 1.0);
+    let stand = arm.stand(&contact).expect("held");
+    let time = |median_s| TouchTime {
+        median_s,
+        scale_s: 0.1,
+        passed_s: 0.0,
+    };
+    let loss = |glance_s: f64| {
+        let chooser = Chooser {
+            config: &PolicyConfig::default(),
+            arm: &arm,
+            reach_m: 0.075,
+            hypotheses: &[],
+            t_s: 0.0,
+            glance_s,
+            unknown: time(USUAL_S),
+            revealed: time(USUAL_S),
+        };
+        let way = Way::at(arm.waits_at()).to(&arm, stand.q, 0.0);
+        chooser.loss(&Choice::Present(Goal { contact, stand }), &way)
+    };
+    let losses = [0.0, 0.2, 0.4, 1.0, 5.0].map(loss);
+    assert!(losses.is_sorted(), "{losses:?}");
+    assert!(losses[0] < losses[3] - 0.1, "{losses:?}");
+    assert_eq!(losses[3], losses[4]);
 }
