@@ -22,8 +22,20 @@ namespace HWall
         public double[] BoardOrientation = { 0, 0, 0, 1 };
         /// <summary>Where the board is sent: point and unit normal; null: nowhere.</summary>
         public double[] GoalPoint, GoalNormal;
-        /// <summary>True while nothing can be behind the surface that the hand approaches: stop the virtual hand at it.</summary>
+        /// <summary>Where the hand will touch: point on the surface and its unit normal, towards the person; null: not known.</summary>
+        public double[] PredictedPoint, PredictedNormal;
+        /// <summary>True while nothing can be behind the surface that the hand approaches.</summary>
         public bool Unreachable;
+
+        /// <summary>A point of the virtual hand, moved back to the surface if it is behind it and nothing real can be there.</summary>
+        public double[] Stopped(double[] point)
+        {
+            if (!Unreachable || PredictedPoint == null) return point;
+            double behind = 0;
+            for (int i = 0; i < 3; i++) behind += (PredictedPoint[i] - point[i]) * PredictedNormal[i];
+            if (behind <= 0) return point;
+            return new[] { point[0] + behind * PredictedNormal[0], point[1] + behind * PredictedNormal[1], point[2] + behind * PredictedNormal[2] };
+        }
     }
 
     public sealed class Client : IDisposable
@@ -117,6 +129,7 @@ namespace HWall
                 {
                     var board = (Dictionary<string, object>)message["board"];
                     var goal = message["goal"] as Dictionary<string, object>;
+                    var predicted = message["predicted"] as Dictionary<string, object>;
                     view = new View
                     {
                         Time = (double)message["t"],
@@ -125,6 +138,8 @@ namespace HWall
                         BoardOrientation = Vector(board["orientation"]),
                         GoalPoint = goal == null ? null : Vector(goal["point"]),
                         GoalNormal = goal == null ? null : Vector(goal["normal"]),
+                        PredictedPoint = predicted == null ? null : Vector(predicted["point"]),
+                        PredictedNormal = predicted == null ? null : Vector(predicted["normal"]),
                         Unreachable = unreachable,
                     };
                 }

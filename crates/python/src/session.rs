@@ -88,12 +88,11 @@ impl PySession {
             arm_minus_tracker_s: arm_minus_tracker,
             ..SessionConfig::default()
         };
-        config.supervisor = (config.supervisor.filter(|_| supervised)).map(|supervisor| {
-            SupervisorConfig {
+        config.supervisor =
+            (config.supervisor.filter(|_| supervised)).map(|supervisor| SupervisorConfig {
                 requires_torque,
                 ..supervisor
-            }
-        });
+            });
         let predictor = predictor_of(model.as_deref(), simulated)?;
         let (model, joint_names) = (Arc::clone(arm.model()), arm.joint_names());
         let scene = scene.scene.clone();
