@@ -230,13 +230,13 @@ impl PyArm {
         })
     }
 
-    /// Number of joints, at most 7.
     /// Names of the joints in the order of `q`: those of the URDF; A1 to A7 of an iiwa.
     #[getter]
     pub(crate) fn joint_names(&self) -> Vec<String> {
         self.joint_names.clone()
     }
 
+    /// Number of joints, at most 7.
     #[getter]
     fn joint_count(&self) -> usize {
         self.model.joint_count()

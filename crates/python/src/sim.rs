@@ -41,7 +41,7 @@ impl PyServoArm {
             torque_noise_n_m: torque_noise.unwrap_or(usual.torque_noise_n_m),
             ..usual
         };
-        let model = PyArm::carrying(Arc::clone(arm.model()));
+        let model = PyArm::carrying(Arc::clone(arm.model()), arm.joint_names());
         let servo = ServoArm::new(Arc::clone(arm.model()), arm.one(&q)?, config).or_raise()?;
         Ok(Self { arm: servo, model })
     }
