@@ -101,6 +101,10 @@ try {
   await new Promise((done) => setTimeout(done, 700));
   assert.equal(asked(), before);
 
+  // A key stops the arm.
+  await page.key("s");
+  await patiently("a stop", () => server.told.some((m) => m.type === "stop"));
+
   // Events and errors are told; a lost server is said and found again.
   server.tell({ type: "event", t: 1.5, kind: "touched", text: "3.2 N" });
   server.tell({ type: "error", text: "a test" });

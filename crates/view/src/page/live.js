@@ -101,7 +101,11 @@ function live() {
     $("parts").setAttribute("aria-pressed", String(is));
   };
   $("parts").addEventListener("click", parts);
-  addEventListener("keydown", (event) => { if (event.key === "b" && !event.repeat && !event.ctrlKey && !event.metaKey && !event.altKey) parts(); });
+  addEventListener("keydown", (event) => {
+    if (event.repeat || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.key === "b") parts();
+    if (event.key === "s") connection.order("stop");
+  });
   if (location.hash === "#switch") {
     // An enabling switch. While it is held it reports twenty times a second; when it is released it stops the arm.
     const button = $("switch");
