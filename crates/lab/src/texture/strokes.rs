@@ -1,0 +1,347 @@
+//! Strokes as people make them, over the released patch that a session presents: rendered against wanted roughness.
+
+use super::stroke::{Stroke, StrokePath};
+use crate::report::{Column, quantiles, table_of};
+use glam::{DVec2, DVec3};
+use hwall::contact::{DeterministicConfig, DeterministicPredictor};
+use hwall::hand::{HandFilterConfig, HandFrame};
+use hwall::haptics::{Arm, Board, surface_axes};
+use hwall::texture::TextureLevels;
+use hwall::{EventKind, LikelyTouches};
+use hwall_sim::{HandContact, minimum_jerk};
+use hwall_stage::input::arms::BoardArm;
+use hwall_stage::person::predictors::TrainingPeople;
+use hwall_stage::person::responses::Scenery;
+use hwall_stage::run::simulated_arm::{ArmLevel, SimulatedArm};
+use hwall_stage::run::stage::SessionSettings;
+use hwall_study::{Surface, scene_of};
+use hwall_testkit::{MarkdownTable, Sampler};
+use hwall_texton::{Level, ScanAngle, Texture};
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Control period, period of the tracker, and time between two judged moments, s.
+const DT_S: f64 = 1e-3;
+const TRACKER_S: f64 = 1.0 / 90.0;
+const JUDGED_S: f64 = 5e-3;
+/// Standard deviation of the tracker's noise, m.
+const NOISE_M: f64 = 3e-4;
+/// Middle of the strokes, on the wall of [`scene_of`], and rest of the hand from there, m.
+const MIDDLE_M: DVec3 = DVec3::new(0.6, 0.0, 0.6);
+const REST_M: DVec3 = DVec3::new(0.4, 0.1, 0.1);
+/// The head from the middle, m.
+const HEAD_M: DVec3 = DVec3::new(0.7, -0.1, 0.4);
+/// Aim of the finger beyond the face, m: 7.5 N at 500 N/m.
+const DEPTH_M: f64 = 0.015;
+/// Times at which the hand starts, presses and begins its stroke, s.
+const START_S: f64 = 0.2;
+const PRESS_S: f64 = 1.8;
+const STROKE_S: f64 = 2.1;
+/// Longest stroke, s.
+const LASTS_S: f64 = 2.0;
+/// Ranges of the mean speed of a stroke, m/s; drawn from one after the other.
+const SPEEDS_M_PER_S: [[f64; 2]; 3] = [[0.02, 0.06], [0.06, 0.12], [0.12, 0.3]];
+/// Speeds of the levels, mm/s, as in the study.
+const LEVELS_MM_PER_S: [f64; 4] = [20.0, 40.0, 60.0, 80.0];
+
+/// What a finger meets at a moment.
+#[derive(Debug, Clone, Copy)]
+struct Met {
+    angle_deg: f64,
+    bumps_hz: f64,
+    roughness: f64,
+}
+
+impl Met {
+    /// For a velocity over the texture, m/s; by the model that chose the levels.
+    fn of(levels: &TextureLevels, scan: ScanAngle, speed_m_per_s: f64) -> Option<Self> {
+        let speed_mm_per_s = 1e3 * speed_m_per_s;
+        Some(Self {
+            angle_deg: scan.deg(),
+            bumps_hz: Texture::released().encounter_frequency_hz(scan, speed_mm_per_s),
+            roughness: levels.magnitude(scan, speed_mm_per_s)?,
+        })
+    }
+
+    /// For a velocity over the texture, m/s, whose bumps have their long axis along `long`.
+    fn over(levels: &TextureLevels, velocity_m_per_s: DVec2, long: DVec2) -> Option<Self> {
+        let scan = ScanAngle::from_rad(long.angle_to(velocity_m_per_s)).ok()?;
+        Self::of(levels, scan, velocity_m_per_s.length())
+    }
+}
+
+/// A moment of a stroke.
+#[derive(Debug, Clone, Copy)]
+struct Moment {
+    finger_m_per_s: f64,
+    turns_rad_per_s: f64,
+    /// What a straight stroke at the speed of the finger meets on a board that presents the level exactly.
+    wanted: Met,
+    /// What this stroke meets on a board that keeps the motion for the direction in which the stroke began.
+    held: Met,
+    /// What it met on the board of the session; `None` if that did not move.
+    rendered: Option<Met>,
+}
+
+/// A stroke over a level, as it was felt.
+#[derive(Debug, Clone)]
+pub struct Felt {
+    path: StrokePath,
+    /// Which of [`SPEEDS_M_PER_S`].
+    range: usize,
+    moments: Vec<Moment>,
+}
+
+/// What all strokes share.
+struct Place {
+    arm: BoardArm,
+    scene: hwall_scene::Scene,
+    walls: hwall::Walls,
+    axes: [DVec3; 2],
+}
+
+impl Place {
+    fn new() -> anyhow::Result<Self> {
+        let arm = BoardArm::named("iiwa7", &Board::default())?;
+        let scene = scene_of(Surface::Wall)?;
+        let likely = hwall::arrival::reachability::Target {
+            point_m: MIDDLE_M,
+            normal: DVec3::X,
+        };
+        let likely = LikelyTouches::Such(vec![likely.into()]);
+        Ok(Self {
+            walls: arm.walls_of(&scene, likely, true)?,
+            axes: surface_axes(DVec3::X)?,
+            arm,
+            scene,
+        })
+    }
+
+    fn lift(&self, v: DVec2) -> DVec3 {
+        self.axes[0] * v.x + self.axes[1] * v.y
+    }
+
+    fn in_plane(&self, v: DVec3) -> DVec2 {
+        DVec2::new(v.dot(self.axes[0]), v.dot(self.axes[1]))
+    }
+
+    /// Free position of the fingertip, m.
+    fn tip_m(&self, stroke: &Stroke, t_s: f64) -> DVec3 {
+        let out = minimum_jerk((t_s - START_S) / (PRESS_S - START_S));
+        let inside_m = self.lift(stroke.at_m((t_s - STROKE_S).max(0.0))) - DVec3::X * DEPTH_M;
+        MIDDLE_M + REST_M.lerp(inside_m, out)
+    }
+
+    fn frame(&self, stroke: &Stroke, t_s: f64, noise: &mut Sampler) -> HandFrame {
+        let tip_m = self.tip_m(stroke, t_s);
+        let mut noisy = |off_m: DVec3| {
+            Some(tip_m + off_m + NOISE_M * DVec3::from([(); 3].map(|()| noise.normal())))
+        };
+        HandFrame {
+            palm_m: noisy(DVec3::X * 0.15),
+            tips_m: [None, noisy(DVec3::ZERO), None, None, None],
+            head_m: noisy(MIDDLE_M + HEAD_M - tip_m),
+            gaze: Some(-HEAD_M.normalize()),
+            ..HandFrame::empty(t_s)
+        }
+    }
+
+    /// A stroke over a level, presented by a session and the simulated arm.
+    fn felt(&self, stroke: &Stroke, level: Level, seed: u64) -> anyhow::Result<Vec<Moment>> {
+        let scenery = Scenery {
+            scene: &self.scene,
+            arm: &self.arm,
+            walls: &self.walls,
+            people: &TrainingPeople::default(),
+            textured: true,
+        };
+        let settings = SessionSettings {
+            scenery,
+            room: None,
+            level: ArmLevel::Servo,
+            filter: HandFilterConfig::default(),
+            sees_head: true,
+            arm_minus_tracker_s: 0.0,
+        };
+        let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led())?;
+        let mut session = settings.session(predictor)?;
+        let levels = TextureLevels::of_level(level, &Board::default())?;
+        session.set_texture_levels(levels.clone());
+        let model = Arc::clone(session.control().arm());
+        let start = scenery.start();
+        let mut arm = SimulatedArm::new(settings.level, &self.arm, model, start, seed)?;
+        let (finger, mut noise) = (HandContact::default(), Sampler::new(seed));
+        let (mut moments, mut frames, mut going) = (Vec::new(), 0_u32, false);
+        let begins = stroke.velocity_m_per_s(JUDGED_S).normalize_or(DVec2::X);
+        let end_s = STROKE_S + stroke.lasts_s(LASTS_S);
+        let mut due_s = STROKE_S;
+        for cycle in 0..(end_s / DT_S) as u32 {
+            let now_s = f64::from(cycle) * DT_S;
+            while f64::from(frames) * TRACKER_S <= now_s {
+                session.frame(&self.frame(stroke, f64::from(frames) * TRACKER_S, &mut noise));
+                frames += 1;
+            }
+            let command = session.step(now_s, &arm.state()?);
+            session.plan();
+            arm.command(command)?;
+            arm.advance(DT_S)?;
+            let t_s = now_s + DT_S;
+            let (tip_m, since_s) = (self.tip_m(stroke, t_s), t_s - STROKE_S);
+            let own_m_per_s = (tip_m - self.tip_m(stroke, now_s)) / DT_S;
+            let (pose, twist) = (arm.pose(), arm.twist());
+            let lever_m = tip_m - pose.position_m();
+            let under_m_per_s = twist.linear_m_per_s + twist.angular_rad_per_s.cross(lever_m);
+            let over_m_per_s = own_m_per_s - under_m_per_s;
+            let pressed = finger.wrench(&pose, tip_m, over_m_per_s)?;
+            arm.apply_wrench(pressed.unwrap_or_default())?;
+            while let Some(event) = session.next_event() {
+                match event.kind {
+                    EventKind::TextureStarted(_) => going = true,
+                    EventKind::TextureEnded | EventKind::Released => going = false,
+                    _ => {}
+                }
+            }
+            if t_s < due_s {
+                continue;
+            }
+            due_s += JUDGED_S;
+            let (finger_m_per_s, board_m_per_s) = (
+                stroke.velocity_m_per_s(since_s),
+                1e-3 * level.speed_mm_per_s,
+            );
+            let along = begins * begins.dot(finger_m_per_s).signum();
+            let long = begins.rotate(DVec2::from_angle(level.scan.rad()));
+            let met = [
+                Met::of(&levels, level.scan, finger_m_per_s.length() + board_m_per_s),
+                Met::over(&levels, finger_m_per_s + along * board_m_per_s, long),
+                Met::over(
+                    &levels,
+                    self.in_plane(over_m_per_s),
+                    self.in_plane(pose.rotation().x_axis),
+                ),
+            ];
+            let [Some(wanted), Some(held), rendered] = met else {
+                continue;
+            };
+            moments.push(Moment {
+                finger_m_per_s: finger_m_per_s.length(),
+                turns_rad_per_s: stroke.turns_rad_per_s(since_s),
+                wanted,
+                held,
+                rendered: rendered.filter(|_| going && pressed.is_some()),
+            });
+        }
+        Ok(moments)
+    }
+}
+
+/// So many strokes of each path, their levels, speeds and sizes drawn from the seed.
+///
+/// # Errors
+/// A configuration that a crate refuses.
+pub fn run(seed: u64, strokes: usize) -> anyhow::Result<Vec<Felt>> {
+    let place = Place::new()?;
+    let all = StrokePath::ALL.into_iter();
+    let all: Vec<_> = all
+        .flat_map(|path| (0..strokes).map(move |n| (path, n)))
+        .collect();
+    let felt = all.into_par_iter().map(|(path, number)| {
+        // The same levels, speeds and sizes for every path.
+        let mut sampler = Sampler::new(seed.wrapping_add(number as u64));
+        let range = number % SPEEDS_M_PER_S.len();
+        let level = Level {
+            scan: ScanAngle::from_deg(sampler.uniform(0.0, 90.0))?,
+            speed_mm_per_s: LEVELS_MM_PER_S[sampler.index(LEVELS_MM_PER_S.len())],
+            magnitude: 1.0,
+        };
+        let stroke = Stroke::drawn(path, SPEEDS_M_PER_S[range], LASTS_S, &mut sampler);
+        let moments = place.felt(&stroke, level, seed)?;
+        Ok(Felt {
+            path,
+            range,
+            moments,
+        })
+    });
+    felt.collect()
+}
+
+/// Median and ninth tenth.
+fn pair(values: impl Iterator<Item = f64>, decimals: usize) -> String {
+    let [median, most] = quantiles(values, [0.5, 0.9]);
+    format!("{median:.decimals$} / {most:.decimals$}")
+}
+
+/// Errors of what was met against what was wanted; pairs are the median over all moments, and what nine of ten do not exceed.
+pub fn table(felt: &[Felt]) -> MarkdownTable {
+    type Row<'a> = (String, Vec<&'a Felt>);
+    let of = |name: String, keep: &dyn Fn(&Felt) -> bool| -> Row<'_> {
+        (name, felt.iter().filter(|f| keep(f)).collect())
+    };
+    let mut rows: Vec<Row<'_>> = Vec::new();
+    for path in StrokePath::ALL {
+        rows.push(of(path.name().to_owned(), &|f| f.path == path));
+    }
+    for (range, [low, high]) in SPEEDS_M_PER_S.into_iter().enumerate() {
+        for (name, curved) in [("straight", false), ("curved", true)] {
+            let name = format!("{name}, {:.0} to {:.0} mm/s", 1e3 * low, 1e3 * high);
+            rows.push(of(name, &|f| {
+                f.range == range && f.path.is_curved() == curved
+            }));
+        }
+    }
+    fn moments<'a>(row: &Row<'a>) -> impl Iterator<Item = &'a Moment> {
+        row.1.clone().into_iter().flat_map(|f| &f.moments)
+    }
+    fn off<'a>(
+        row: &Row<'a>,
+        met: fn(&Moment) -> Option<Met>,
+        off: fn(Met, Met) -> f64,
+    ) -> impl Iterator<Item = f64> {
+        moments(row).filter_map(move |m| Some(off(met(m)?, m.wanted).abs()))
+    }
+    /// Roughness summed over a stroke, against the wanted sum over the same moments.
+    fn whole<'a>(row: &Row<'a>, met: fn(&Moment) -> Option<Met>) -> impl Iterator<Item = f64> {
+        row.1.clone().into_iter().filter_map(move |felt| {
+            let both = felt.moments.iter();
+            let both = both.filter_map(|m| Some((met(m)?.roughness, m.wanted.roughness)));
+            let (is, wanted) = both.fold((0.0, 0.0), |sum, (a, b)| (sum.0 + a, sum.1 + b));
+            (wanted > 0.0).then(|| 100.0 * (is / wanted - 1.0).abs())
+        })
+    }
+    let held: fn(&Moment) -> Option<Met> = |m| Some(m.held);
+    let rendered: fn(&Moment) -> Option<Met> = |m| m.rendered;
+    let degrees: fn(Met, Met) -> f64 = |is, wanted| is.angle_deg - wanted.angle_deg;
+    let bumps: fn(Met, Met) -> f64 = |is, wanted| 100.0 * (is.bumps_hz / wanted.bumps_hz - 1.0);
+    let rough: fn(Met, Met) -> f64 = |is, wanted| 100.0 * (is.roughness / wanted.roughness - 1.0);
+    let columns: [Column<'_, Row<'_>>; 12] = [
+        ("stroke", &|row| row.0.clone()),
+        ("strokes", &|row| row.1.len().to_string()),
+        ("finger, mm/s", &|row| {
+            pair(moments(row).map(|m| 1e3 * m.finger_m_per_s), 0)
+        }),
+        ("turns, rad/s", &|row| {
+            pair(moments(row).map(|m| m.turns_rad_per_s), 1)
+        }),
+        ("board moves, % of the time", &|row| {
+            let going = moments(row).filter(|m| m.rendered.is_some()).count();
+            crate::report::percent_of(going, moments(row).count(), 0, "none")
+        }),
+        ("angle off, degrees, held", &|row| {
+            pair(off(row, held, degrees), 0)
+        }),
+        ("session", &|row| pair(off(row, rendered, degrees), 0)),
+        ("bumps per s off, %, held", &|row| {
+            pair(off(row, held, bumps), 0)
+        }),
+        ("session", &|row| pair(off(row, rendered, bumps), 0)),
+        ("roughness off, %, held", &|row| {
+            pair(off(row, held, rough), 0)
+        }),
+        ("session", &|row| pair(off(row, rendered, rough), 0)),
+        ("of a whole stroke, %, held, session", &|row| {
+            let [a, b] = [held, rendered].map(|met| pair(whole(row, met), 0));
+            format!("{a}, {b}")
+        }),
+    ];
+    table_of(rows, &columns)
+}
