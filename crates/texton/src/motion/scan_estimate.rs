@@ -110,6 +110,11 @@ impl ScanEstimator {
         Ok(self.direction_rad)
     }
 
+    /// The low-passed velocity, m/s.
+    pub(super) const fn velocity_m_per_s(&self) -> DVec2 {
+        self.velocity_m_per_s
+    }
+
     /// The direction, rad, from -π to π.
     #[must_use]
     pub const fn direction_rad(&self) -> f64 {

@@ -258,13 +258,21 @@ impl TextureMotion {
             self.scan.expect_from_approach(finger.velocity_m_per_s)?;
         }
         let scan_rad = self.scan.step(dt_s, finger.velocity_m_per_s)?;
-        let wanted_roll = nearest_half_turn(scan_rad + level.scan.rad(), self.roll_rad);
+        // Both sides of the bumps feel the same: turn to the nearer one.
+        let [left, right] = [1.0, -1.0]
+            .map(|side| nearest_half_turn(scan_rad + side * level.scan.rad(), self.roll_rad));
+        let off = |roll_rad: f64| (self.roll_rad - roll_rad).abs();
+        let wanted_roll = if off(left) <= off(right) { left } else { right };
         let wanted = level.speed_mm_per_s * 1e-3;
-        let scan = DVec2::from_angle(scan_rad);
-        let face = self.speed_on_face(finger, scan, dt_s);
-        let stroke = self.speed_within(self.stroke_left(-scan), dt_s);
+        // Direction over the board that has the level's angle to the bumps before the board has turned.
+        let over = DVec2::from_angle(scan_rad + self.roll_rad - wanted_roll);
+        let own = self.scan.velocity_m_per_s();
+        let aside = own - over * own.length();
+        let face = self.speed_on_face(finger, over, dt_s);
+        let stroke = self.speed_within(self.stroke_left(-over), dt_s);
         let speed = wanted.min(self.limits.speed_m_per_s).min(face).min(stroke);
-        let Change { reached, braked } = self.accelerate(-scan * speed, dt_s);
+        let velocity = (aside - over * speed).clamp_length_max(self.limits.speed_m_per_s);
+        let Change { reached, braked } = self.accelerate(velocity, dt_s);
         // Speed first, then orientation: both at once would share the joints' capacity.
         let left_rad = if reached {
             wanted_roll - self.roll_rad
