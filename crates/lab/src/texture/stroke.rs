@@ -9,6 +9,8 @@ use std::f64::consts::TAU;
 named! {
     /// The path of a stroke.
     pub enum StrokePath {
+        /// No motion but the tracker's noise.
+        Rest = "at rest",
         /// At constant speed, once.
         OneWay = "straight, one way",
         /// Minimum-jerk movements between two ends.
@@ -28,9 +30,13 @@ named! {
 }
 
 impl StrokePath {
-    /// Does its direction change other than by half a turn?
-    pub(super) const fn is_curved(self) -> bool {
-        !matches!(self, Self::OneWay | Self::ToAndFro)
+    /// Does its direction change other than by half a turn? `None` without one.
+    pub(super) const fn is_curved(self) -> Option<bool> {
+        match self {
+            Self::Rest => None,
+            Self::OneWay | Self::ToAndFro => Some(false),
+            _ => Some(true),
+        }
     }
 }
 
@@ -98,6 +104,7 @@ impl Stroke {
         // Way at the mean speed, in half lengths.
         let way = self.speed_m_per_s * t_s / self.half_m;
         let place = match self.path {
+            StrokePath::Rest => DVec2::ZERO,
             StrokePath::OneWay => DVec2::new(way.min(2.0) - 1.0, 0.0),
             StrokePath::ToAndFro => DVec2::new(swing(0.5 * way), 0.0),
             StrokePath::Arc => DVec2::from_angle(0.5 * ARC_RAD * swing(way / ARC_RAD)),
@@ -131,7 +138,7 @@ impl Stroke {
         let [before, after] = [-STEP_S, STEP_S].map(|step_s| self.velocity_m_per_s(t_s + step_s));
         // A reversal is no turn.
         let rad = before.angle_to(after).abs();
-        rad.min(TAU / 2.0 - rad) / (2.0 * STEP_S)
+        rad.min(TAU / 2.0 - rad).max(0.0) / (2.0 * STEP_S)
     }
 }
 

@@ -81,6 +81,8 @@ struct Moment {
     held: Met,
     /// What it met on the board of the session; `None` if that did not move.
     rendered: Option<Met>,
+    /// Speed of the board under the finger, in that of the level.
+    board_share: f64,
 }
 
 /// A stroke over a level, as it was felt.
@@ -197,7 +199,7 @@ impl Place {
             while let Some(event) = session.next_event() {
                 match event.kind {
                     EventKind::TextureStarted(_) => going = true,
-                    EventKind::TextureEnded | EventKind::Released => going = false,
+                    EventKind::Released => going = false,
                     _ => {}
                 }
             }
@@ -229,6 +231,7 @@ impl Place {
                 wanted,
                 held,
                 rendered: rendered.filter(|_| going && pressed.is_some()),
+                board_share: under_m_per_s.length() / board_m_per_s,
             });
         }
         Ok(moments)
@@ -285,7 +288,7 @@ pub fn table(felt: &[Felt]) -> MarkdownTable {
         for (name, curved) in [("straight", false), ("curved", true)] {
             let name = format!("{name}, {:.0} to {:.0} mm/s", 1e3 * low, 1e3 * high);
             rows.push(of(name, &|f| {
-                f.range == range && f.path.is_curved() == curved
+                f.range == range && f.path.is_curved() == Some(curved)
             }));
         }
     }
@@ -323,7 +326,7 @@ pub fn table(felt: &[Felt]) -> MarkdownTable {
             pair(moments(row).map(|m| m.turns_rad_per_s), 1)
         }),
         ("board moves, % of the time", &|row| {
-            let going = moments(row).filter(|m| m.rendered.is_some()).count();
+            let going = moments(row).filter(|m| m.board_share > 0.5).count();
             crate::report::percent_of(going, moments(row).count(), 0, "none")
         }),
         ("angle off, degrees, held", &|row| {

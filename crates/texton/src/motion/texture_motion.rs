@@ -70,8 +70,11 @@ const PROBE_M: f64 = 0.005;
 ///
 /// Frame: the plane of the surface, seen from the finger: x to the right, y upwards, angles from x
 /// towards y (the axes of a board at roll 0). A [`Level`] demands an angle θ between scan and long
-/// axis, so the board turns to the direction of the scan plus θ, modulo half a turn. It also demands a speed v of the
+/// axis, so the board turns to the direction of the scan plus or minus θ, modulo half a turn. It also demands a speed v of the
 /// board against the scan: a finger at rest feels v, a finger scanning at s feels s + v.
+///
+/// A board turns slowly. Until it has, it also moves aside, so that the velocity of the finger over it already has the angle θ to the
+/// bumps, as far as its speed limit lets it. Curved scans feel as straight ones do, although the board cannot follow their turns.
 ///
 /// Out of contact the roll follows the expected scan at once and the board returns to displacement
 /// zero; in contact both obey the limits. Time is an argument; nothing is allocated.
