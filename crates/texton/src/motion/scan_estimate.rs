@@ -8,8 +8,8 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 /// Settings of [`ScanEstimator`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScanConfig {
-    /// Time constant of the low pass on a resting finger's velocity, s; default 0.02. Half of it at `least_speed_m_per_s`, and in
-    /// proportion to `1 / (1 + speed / least_speed)`.
+    /// Time constant of the low pass on the finger's velocity, s; default 0.02. Above `least_speed_m_per_s` it is shorter, in inverse proportion to
+    /// the speed.
     pub time_constant_s: f64,
     /// Below this speed the finger counts as resting and the direction is kept, m/s; default 0.01.
     pub least_speed_m_per_s: f64,
@@ -98,7 +98,7 @@ impl ScanEstimator {
         finite("speed of the finger", velocity_m_per_s.length())?;
         non_negative("dt_s", dt_s)?;
         // Noise turns a fast finger's direction less than a slow one's.
-        let times = 1.0 + self.velocity_m_per_s.length() / self.config.least_speed_m_per_s;
+        let times = (self.velocity_m_per_s.length() / self.config.least_speed_m_per_s).max(1.0);
         let share = -(-dt_s * times / self.config.time_constant_s).exp_m1();
         self.velocity_m_per_s += share * (velocity_m_per_s - self.velocity_m_per_s);
         if self.velocity_m_per_s.length() >= self.config.least_speed_m_per_s {
