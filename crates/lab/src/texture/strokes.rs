@@ -44,9 +44,13 @@ const SPEEDS_M_PER_S: [[f64; 2]; 3] = [[0.02, 0.06], [0.06, 0.12], [0.12, 0.3]];
 /// Speeds of the levels, mm/s, as in the study.
 const LEVELS_MM_PER_S: [f64; 4] = [20.0, 40.0, 60.0, 80.0];
 
+/// Slower over the texture than this, a finger has no direction, m/s.
+const LEAST_M_PER_S: f64 = 2e-3;
+
 /// What a finger meets at a moment.
 #[derive(Debug, Clone, Copy)]
 struct Met {
+    /// NaN without a direction.
     angle_deg: f64,
     bumps_hz: f64,
     roughness: f64,
@@ -57,7 +61,10 @@ impl Met {
     fn of(levels: &TextureLevels, scan: ScanAngle, speed_m_per_s: f64) -> Option<Self> {
         let speed_mm_per_s = 1e3 * speed_m_per_s;
         Some(Self {
-            angle_deg: scan.deg(),
+            angle_deg: match speed_m_per_s < LEAST_M_PER_S {
+                true => f64::NAN,
+                false => scan.deg(),
+            },
             bumps_hz: Texture::released().encounter_frequency_hz(scan, speed_mm_per_s),
             roughness: levels.magnitude(scan, speed_mm_per_s)?,
         })
@@ -300,7 +307,8 @@ pub fn table(felt: &[Felt]) -> MarkdownTable {
         met: fn(&Moment) -> Option<Met>,
         off: fn(Met, Met) -> f64,
     ) -> impl Iterator<Item = f64> {
-        moments(row).filter_map(move |m| Some(off(met(m)?, m.wanted).abs()))
+        moments(row)
+            .filter_map(move |m| Some(off(met(m)?, m.wanted).abs()).filter(|off| off.is_finite()))
     }
     /// Roughness summed over a stroke, against the wanted sum over the same moments.
     fn whole<'a>(row: &Row<'a>, met: fn(&Moment) -> Option<Met>) -> impl Iterator<Item = f64> {

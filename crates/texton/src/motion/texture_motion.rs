@@ -267,10 +267,13 @@ impl TextureMotion {
         let off = |roll_rad: f64| (self.roll_rad - roll_rad).abs();
         let wanted_roll = if off(left) <= off(right) { left } else { right };
         let wanted = level.speed_mm_per_s * 1e-3;
-        // Direction over the board that has the level's angle to the bumps before the board has turned. Motion aside alone takes the finger
-        // there; more would chase a finger that the board drags along.
+        // Direction over the board that has the level's angle to the bumps before the board has turned.
         let over = DVec2::from_angle(scan_rad + self.roll_rad - wanted_roll);
-        let aside = self.scan.velocity_m_per_s().reject_from_normalized(over);
+        let own = self.scan.velocity_m_per_s();
+        let along = own.dot(over);
+        // A finger that the board drags along moves against the scan; the board must not chase it.
+        let keeps = if along > 0.0 { own.length() } else { along };
+        let aside = own - over * keeps;
         let face = self.speed_on_face(finger, over, dt_s);
         let stroke = self.speed_within(self.stroke_left(-over), dt_s);
         let speed = wanted.min(self.limits.speed_m_per_s).min(face).min(stroke);
