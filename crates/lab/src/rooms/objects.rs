@@ -254,3 +254,60 @@ impl Objects {
         table_of(rows, &columns)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_feels_like_its_mechanism() {
+        let Room { scene, .. } = Room::of_objects().unwrap();
+        let objects = objects_of(&scene).unwrap();
+        let at = |name: &str, point_m| feel(&scene, &objects, scene.find(name).unwrap(), point_m);
+        let wall = at("wall", DVec3::new(0.4, 0.0, 0.8));
+        assert_eq!(wall, [0.8, 0.0, MOST_N, 1e-3 * HARD_N_PER_M]);
+        // The closer to the hinge, the heavier.
+        let [far, near] = [0.2, 0.4].map(|y| at("door", DVec3::new(0.4, y, 0.8)));
+        assert!((far[1] / near[1] - 4.0).abs() < 1e-9 && (near[2] / far[2] - 2.0).abs() < 1e-9);
+        let heavy = at("side", DVec3::new(0.8, -0.5, 0.8));
+        assert!((heavy[1] - 0.16 / 5.0).abs() < 1e-9 && (heavy[2] - 10.0).abs() < 1e-9);
+        assert!((heavy[3] - 1e-3 * 10.0 / 0.16).abs() < 1e-9);
+        assert_eq!(at("key3", DVec3::new(0.5, 0.1, 0.8))[3], 0.6);
+    }
+
+    #[test]
+    fn what_is_told_counts_by_its_probability() {
+        let place = |surface, probability| ContactPrediction {
+            probability,
+            ..ContactPrediction::of_place(SurfaceId(surface), DVec3::ZERO, DVec3::X)
+        };
+        let ranked = [place(2, 0.75), place(1, 0.25)];
+        let told = Told::of(0.0, SurfaceId(1), &ranked, |p| [p.surface.0 as f64; 4]);
+        assert_eq!((told.is_right, told.of_right), (false, 0.25));
+        assert_eq!(
+            (told.likeliest, told.mean),
+            (Some([2.0; 4]), Some([1.75; 4]))
+        );
+        let nothing = Told::of(0.0, SurfaceId(1), &[], |_| [0.0; 4]);
+        assert_eq!((nothing.is_right, nothing.mean), (false, None));
+    }
+
+    #[test]
+    fn a_prediction_tells_more_than_nothing_and_more_the_later() {
+        let size = StudySize {
+            participants: 3,
+            ..StudySize::default()
+        };
+        let objects = Objects::new(&size).unwrap();
+        assert!(objects.touches() > 25);
+        let error = |before_s, told_by| objects.errors(told_by, &objects.at(before_s, told_by));
+        let (nothing, early, late) = (error(0.3, 0), error(0.3, 2), error(0.0, 2));
+        for k in 0..FEELS.len() {
+            assert!(
+                early[k] < 0.5 * nothing[k] && late[k] <= early[k],
+                "{}",
+                FEELS[k]
+            );
+        }
+    }
+}

@@ -8,9 +8,9 @@ use hwall_texton::{
     DeviceLimits, Layout, Radii, RoughnessModel, ScanAngle, Texton, Texture, Vibration,
 };
 
-/// Gap that a resting fingertip detects in three of four trials, mm: Johnson and Phillips 1981.
+/// Gap that a resting fingertip detects in three of four trials, mm: [Johnson 1981].
 const GAP_AT_REST_MM: f64 = 0.87;
-/// Lowest dots that a stroking fingertip detects: diameter and height, um: Johansson and LaMotte 1983.
+/// Lowest dots that a stroking fingertip detects: diameter and height, um: [Johansson 1983].
 const DOTS_UM: [[f64; 2]; 3] = [[40.0, 5.97], [231.0, 2.94], [602.0, 1.09]];
 /// Least relative step of roughness: the assumption of [`DesignRequest`](hwall_texton::DesignRequest).
 const STEP: f64 = 0.1;
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn roughness_is_in_proportion_to_height_and_finer_is_smoother() {
+    fn roughness_is_in_proportion_to_height() {
         let all = fine().unwrap();
         for pair in all[1..].chunks(2) {
             let [low, high] = [0, 1].map(|k| pair[k].roughness(0.5).unwrap());
@@ -185,7 +185,5 @@ mod tests {
                 assert!((high[k] / low[k] / ratio - 1.0).abs() < 1e-9);
             }
         }
-        let most = |k: usize| all[k].roughness(0.5).unwrap()[1];
-        assert!(most(4) < most(0) && most(6) < most(4), "of the same height");
     }
 }

@@ -19,8 +19,8 @@ named! {
         Arc = "arc, to and fro",
         /// At constant speed.
         Circle = "circle",
-        /// Harmonic in both axes: the speed is exactly a power of -1/3 of the curvature, the two-thirds law (Lacquaniti, Terzuolo and
-        /// Viviani 1983).
+        /// Harmonic in both axes: the speed is exactly a power of -1/3 of the curvature, the two-thirds law
+        /// [Lacquaniti 1983].
         Ellipse = "ellipse",
         /// Harmonic, too.
         Eight = "figure of eight",
@@ -147,4 +147,66 @@ fn swing(ways: f64) -> f64 {
     let gone = minimum_jerk(ways.rem_euclid(1.0));
     let out = ways.rem_euclid(2.0) < 1.0;
     (2.0 * gone - 1.0) * if out { 1.0 } else { -1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stroke(path: StrokePath) -> Stroke {
+        Stroke::drawn(path, [0.1, 0.101], 2.0, &mut Sampler::new(3))
+    }
+
+    #[test]
+    fn strokes_have_their_mean_speed_and_stay_on_the_face() {
+        for path in StrokePath::ALL {
+            let stroke = stroke(path);
+            let lasts_s = stroke.lasts_s(2.0);
+            let steps = (0..2000).map(|k| lasts_s * f64::from(k) / 2000.0);
+            let mean = steps
+                .clone()
+                .map(|t_s| stroke.velocity_m_per_s(t_s).length());
+            let mean = mean.sum::<f64>() / 2000.0;
+            let most = match path {
+                StrokePath::Rest => 0.0,
+                // Movements in different directions overlap.
+                StrokePath::Free => 0.101,
+                _ => 0.106,
+            };
+            assert!(
+                mean <= most && mean >= 0.5 * most,
+                "{}: {mean}",
+                path.name()
+            );
+            assert!(
+                steps
+                    .into_iter()
+                    .all(|t_s| stroke.at_m(t_s).length() < 0.05)
+            );
+        }
+    }
+
+    #[test]
+    fn an_ellipse_obeys_the_two_thirds_law() {
+        let stroke = stroke(StrokePath::Ellipse);
+        let gains = (1..50).map(|k| {
+            let t_s = 0.02 * f64::from(k);
+            let speed = stroke.velocity_m_per_s(t_s).length();
+            speed * (stroke.turns_rad_per_s(t_s) / speed).cbrt()
+        });
+        let gains: Vec<f64> = gains.collect();
+        assert!(
+            gains
+                .iter()
+                .all(|gain| (gain / gains[0] - 1.0).abs() < 1e-3),
+            "{gains:?}"
+        );
+    }
+
+    #[test]
+    fn a_finger_that_goes_as_it_likes_does_not_jump() {
+        let stroke = stroke(StrokePath::Free);
+        let fastest = (0..20_000).map(|k| stroke.velocity_m_per_s(1e-4 * f64::from(k)).length());
+        assert!(fastest.fold(0.0, f64::max) < 0.3);
+    }
 }

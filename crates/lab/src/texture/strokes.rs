@@ -356,3 +356,25 @@ pub fn table(felt: &[Felt]) -> MarkdownTable {
     ];
     table_of(rows, &columns)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A board that only turns is off by 25 degrees and more on each of these.
+    #[test]
+    fn strokes_meet_the_bumps_at_the_angle_of_the_level() {
+        let felt = run(1, 6).unwrap();
+        for (path, most_deg) in [(StrokePath::OneWay, 12.0), (StrokePath::Circle, 18.0)] {
+            let own = felt.iter().filter(|f| f.path == path);
+            let moments = own.flat_map(|f| &f.moments);
+            let off =
+                moments.filter_map(|m| Some((m.rendered?.angle_deg - m.wanted.angle_deg).abs()));
+            let [median_deg] = quantiles(off.filter(|off| off.is_finite()), [0.5]);
+            assert!(median_deg < most_deg, "{}: {median_deg}", path.name());
+        }
+        let table = table(&felt).to_string();
+        assert_eq!(table.lines().count(), 2 + StrokePath::ALL.len() + 6);
+        assert!(!table.contains("NaN"), "{table}");
+    }
+}

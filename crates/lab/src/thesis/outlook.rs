@@ -13,7 +13,7 @@ use hwall_testkit::MarkdownTable;
 use hwall_texton::Texture;
 
 /// Strokes of each path.
-const STROKES: usize = 12;
+const STROKES: usize = 24;
 /// People and touches in the room of objects.
 const OBJECTS: StudySize = StudySize {
     training_people: 12,
