@@ -7,6 +7,7 @@ pub mod patch;
 pub mod patch_figures;
 mod sidecar;
 pub mod stroke;
+pub mod stroke_tables;
 pub mod strokes;
 pub mod trial;
 pub mod wanted;

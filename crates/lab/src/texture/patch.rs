@@ -1,7 +1,7 @@
 //! From command-line flags to a patch, its files and its tables.
 
 use crate::texture::wanted::{PrinterKind, WantedArgs};
-use crate::texture::{encounters, fineness, patch_figures, strokes};
+use crate::texture::{encounters, fineness, patch_figures, stroke_tables, strokes};
 use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
 use hwall_stage::arms::parse_list;
@@ -112,7 +112,7 @@ const FIGURES: [&str; 2] = ["texture_patch.svg", "texture_spacing.svg"];
 pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
     if let Some(count) = request.strokes {
         let felt = strokes::run(SEED, count)?;
-        return Ok(writeln!(out, "{}", strokes::table(&felt))?);
+        return Ok(writeln!(out, "{}", stroke_tables::table(&felt))?);
     }
     if request.finest {
         return Ok(writeln!(out, "{}", fineness::table()?)?);

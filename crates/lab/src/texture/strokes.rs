@@ -1,13 +1,12 @@
 //! Strokes as people make them, over the released patch that a session presents: rendered against wanted roughness.
 
 use super::stroke::{Stroke, StrokePath};
-use crate::report::{Column, quantiles, table_of};
 use glam::{DVec2, DVec3};
 use hwall::contact::{DeterministicConfig, DeterministicPredictor};
 use hwall::hand::{HandFilterConfig, HandFrame};
 use hwall::haptics::{Arm, Board, surface_axes};
 use hwall::texture::TextureLevels;
-use hwall::{EventKind, LikelyTouches};
+use hwall::{EventKind, LikelyTouches, Session};
 use hwall_sim::{HandContact, minimum_jerk};
 use hwall_stage::input::arms::BoardArm;
 use hwall_stage::person::predictors::TrainingPeople;
@@ -15,7 +14,7 @@ use hwall_stage::person::responses::Scenery;
 use hwall_stage::run::simulated_arm::{ArmLevel, SimulatedArm};
 use hwall_stage::run::stage::SessionSettings;
 use hwall_study::{Surface, scene_of};
-use hwall_testkit::{MarkdownTable, Sampler};
+use hwall_testkit::Sampler;
 use hwall_texton::{Level, ScanAngle, Texture};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -40,7 +39,7 @@ const STROKE_S: f64 = 2.1;
 /// Longest stroke, s.
 const LASTS_S: f64 = 2.0;
 /// Ranges of the mean speed of a stroke, m/s; drawn from one after the other.
-const SPEEDS_M_PER_S: [[f64; 2]; 3] = [[0.02, 0.06], [0.06, 0.12], [0.12, 0.3]];
+pub(super) const SPEEDS_M_PER_S: [[f64; 2]; 3] = [[0.02, 0.06], [0.06, 0.12], [0.12, 0.3]];
 /// Speeds of the levels, mm/s, as in the study.
 const LEVELS_MM_PER_S: [f64; 4] = [20.0, 40.0, 60.0, 80.0];
 
@@ -49,11 +48,11 @@ const LEAST_M_PER_S: f64 = 2e-3;
 
 /// What a finger meets at a moment.
 #[derive(Debug, Clone, Copy)]
-struct Met {
+pub(super) struct Met {
     /// NaN without a direction.
-    angle_deg: f64,
-    bumps_hz: f64,
-    roughness: f64,
+    pub(super) angle_deg: f64,
+    pub(super) bumps_hz: f64,
+    pub(super) roughness: f64,
 }
 
 impl Met {
@@ -79,26 +78,45 @@ impl Met {
 
 /// A moment of a stroke.
 #[derive(Debug, Clone, Copy)]
-struct Moment {
-    finger_m_per_s: f64,
-    turns_rad_per_s: f64,
+pub(super) struct Moment {
+    pub(super) finger_m_per_s: f64,
+    pub(super) turns_rad_per_s: f64,
     /// What a straight stroke at the speed of the finger meets on a board that presents the level exactly.
-    wanted: Met,
+    pub(super) wanted: Met,
     /// What this stroke meets on a board that keeps the motion for the direction in which the stroke began.
-    held: Met,
+    pub(super) held: Met,
     /// What it met on the board of the session; `None` if that did not move.
-    rendered: Option<Met>,
-    /// Speed of the board under the finger, in that of the level.
-    board_share: f64,
+    pub(super) rendered: Option<Met>,
+    /// Is the board at least half as fast as its level?
+    pub(super) board_moves: bool,
+}
+
+impl Moment {
+    /// What is wanted at a time since the stroke began, s, and what a held board presents.
+    fn of(levels: &TextureLevels, level: &Level, stroke: &Stroke, since_s: f64) -> Option<Self> {
+        let begins = stroke.velocity_m_per_s(JUDGED_S).normalize_or(DVec2::X);
+        let finger = stroke.velocity_m_per_s(since_s);
+        let board_m_per_s = 1e-3 * level.speed_mm_per_s;
+        let along = begins * begins.dot(finger).signum();
+        let long = begins.rotate(DVec2::from_angle(level.scan.rad()));
+        Some(Self {
+            finger_m_per_s: finger.length(),
+            turns_rad_per_s: stroke.turns_rad_per_s(since_s),
+            wanted: Met::of(levels, level.scan, finger.length() + board_m_per_s)?,
+            held: Met::over(levels, finger + along * board_m_per_s, long)?,
+            rendered: None,
+            board_moves: false,
+        })
+    }
 }
 
 /// A stroke over a level, as it was felt.
 #[derive(Debug, Clone)]
 pub struct Felt {
-    path: StrokePath,
+    pub(super) path: StrokePath,
     /// Which of [`SPEEDS_M_PER_S`].
-    range: usize,
-    moments: Vec<Moment>,
+    pub(super) range: usize,
+    pub(super) moments: Vec<Moment>,
 }
 
 /// What all strokes share.
@@ -141,8 +159,7 @@ impl Place {
         MIDDLE_M + REST_M.lerp(inside_m, out)
     }
 
-    fn frame(&self, stroke: &Stroke, t_s: f64, noise: &mut Sampler) -> HandFrame {
-        let tip_m = self.tip_m(stroke, t_s);
+    fn frame(&self, tip_m: DVec3, t_s: f64, noise: &mut Sampler) -> HandFrame {
         let mut noisy = |off_m: DVec3| {
             Some(tip_m + off_m + NOISE_M * DVec3::from([(); 3].map(|()| noise.normal())))
         };
@@ -155,8 +172,12 @@ impl Place {
         }
     }
 
-    /// A stroke over a level, presented by a session and the simulated arm.
-    fn felt(&self, stroke: &Stroke, level: Level, seed: u64) -> anyhow::Result<Vec<Moment>> {
+    /// A session that presents a level, and its arm.
+    fn session(
+        &self,
+        levels: &TextureLevels,
+        seed: u64,
+    ) -> anyhow::Result<(Session<DeterministicPredictor>, SimulatedArm)> {
         let scenery = Scenery {
             scene: &self.scene,
             arm: &self.arm,
@@ -174,20 +195,26 @@ impl Place {
         };
         let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led())?;
         let mut session = settings.session(predictor)?;
-        let levels = TextureLevels::of_level(level, &Board::default())?;
         session.set_texture_levels(levels.clone());
         let model = Arc::clone(session.control().arm());
         let start = scenery.start();
-        let mut arm = SimulatedArm::new(settings.level, &self.arm, model, start, seed)?;
+        let arm = SimulatedArm::new(settings.level, &self.arm, model, start, seed)?;
+        Ok((session, arm))
+    }
+
+    /// A stroke over a level.
+    fn felt(&self, stroke: &Stroke, level: &Level, seed: u64) -> anyhow::Result<Vec<Moment>> {
+        let tip_m = |t_s| self.tip_m(stroke, t_s);
+        let levels = TextureLevels::of_level(*level, &Board::default())?;
+        let (mut session, mut arm) = self.session(&levels, seed)?;
         let (finger, mut noise) = (HandContact::default(), Sampler::new(seed));
         let (mut moments, mut frames, mut going) = (Vec::new(), 0_u32, false);
-        let begins = stroke.velocity_m_per_s(JUDGED_S).normalize_or(DVec2::X);
-        let end_s = STROKE_S + stroke.lasts_s(LASTS_S);
-        let mut due_s = STROKE_S;
+        let (mut due_s, end_s) = (STROKE_S, STROKE_S + stroke.lasts_s(LASTS_S));
         for cycle in 0..(end_s / DT_S) as u32 {
             let now_s = f64::from(cycle) * DT_S;
             while f64::from(frames) * TRACKER_S <= now_s {
-                session.frame(&self.frame(stroke, f64::from(frames) * TRACKER_S, &mut noise));
+                let t_s = f64::from(frames) * TRACKER_S;
+                session.frame(&self.frame(tip_m(t_s), t_s, &mut noise));
                 frames += 1;
             }
             let command = session.step(now_s, &arm.state()?);
@@ -195,13 +222,11 @@ impl Place {
             arm.command(command)?;
             arm.advance(DT_S)?;
             let t_s = now_s + DT_S;
-            let (tip_m, since_s) = (self.tip_m(stroke, t_s), t_s - STROKE_S);
-            let own_m_per_s = (tip_m - self.tip_m(stroke, now_s)) / DT_S;
             let (pose, twist) = (arm.pose(), arm.twist());
-            let lever_m = tip_m - pose.position_m();
+            let lever_m = tip_m(t_s) - pose.position_m();
             let under_m_per_s = twist.linear_m_per_s + twist.angular_rad_per_s.cross(lever_m);
-            let over_m_per_s = own_m_per_s - under_m_per_s;
-            let pressed = finger.wrench(&pose, tip_m, over_m_per_s)?;
+            let over_m_per_s = (tip_m(t_s) - tip_m(now_s)) / DT_S - under_m_per_s;
+            let pressed = finger.wrench(&pose, tip_m(t_s), over_m_per_s)?;
             arm.apply_wrench(pressed.unwrap_or_default())?;
             while let Some(event) = session.next_event() {
                 match event.kind {
@@ -210,36 +235,19 @@ impl Place {
                     _ => {}
                 }
             }
-            if t_s < due_s {
-                continue;
+            if t_s >= due_s {
+                due_s += JUDGED_S;
+                let [over, long] = [over_m_per_s, pose.rotation().x_axis].map(|v| self.in_plane(v));
+                let rendered = Met::over(&levels, over, long);
+                let rendered = rendered.filter(|_| going && pressed.is_some());
+                let board = under_m_per_s.length();
+                let moment = Moment::of(&levels, level, stroke, t_s - STROKE_S);
+                moments.extend(moment.map(|moment| Moment {
+                    rendered,
+                    board_moves: board > 0.5e-3 * level.speed_mm_per_s,
+                    ..moment
+                }));
             }
-            due_s += JUDGED_S;
-            let (finger_m_per_s, board_m_per_s) = (
-                stroke.velocity_m_per_s(since_s),
-                1e-3 * level.speed_mm_per_s,
-            );
-            let along = begins * begins.dot(finger_m_per_s).signum();
-            let long = begins.rotate(DVec2::from_angle(level.scan.rad()));
-            let met = [
-                Met::of(&levels, level.scan, finger_m_per_s.length() + board_m_per_s),
-                Met::over(&levels, finger_m_per_s + along * board_m_per_s, long),
-                Met::over(
-                    &levels,
-                    self.in_plane(over_m_per_s),
-                    self.in_plane(pose.rotation().x_axis),
-                ),
-            ];
-            let [Some(wanted), Some(held), rendered] = met else {
-                continue;
-            };
-            moments.push(Moment {
-                finger_m_per_s: finger_m_per_s.length(),
-                turns_rad_per_s: stroke.turns_rad_per_s(since_s),
-                wanted,
-                held,
-                rendered: rendered.filter(|_| going && pressed.is_some()),
-                board_share: under_m_per_s.length() / board_m_per_s,
-            });
         }
         Ok(moments)
     }
@@ -265,7 +273,7 @@ pub fn run(seed: u64, strokes: usize) -> anyhow::Result<Vec<Felt>> {
             magnitude: 1.0,
         };
         let stroke = Stroke::drawn(path, SPEEDS_M_PER_S[range], LASTS_S, &mut sampler);
-        let moments = place.felt(&stroke, level, seed)?;
+        let moments = place.felt(&stroke, &level, seed)?;
         Ok(Felt {
             path,
             range,
@@ -275,91 +283,11 @@ pub fn run(seed: u64, strokes: usize) -> anyhow::Result<Vec<Felt>> {
     felt.collect()
 }
 
-/// Median and ninth tenth.
-fn pair(values: impl Iterator<Item = f64>, decimals: usize) -> String {
-    let [median, most] = quantiles(values, [0.5, 0.9]);
-    format!("{median:.decimals$} / {most:.decimals$}")
-}
-
-/// Errors of what was met against what was wanted; pairs are the median over all moments, and what nine of ten do not exceed.
-pub fn table(felt: &[Felt]) -> MarkdownTable {
-    type Row<'a> = (String, Vec<&'a Felt>);
-    let of = |name: String, keep: &dyn Fn(&Felt) -> bool| -> Row<'_> {
-        (name, felt.iter().filter(|f| keep(f)).collect())
-    };
-    let mut rows: Vec<Row<'_>> = Vec::new();
-    for path in StrokePath::ALL {
-        rows.push(of(path.name().to_owned(), &|f| f.path == path));
-    }
-    for (range, [low, high]) in SPEEDS_M_PER_S.into_iter().enumerate() {
-        for (name, curved) in [("straight", false), ("curved", true)] {
-            let name = format!("{name}, {:.0} to {:.0} mm/s", 1e3 * low, 1e3 * high);
-            rows.push(of(name, &|f| {
-                f.range == range && f.path.is_curved() == Some(curved)
-            }));
-        }
-    }
-    fn moments<'a>(row: &Row<'a>) -> impl Iterator<Item = &'a Moment> {
-        row.1.clone().into_iter().flat_map(|f| &f.moments)
-    }
-    fn off<'a>(
-        row: &Row<'a>,
-        met: fn(&Moment) -> Option<Met>,
-        off: fn(Met, Met) -> f64,
-    ) -> impl Iterator<Item = f64> {
-        moments(row)
-            .filter_map(move |m| Some(off(met(m)?, m.wanted).abs()).filter(|off| off.is_finite()))
-    }
-    /// Roughness summed over a stroke, against the wanted sum over the same moments.
-    fn whole<'a>(row: &Row<'a>, met: fn(&Moment) -> Option<Met>) -> impl Iterator<Item = f64> {
-        row.1.clone().into_iter().filter_map(move |felt| {
-            let both = felt.moments.iter();
-            let both = both.filter_map(|m| Some((met(m)?.roughness, m.wanted.roughness)));
-            let (is, wanted) = both.fold((0.0, 0.0), |sum, (a, b)| (sum.0 + a, sum.1 + b));
-            (wanted > 0.0).then(|| 100.0 * (is / wanted - 1.0).abs())
-        })
-    }
-    let held: fn(&Moment) -> Option<Met> = |m| Some(m.held);
-    let rendered: fn(&Moment) -> Option<Met> = |m| m.rendered;
-    let degrees: fn(Met, Met) -> f64 = |is, wanted| is.angle_deg - wanted.angle_deg;
-    let bumps: fn(Met, Met) -> f64 = |is, wanted| 100.0 * (is.bumps_hz / wanted.bumps_hz - 1.0);
-    let rough: fn(Met, Met) -> f64 = |is, wanted| 100.0 * (is.roughness / wanted.roughness - 1.0);
-    let columns: [Column<'_, Row<'_>>; 12] = [
-        ("stroke", &|row| row.0.clone()),
-        ("strokes", &|row| row.1.len().to_string()),
-        ("finger, mm/s", &|row| {
-            pair(moments(row).map(|m| 1e3 * m.finger_m_per_s), 0)
-        }),
-        ("turns, rad/s", &|row| {
-            pair(moments(row).map(|m| m.turns_rad_per_s), 1)
-        }),
-        ("board moves, % of the time", &|row| {
-            let going = moments(row).filter(|m| m.board_share > 0.5).count();
-            crate::report::percent_of(going, moments(row).count(), 0, "none")
-        }),
-        ("angle off, degrees, held", &|row| {
-            pair(off(row, held, degrees), 0)
-        }),
-        ("session", &|row| pair(off(row, rendered, degrees), 0)),
-        ("bumps per s off, %, held", &|row| {
-            pair(off(row, held, bumps), 0)
-        }),
-        ("session", &|row| pair(off(row, rendered, bumps), 0)),
-        ("roughness off, %, held", &|row| {
-            pair(off(row, held, rough), 0)
-        }),
-        ("session", &|row| pair(off(row, rendered, rough), 0)),
-        ("of a whole stroke, %, held, session", &|row| {
-            let [a, b] = [held, rendered].map(|met| pair(whole(row, met), 0));
-            format!("{a}, {b}")
-        }),
-    ];
-    table_of(rows, &columns)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::quantiles;
+    use crate::texture::stroke_tables::table;
 
     /// A board that only turns is off by 25 degrees and more on each of these.
     #[test]

@@ -7,7 +7,7 @@ use crate::rooms::objects::Objects;
 use crate::rooms::people::StudySize;
 use crate::rooms::study::FIRST_SEED;
 use crate::texture::wanted::PrinterKind;
-use crate::texture::{fineness, strokes};
+use crate::texture::{fineness, stroke_tables, strokes};
 use clap::ValueEnum;
 use hwall_testkit::MarkdownTable;
 use hwall_texton::Texture;
@@ -32,6 +32,7 @@ pub(super) fn section(job: &Job<'_>) -> anyhow::Result<String> {
         seed: FIRST_SEED + job.seed,
         ..OBJECTS
     })?;
+    let felt = strokes::run(job.seed, STROKES)?;
     fill(
         include_str!("outlook.md"),
         &[
@@ -39,10 +40,7 @@ pub(super) fn section(job: &Job<'_>) -> anyhow::Result<String> {
             ("printers", &printers()),
             ("finest", &fineness::table()?),
             ("count", &STROKES),
-            (
-                "strokes",
-                &strokes::table(&strokes::run(job.seed, STROKES)?),
-            ),
+            ("strokes", &stroke_tables::table(&felt)),
             ("people", &OBJECTS.participants),
             ("touches", &objects.touches()),
             ("objects", &objects.table()),
