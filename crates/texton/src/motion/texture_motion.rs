@@ -261,11 +261,7 @@ impl TextureMotion {
             self.scan.expect_from_approach(finger.velocity_m_per_s)?;
         }
         let scan_rad = self.scan.step(dt_s, finger.velocity_m_per_s)?;
-        // Both sides of the bumps feel the same: turn to the nearer one.
-        let [left, right] = [1.0, -1.0]
-            .map(|side| nearest_half_turn(scan_rad + side * level.scan.rad(), self.roll_rad));
-        let off = |roll_rad: f64| (self.roll_rad - roll_rad).abs();
-        let wanted_roll = if off(left) <= off(right) { left } else { right };
+        let wanted_roll = self.nearer_roll(scan_rad, level);
         let wanted = level.speed_mm_per_s * 1e-3;
         // Direction over the board that has the level's angle to the bumps before the board has turned.
         let over = DVec2::from_angle(scan_rad + self.roll_rad - wanted_roll);
@@ -309,6 +305,14 @@ impl TextureMotion {
             relative_speed_m_per_s: (finger.velocity_m_per_s - texture).length(),
             limited,
         })
+    }
+
+    /// The nearer of the two rolls at which a scan has the level's angle to the bumps, rad: both sides of them feel the same.
+    fn nearer_roll(&self, scan_rad: f64, level: &Level) -> f64 {
+        let [left, right] = [1.0, -1.0]
+            .map(|side| nearest_half_turn(scan_rad + side * level.scan.rad(), self.roll_rad));
+        let off = |roll_rad: f64| (self.roll_rad - roll_rad).abs();
+        if off(left) <= off(right) { left } else { right }
     }
 
     fn free_step(&mut self, dt_s: f64, level: &Level) -> MotionStep {
