@@ -28,8 +28,9 @@ const LANDING_S: f64 = 0.2;
 const PROBES: usize = 2;
 /// Unit vectors that differ by less are equal: a measured pose is no more accurate.
 const TURNED: f64 = 1e-6;
-/// Time constant of the estimated scan, s.
+/// Time constant of the estimated scan of a resting finger, s, and its fastest turn, rad/s: a circle of 20 mm diameter at 0.2 m/s.
 const SCAN_S: f64 = 0.05;
+const SCAN_RAD_PER_S: f64 = 20.0;
 
 /// Orientation and speed of the released bumpy patch for each roughness of a scene.
 #[derive(Debug, Clone)]
@@ -405,7 +406,7 @@ fn motion(board: &Board) -> Result<TextureMotion, SessionError> {
         scan: ScanConfig {
             time_constant_s: SCAN_S,
             least_speed_m_per_s: RESTS_M_PER_S,
-            ..ScanConfig::default()
+            turn_rad_per_s: SCAN_RAD_PER_S,
         },
         ..MotionLimits::default()
     })?)

@@ -4,7 +4,7 @@ use crate::rooms::room::Room;
 use crate::rooms::scores::{TimedPrediction, TouchPredictions};
 use anyhow::Context;
 use hwall_contact::score::Span;
-use hwall_contact::{Predictor, PredictorInput};
+use hwall_contact::{ContactPrediction, Predictor, PredictorInput};
 use hwall_sim::{PersonConfig, Population, ReachPlan, TouchSequence};
 use hwall_stage::training::{Filters, Stream, SurfaceTouch};
 use hwall_testkit::Sampler;
@@ -170,20 +170,41 @@ pub fn predictions(
     room: &Room,
     streams: &[Stream],
 ) -> anyhow::Result<Vec<TouchPredictions>> {
-    let mut touches = Vec::new();
-    for stream in streams {
-        let first = touches.len();
-        touches.extend(stream.touches.iter().map(|&touch| TouchPredictions {
-            touch,
-            samples: Vec::new(),
-        }));
+    let touches = streams.iter().flat_map(|stream| &stream.touches);
+    let of = |&touch: &SurfaceTouch| TouchPredictions {
+        touch,
+        samples: Vec::new(),
+    };
+    let mut touches: Vec<TouchPredictions> = touches.map(of).collect();
+    follow(predictor, room, streams, |number, t_s, ranked, took_us| {
+        touches[number].samples.push(TimedPrediction {
+            t_s,
+            first: ranked.first().copied(),
+            took_us,
+        });
+    })?;
+    Ok(touches)
+}
+
+/// The same with a function that gets the number of the touch, the time of the sample, s, the ranked predictions and their computing time, us.
+///
+/// # Errors
+/// Settings that a filter refuses.
+pub(super) fn follow(
+    predictor: &mut dyn Predictor,
+    room: &Room,
+    streams: &[Stream],
+    mut each: impl FnMut(usize, f64, &[ContactPrediction], f64),
+) -> anyhow::Result<()> {
+    let mut first = 0;
+    for Stream { frames, touches } in streams {
         let mut filters = Filters::new()?;
         predictor.reset();
-        let mut due = first;
-        for frame in &stream.frames {
-            let over = |t: &&TouchPredictions| frame.t_s >= t.touch.contact_s;
+        let mut due = 0;
+        for frame in frames {
+            let over = |touch: &&SurfaceTouch| frame.t_s >= touch.contact_s;
             due += usize::from(touches.get(due).filter(over).is_some());
-            let Some(TouchPredictions { touch, samples }) = touches.get_mut(due) else {
+            let Some(touch) = touches.get(due) else {
                 break;
             };
             let tracking = filters.hand.step(frame);
@@ -197,13 +218,10 @@ pub fn predictions(
             let ranked = predictor.predict(&room.scene, &seen);
             let took_us = began.elapsed().as_secs_f64() * 1e6;
             if frame.t_s >= touch.start_s {
-                samples.push(TimedPrediction {
-                    t_s: frame.t_s,
-                    first: ranked.first().copied(),
-                    took_us,
-                });
+                each(first + due, frame.t_s, ranked, took_us);
             }
         }
+        first += touches.len();
     }
-    Ok(touches)
+    Ok(())
 }

@@ -101,6 +101,19 @@ impl Room {
     /// Errors of the scene.
     pub fn new(count: usize) -> anyhow::Result<Self> {
         let (rectangles, sidecar) = surfaces(count);
+        Self::of(rectangles, &sidecar)
+    }
+
+    /// The room of 12 in which all but the wall and the shelf move, each with a mechanism of its own: two doors, a drawer, a panel and six
+    /// buttons.
+    ///
+    /// # Errors
+    /// Errors of the scene.
+    pub fn of_objects() -> anyhow::Result<Self> {
+        Self::of(surfaces(12).0, include_str!("objects.toml"))
+    }
+
+    fn of(rectangles: Vec<Rectangle>, sidecar: &str) -> anyhow::Result<Self> {
         let mut obj = String::new();
         for (i, rectangle) in rectangles.iter().enumerate() {
             writeln!(obj, "o {}", rectangle.name)?;
@@ -110,7 +123,7 @@ impl Room {
             let n = 4 * i;
             writeln!(obj, "f {} {} {} {}", n + 1, n + 2, n + 3, n + 4)?;
         }
-        let (scene, _) = Scene::from_obj_str(&obj, Some(&sidecar))?;
+        let (scene, _) = Scene::from_obj_str(&obj, Some(sidecar))?;
         let can_be = |r: &Rectangle| {
             let surface = scene.find(r.name);
             surface.is_some_and(|id| scene.surface(id).touchable())

@@ -11,14 +11,14 @@ use hwall_contact::score::Moment;
 use rayon::prelude::*;
 
 /// People and touches of the report; enough participants to distinguish shares near 100 %.
-const SIZE: StudySize = StudySize {
+pub(super) const SIZE: StudySize = StudySize {
     training_people: 12,
     participants: 20,
     touches: 12,
     seed: 0,
 };
 /// The fusion was designed on people with smaller seeds, which are not used here.
-const FIRST_SEED: u64 = 1000;
+pub(crate) const FIRST_SEED: u64 = 1000;
 /// The room for comparing conditions and for the targets.
 const MAIN_ROOM: usize = 6;
 /// Targets of this project in the main room: the right surface in this share of the touches ...

@@ -6,7 +6,7 @@ use crate::contact::recordings::Recorded;
 use crate::contact::report::{self, Choice};
 use crate::contact::{panel_study, panels};
 use crate::documents::Documents;
-use crate::rooms::study;
+use crate::rooms::{objects, study};
 use crate::study::document;
 use anyhow::{Context, bail};
 use clap::{Parser, ValueEnum};
@@ -106,6 +106,8 @@ enum Protocol {
     Pointing,
     /// Rooms of 1, 3, 6 and 12 surfaces, and one of them under worse and worse conditions
     Rooms,
+    /// A room of 12 different objects: which one is touched, and what it will feel like
+    Objects,
 }
 
 impl Arguments {
@@ -162,6 +164,7 @@ impl Arguments {
                     dissertation::pointing(overrides, &candidates, &choice, out)
                 }
                 (None, Protocol::Rooms) => return study::report(overrides.seed),
+                (None, Protocol::Objects) => return objects::report(overrides.seed),
             };
             Ok(section?.text)
         })
@@ -257,7 +260,7 @@ impl Arguments {
         };
         let (documents, rooms) = (
             given("--report") || given("--docs"),
-            self.protocol == Some(Protocol::Rooms),
+            matches!(self.protocol, Some(Protocol::Rooms | Protocol::Objects)),
         );
         for (applies, refused, why) in [
             (
@@ -283,7 +286,7 @@ impl Arguments {
             (
                 rooms,
                 &["--people", "--reaches", "--out"],
-                "--protocol rooms takes --seed alone",
+                "--protocol rooms and objects take --seed alone",
             ),
         ] {
             if let Some(flag) = refused.iter().find(|flag| applies && given(flag)) {

@@ -2,8 +2,12 @@
 
 pub mod assign;
 pub mod encounters;
+pub mod fineness;
 pub mod patch;
 pub mod patch_figures;
 mod sidecar;
+pub mod stroke;
+pub mod stroke_tables;
+pub mod strokes;
 pub mod trial;
 pub mod wanted;

@@ -1,12 +1,12 @@
 //! From command-line flags to a patch, its files and its tables.
 
 use crate::texture::wanted::{PrinterKind, WantedArgs};
-use crate::texture::{encounters, patch_figures};
+use crate::texture::{encounters, fineness, patch_figures, stroke_tables, strokes};
 use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
 use hwall_stage::arms::parse_list;
 use hwall_stage::input::file_plan::FilePlan;
-use hwall_stage::numbers::counted;
+use hwall_stage::numbers::{count_within, counted};
 use hwall_testkit::format_ns;
 use hwall_texton::{
     ChordSide, Finding, Layout, MountingHole, Patch, PatchSpec, Printer, Radii, StlFormat,
@@ -89,11 +89,19 @@ pub struct Request {
     /// Distance of the pixels, micrometres
     #[arg(long, default_value_t = 100.0, allow_negative_numbers = true)]
     pub pixel_um: f64,
+    /// Instead of making a patch, let so many simulated strokes of each kind, straight and curved, cross the released one on a simulated arm
+    #[arg(long, value_name = "N", exclusive = true, value_parser = count_within::<1, 10_000>, allow_negative_numbers = true)]
+    pub strokes: Option<usize>,
+    /// Instead, compare the finest bumps of printers with what skin resolves
+    #[arg(long, exclusive = true)]
+    pub finest: bool,
     /// Folder for figures: the patch from above and from the side, spacing and width over orientation
     #[arg(long)]
     pub out: Option<PathBuf>,
 }
 
+/// Seed of the strokes.
+const SEED: u64 = 1;
 /// Names of the figures: views from above and from the side; spacing and width over orientation.
 const FIGURES: [&str; 2] = ["texture_patch.svg", "texture_spacing.svg"];
 
@@ -102,6 +110,13 @@ const FIGURES: [&str; 2] = ["texture_patch.svg", "texture_spacing.svg"];
 /// # Errors
 /// Invalid dimensions, files that cannot be written.
 pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
+    if let Some(count) = request.strokes {
+        let felt = strokes::run(SEED, count)?;
+        return Ok(writeln!(out, "{}", stroke_tables::table(&felt))?);
+    }
+    if request.finest {
+        return Ok(writeln!(out, "{}", fineness::table()?)?);
+    }
     FilePlan::default()
         .write("--stl", request.stl.as_deref())
         .write("--obj", request.obj.as_deref())

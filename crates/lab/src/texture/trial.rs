@@ -79,8 +79,8 @@ pub struct Outcome {
     pub able_m_per_s2: f64,
     /// Time from the press until it was felt, s.
     pub felt_s: f64,
-    /// Velocity of the board minus the wanted one, relative to the wanted speed, every millisecond from the moment the touch was
-    /// felt.
+    /// Velocity over the texture minus the wanted one, relative to the wanted speed of the board, every millisecond from the moment the
+    /// touch was felt.
     pub error: Vec<f64>,
     /// Largest displacement of the board along the normal, m.
     pub drift_m: f64,
@@ -154,6 +154,7 @@ pub fn run(
     let arm = control.renderer().arm().clone();
     let axes = surface_axes(trial.normal)?;
     let lift = |p: DVec2| axes[0] * p.x + axes[1] * p.y;
+    let flat = |v: DVec3| DVec2::new(v.dot(axes[0]), v.dot(axes[1]));
     let mut motion = TextureMotion::new(limits)?;
     motion
         .scan_mut()
@@ -188,6 +189,7 @@ pub fn run(
     let waiting = target(DVec2::ZERO, roll_rad, 0.0);
     let finger_m_per_s = DVec2::from_angle(trial.scan_rad) * trial.finger_m_per_s;
     let wanted = -scan * trial.level.speed_mm_per_s * 1e-3;
+    let over_m_per_s = trial.finger_m_per_s + wanted.length();
     let mut outcome = Outcome {
         wanted_m_per_s: wanted.length(),
         able_m_per_s2: able_m_per_s2.unwrap_or(0.0),
@@ -224,8 +226,15 @@ pub fn run(
             (outcome.felt_s, end_s) = (now_s - PRESS_S, now_s + duration_s);
         }
         if felt_s.is_some() {
-            let off = servo.twist().linear_m_per_s - wanted;
-            outcome.error.push(off.length() / wanted.length());
+            // Over the texture, in whichever of the four directions that have the level's angle to the bumps is nearest.
+            let over = finger_m_per_s - flat(servo.twist().linear_m_per_s);
+            let long = flat(servo.pose().rotation().x_axis);
+            let [left, right] = [1.0, -1.0]
+                .map(|side| long.rotate(DVec2::from_angle(side * trial.level.scan.rad())));
+            let ways = [left, -left, right, -right];
+            let off = ways.map(|way| (over - way * over_m_per_s).length());
+            let off = off.into_iter().fold(f64::INFINITY, f64::min);
+            outcome.error.push(off / wanted.length());
             outcome.slid_s += if step.is_some_and(|s| s.sliding) {
                 DT_S
             } else {

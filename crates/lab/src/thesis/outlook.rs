@@ -3,10 +3,24 @@
 use super::chapter::Job;
 use crate::feel::single::draw_door;
 use crate::report::{Column, fill, table_of};
+use crate::rooms::objects::Objects;
+use crate::rooms::people::StudySize;
+use crate::rooms::study::FIRST_SEED;
 use crate::texture::wanted::PrinterKind;
+use crate::texture::{fineness, stroke_tables, strokes};
 use clap::ValueEnum;
 use hwall_testkit::MarkdownTable;
 use hwall_texton::Texture;
+
+/// Strokes of each path.
+const STROKES: usize = 24;
+/// People and touches in the room of objects.
+const OBJECTS: StudySize = StudySize {
+    training_people: 12,
+    participants: 10,
+    touches: 12,
+    seed: 0,
+};
 
 pub(super) fn section(job: &Job<'_>) -> anyhow::Result<String> {
     let (path, door) = job.figure(
@@ -14,9 +28,23 @@ pub(super) fn section(job: &Job<'_>) -> anyhow::Result<String> {
         "A push of 10 N at the door of the built-in room",
     )?;
     draw_door(&path, job.seed)?;
+    let objects = Objects::new(&StudySize {
+        seed: FIRST_SEED + job.seed,
+        ..OBJECTS
+    })?;
+    let felt = strokes::run(job.seed, STROKES)?;
     fill(
         include_str!("outlook.md"),
-        &[("door", &door), ("printers", &printers())],
+        &[
+            ("door", &door),
+            ("printers", &printers()),
+            ("finest", &fineness::table()?),
+            ("count", &STROKES),
+            ("strokes", &stroke_tables::table(&felt)),
+            ("people", &OBJECTS.participants),
+            ("touches", &objects.touches()),
+            ("objects", &objects.table()),
+        ],
     )
 }
 

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Rows of what the dissertation has: figures, tables and experiments, and the chapter of each.
-const ROWS: [(&str, &str); 15] = [
+const ROWS: [(&str, &str); 17] = [
     ("IV-1, IV-2, IV-3", "maps"),
     ("one hour an orientation", "maps"),
     ("Experiment 1", "maps"),
@@ -23,6 +23,8 @@ const ROWS: [(&str, &str); 15] = [
     ("avatar that is turned, and the hand that stops", "system"),
     ("VII: objects that move", "outlook"),
     ("smaller and finer textons", "outlook"),
+    ("non-linear scanning", "outlook"),
+    ("several objects with different physics", "outlook"),
 ];
 
 fn source(path: &str) -> PathBuf {

@@ -8,7 +8,8 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 /// Settings of [`ScanEstimator`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScanConfig {
-    /// Time constant of the low pass on the finger's velocity, s; default 0.02.
+    /// Time constant of the low pass on the finger's velocity, s; default 0.02. Above `least_speed_m_per_s` it is shorter, in inverse proportion to
+    /// the speed.
     pub time_constant_s: f64,
     /// Below this speed the finger counts as resting and the direction is kept, m/s; default 0.01.
     pub least_speed_m_per_s: f64,
@@ -96,7 +97,9 @@ impl ScanEstimator {
     pub fn step(&mut self, dt_s: f64, velocity_m_per_s: DVec2) -> Result<f64> {
         finite("speed of the finger", velocity_m_per_s.length())?;
         non_negative("dt_s", dt_s)?;
-        let share = -(-dt_s / self.config.time_constant_s).exp_m1();
+        // Noise turns a fast finger's direction less than a slow one's.
+        let times = (self.velocity_m_per_s.length() / self.config.least_speed_m_per_s).max(1.0);
+        let share = -(-dt_s * times / self.config.time_constant_s).exp_m1();
         self.velocity_m_per_s += share * (velocity_m_per_s - self.velocity_m_per_s);
         if self.velocity_m_per_s.length() >= self.config.least_speed_m_per_s {
             let mut turn = wrapped(self.velocity_m_per_s.to_angle() - self.direction_rad);
@@ -108,6 +111,13 @@ impl ScanEstimator {
             self.direction_rad = wrapped(self.direction_rad + turn.clamp(-most, most));
         }
         Ok(self.direction_rad)
+    }
+
+    /// The finger's velocity without the noise of a resting one, m/s: Wiener's estimate, for a noise of half the least speed.
+    pub(super) fn velocity_m_per_s(&self) -> DVec2 {
+        let noise = 0.5 * self.config.least_speed_m_per_s;
+        let power = self.velocity_m_per_s.length_squared();
+        self.velocity_m_per_s * (power / (power + noise * noise))
     }
 
     /// The direction, rad, from -π to π.

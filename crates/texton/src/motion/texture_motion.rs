@@ -70,8 +70,11 @@ const PROBE_M: f64 = 0.005;
 ///
 /// Frame: the plane of the surface, seen from the finger: x to the right, y upwards, angles from x
 /// towards y (the axes of a board at roll 0). A [`Level`] demands an angle θ between scan and long
-/// axis, so the board turns to the direction of the scan plus θ, modulo half a turn. It also demands a speed v of the
+/// axis, so the board turns to the direction of the scan plus or minus θ, modulo half a turn. It also demands a speed v of the
 /// board against the scan: a finger at rest feels v, a finger scanning at s feels s + v.
+///
+/// A board turns slowly. Until it has, it also moves aside, so that the velocity of the finger over it already has the angle θ to the
+/// bumps, as far as its speed limit lets it. Curved scans feel as straight ones do, although the board cannot follow their turns.
 ///
 /// Out of contact the roll follows the expected scan at once and the board returns to displacement
 /// zero; in contact both obey the limits. Time is an argument; nothing is allocated.
@@ -258,13 +261,20 @@ impl TextureMotion {
             self.scan.expect_from_approach(finger.velocity_m_per_s)?;
         }
         let scan_rad = self.scan.step(dt_s, finger.velocity_m_per_s)?;
-        let wanted_roll = nearest_half_turn(scan_rad + level.scan.rad(), self.roll_rad);
+        let wanted_roll = self.nearer_roll(scan_rad, level);
         let wanted = level.speed_mm_per_s * 1e-3;
-        let scan = DVec2::from_angle(scan_rad);
-        let face = self.speed_on_face(finger, scan, dt_s);
-        let stroke = self.speed_within(self.stroke_left(-scan), dt_s);
+        // Direction over the board that has the level's angle to the bumps before the board has turned.
+        let over = DVec2::from_angle(scan_rad + self.roll_rad - wanted_roll);
+        let own = self.scan.velocity_m_per_s();
+        let along = own.dot(over);
+        // A finger that the board drags along moves against the scan; the board must not chase it.
+        let keeps = if along > 0.0 { own.length() } else { along };
+        let aside = own - over * keeps;
+        let face = self.speed_on_face(finger, over, dt_s);
+        let stroke = self.speed_within(self.stroke_left(-over), dt_s);
         let speed = wanted.min(self.limits.speed_m_per_s).min(face).min(stroke);
-        let Change { reached, braked } = self.accelerate(-scan * speed, dt_s);
+        let velocity = (aside - over * speed).clamp_length_max(self.limits.speed_m_per_s);
+        let Change { reached, braked } = self.accelerate(velocity, dt_s);
         // Speed first, then orientation: both at once would share the joints' capacity.
         let left_rad = if reached {
             wanted_roll - self.roll_rad
@@ -295,6 +305,14 @@ impl TextureMotion {
             relative_speed_m_per_s: (finger.velocity_m_per_s - texture).length(),
             limited,
         })
+    }
+
+    /// The nearer of the two rolls at which a scan has the level's angle to the bumps, rad: both sides of them feel the same.
+    fn nearer_roll(&self, scan_rad: f64, level: &Level) -> f64 {
+        let [left, right] = [1.0, -1.0]
+            .map(|side| nearest_half_turn(scan_rad + side * level.scan.rad(), self.roll_rad));
+        let off = |roll_rad: f64| (self.roll_rad - roll_rad).abs();
+        if off(left) <= off(right) { left } else { right }
     }
 
     fn free_step(&mut self, dt_s: f64, level: &Level) -> MotionStep {

@@ -1,0 +1,308 @@
+//! Strokes as people make them, over the released patch that a session presents: rendered against wanted roughness.
+
+use super::stroke::{Stroke, StrokePath};
+use glam::{DVec2, DVec3};
+use hwall::contact::{DeterministicConfig, DeterministicPredictor};
+use hwall::hand::{HandFilterConfig, HandFrame};
+use hwall::haptics::{Arm, Board, surface_axes};
+use hwall::texture::TextureLevels;
+use hwall::{EventKind, LikelyTouches, Session};
+use hwall_sim::{HandContact, minimum_jerk};
+use hwall_stage::input::arms::BoardArm;
+use hwall_stage::person::predictors::TrainingPeople;
+use hwall_stage::person::responses::Scenery;
+use hwall_stage::run::simulated_arm::{ArmLevel, SimulatedArm};
+use hwall_stage::run::stage::SessionSettings;
+use hwall_study::{Surface, scene_of};
+use hwall_testkit::Sampler;
+use hwall_texton::{Level, ScanAngle, Texture};
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Control period, period of the tracker, and time between two judged moments, s.
+const DT_S: f64 = 1e-3;
+const TRACKER_S: f64 = 1.0 / 90.0;
+const JUDGED_S: f64 = 5e-3;
+/// Standard deviation of the tracker's noise, m.
+const NOISE_M: f64 = 3e-4;
+/// Middle of the strokes, on the wall of [`scene_of`], and rest of the hand from there, m.
+const MIDDLE_M: DVec3 = DVec3::new(0.6, 0.0, 0.6);
+const REST_M: DVec3 = DVec3::new(0.4, 0.1, 0.1);
+/// The head from the middle, m.
+const HEAD_M: DVec3 = DVec3::new(0.7, -0.1, 0.4);
+/// Aim of the finger beyond the face, m: 7.5 N at 500 N/m.
+const DEPTH_M: f64 = 0.015;
+/// Times at which the hand starts, presses and begins its stroke, s.
+const START_S: f64 = 0.2;
+const PRESS_S: f64 = 1.8;
+const STROKE_S: f64 = 2.1;
+/// Longest stroke, s.
+const LASTS_S: f64 = 2.0;
+/// Ranges of the mean speed of a stroke, m/s; drawn from one after the other.
+pub(super) const SPEEDS_M_PER_S: [[f64; 2]; 3] = [[0.02, 0.06], [0.06, 0.12], [0.12, 0.3]];
+/// Speeds of the levels, mm/s, as in the study.
+const LEVELS_MM_PER_S: [f64; 4] = [20.0, 40.0, 60.0, 80.0];
+
+/// Slower over the texture than this, a finger has no direction, m/s.
+const LEAST_M_PER_S: f64 = 2e-3;
+
+/// What a finger meets at a moment.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Met {
+    /// NaN without a direction.
+    pub(super) angle_deg: f64,
+    pub(super) bumps_hz: f64,
+    pub(super) roughness: f64,
+}
+
+impl Met {
+    /// For a velocity over the texture, m/s; by the model that chose the levels.
+    fn of(levels: &TextureLevels, scan: ScanAngle, speed_m_per_s: f64) -> Option<Self> {
+        let speed_mm_per_s = 1e3 * speed_m_per_s;
+        Some(Self {
+            angle_deg: match speed_m_per_s < LEAST_M_PER_S {
+                true => f64::NAN,
+                false => scan.deg(),
+            },
+            bumps_hz: Texture::released().encounter_frequency_hz(scan, speed_mm_per_s),
+            roughness: levels.magnitude(scan, speed_mm_per_s)?,
+        })
+    }
+
+    /// For a velocity over the texture, m/s, whose bumps have their long axis along `long`.
+    fn over(levels: &TextureLevels, velocity_m_per_s: DVec2, long: DVec2) -> Option<Self> {
+        let scan = ScanAngle::from_rad(long.angle_to(velocity_m_per_s)).ok()?;
+        Self::of(levels, scan, velocity_m_per_s.length())
+    }
+}
+
+/// A moment of a stroke.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Moment {
+    pub(super) finger_m_per_s: f64,
+    pub(super) turns_rad_per_s: f64,
+    /// What a straight stroke at the speed of the finger meets on a board that presents the level exactly.
+    pub(super) wanted: Met,
+    /// What this stroke meets on a board that keeps the motion for the direction in which the stroke began.
+    pub(super) held: Met,
+    /// What it met on the board of the session; `None` if that did not move.
+    pub(super) rendered: Option<Met>,
+    /// Is the board at least half as fast as its level?
+    pub(super) board_moves: bool,
+}
+
+impl Moment {
+    /// What is wanted at a time since the stroke began, s, and what a held board presents.
+    fn of(levels: &TextureLevels, level: &Level, stroke: &Stroke, since_s: f64) -> Option<Self> {
+        let begins = stroke.velocity_m_per_s(JUDGED_S).normalize_or(DVec2::X);
+        let finger = stroke.velocity_m_per_s(since_s);
+        let board_m_per_s = 1e-3 * level.speed_mm_per_s;
+        let along = begins * begins.dot(finger).signum();
+        let long = begins.rotate(DVec2::from_angle(level.scan.rad()));
+        Some(Self {
+            finger_m_per_s: finger.length(),
+            turns_rad_per_s: stroke.turns_rad_per_s(since_s),
+            wanted: Met::of(levels, level.scan, finger.length() + board_m_per_s)?,
+            held: Met::over(levels, finger + along * board_m_per_s, long)?,
+            rendered: None,
+            board_moves: false,
+        })
+    }
+}
+
+/// A stroke over a level, as it was felt.
+#[derive(Debug, Clone)]
+pub struct Felt {
+    pub(super) path: StrokePath,
+    /// Which of [`SPEEDS_M_PER_S`].
+    pub(super) range: usize,
+    pub(super) moments: Vec<Moment>,
+}
+
+/// What all strokes share.
+struct Place {
+    arm: BoardArm,
+    scene: hwall_scene::Scene,
+    walls: hwall::Walls,
+    axes: [DVec3; 2],
+}
+
+impl Place {
+    fn new() -> anyhow::Result<Self> {
+        let arm = BoardArm::named("iiwa7", &Board::default())?;
+        let scene = scene_of(Surface::Wall)?;
+        let likely = hwall::arrival::reachability::Target {
+            point_m: MIDDLE_M,
+            normal: DVec3::X,
+        };
+        let likely = LikelyTouches::Such(vec![likely.into()]);
+        Ok(Self {
+            walls: arm.walls_of(&scene, likely, true)?,
+            axes: surface_axes(DVec3::X)?,
+            arm,
+            scene,
+        })
+    }
+
+    fn lift(&self, v: DVec2) -> DVec3 {
+        self.axes[0] * v.x + self.axes[1] * v.y
+    }
+
+    fn in_plane(&self, v: DVec3) -> DVec2 {
+        DVec2::new(v.dot(self.axes[0]), v.dot(self.axes[1]))
+    }
+
+    /// Free position of the fingertip, m.
+    fn tip_m(&self, stroke: &Stroke, t_s: f64) -> DVec3 {
+        let out = minimum_jerk((t_s - START_S) / (PRESS_S - START_S));
+        let inside_m = self.lift(stroke.at_m((t_s - STROKE_S).max(0.0))) - DVec3::X * DEPTH_M;
+        MIDDLE_M + REST_M.lerp(inside_m, out)
+    }
+
+    fn frame(&self, tip_m: DVec3, t_s: f64, noise: &mut Sampler) -> HandFrame {
+        let mut noisy = |off_m: DVec3| {
+            Some(tip_m + off_m + NOISE_M * DVec3::from([(); 3].map(|()| noise.normal())))
+        };
+        HandFrame {
+            palm_m: noisy(DVec3::X * 0.15),
+            tips_m: [None, noisy(DVec3::ZERO), None, None, None],
+            head_m: noisy(MIDDLE_M + HEAD_M - tip_m),
+            gaze: Some(-HEAD_M.normalize()),
+            ..HandFrame::empty(t_s)
+        }
+    }
+
+    /// A session that presents a level, and its arm.
+    fn session(
+        &self,
+        levels: &TextureLevels,
+        seed: u64,
+    ) -> anyhow::Result<(Session<DeterministicPredictor>, SimulatedArm)> {
+        let scenery = Scenery {
+            scene: &self.scene,
+            arm: &self.arm,
+            walls: &self.walls,
+            people: &TrainingPeople::default(),
+            textured: true,
+        };
+        let settings = SessionSettings {
+            scenery,
+            room: None,
+            level: ArmLevel::Servo,
+            filter: HandFilterConfig::default(),
+            sees_head: true,
+            arm_minus_tracker_s: 0.0,
+        };
+        let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led())?;
+        let mut session = settings.session(predictor)?;
+        session.set_texture_levels(levels.clone());
+        let model = Arc::clone(session.control().arm());
+        let start = scenery.start();
+        let arm = SimulatedArm::new(settings.level, &self.arm, model, start, seed)?;
+        Ok((session, arm))
+    }
+
+    /// A stroke over a level.
+    fn felt(&self, stroke: &Stroke, level: &Level, seed: u64) -> anyhow::Result<Vec<Moment>> {
+        let tip_m = |t_s| self.tip_m(stroke, t_s);
+        let levels = TextureLevels::of_level(*level, &Board::default())?;
+        let (mut session, mut arm) = self.session(&levels, seed)?;
+        let (finger, mut noise) = (HandContact::default(), Sampler::new(seed));
+        let (mut moments, mut frames, mut going) = (Vec::new(), 0_u32, false);
+        let (mut due_s, end_s) = (STROKE_S, STROKE_S + stroke.lasts_s(LASTS_S));
+        for cycle in 0..(end_s / DT_S) as u32 {
+            let now_s = f64::from(cycle) * DT_S;
+            while f64::from(frames) * TRACKER_S <= now_s {
+                let t_s = f64::from(frames) * TRACKER_S;
+                session.frame(&self.frame(tip_m(t_s), t_s, &mut noise));
+                frames += 1;
+            }
+            let command = session.step(now_s, &arm.state()?);
+            session.plan();
+            arm.command(command)?;
+            arm.advance(DT_S)?;
+            let t_s = now_s + DT_S;
+            let (pose, twist) = (arm.pose(), arm.twist());
+            let lever_m = tip_m(t_s) - pose.position_m();
+            let under_m_per_s = twist.linear_m_per_s + twist.angular_rad_per_s.cross(lever_m);
+            let over_m_per_s = (tip_m(t_s) - tip_m(now_s)) / DT_S - under_m_per_s;
+            let pressed = finger.wrench(&pose, tip_m(t_s), over_m_per_s)?;
+            arm.apply_wrench(pressed.unwrap_or_default())?;
+            while let Some(event) = session.next_event() {
+                match event.kind {
+                    EventKind::TextureStarted(_) => going = true,
+                    EventKind::Released => going = false,
+                    _ => {}
+                }
+            }
+            if t_s >= due_s {
+                due_s += JUDGED_S;
+                let [over, long] = [over_m_per_s, pose.rotation().x_axis].map(|v| self.in_plane(v));
+                let rendered = Met::over(&levels, over, long);
+                let rendered = rendered.filter(|_| going && pressed.is_some());
+                let board = under_m_per_s.length();
+                let moment = Moment::of(&levels, level, stroke, t_s - STROKE_S);
+                moments.extend(moment.map(|moment| Moment {
+                    rendered,
+                    board_moves: board > 0.5e-3 * level.speed_mm_per_s,
+                    ..moment
+                }));
+            }
+        }
+        Ok(moments)
+    }
+}
+
+/// So many strokes of each path, their levels, speeds and sizes drawn from the seed.
+///
+/// # Errors
+/// A configuration that a crate refuses.
+pub fn run(seed: u64, strokes: usize) -> anyhow::Result<Vec<Felt>> {
+    let place = Place::new()?;
+    let all = StrokePath::ALL.into_iter();
+    let all: Vec<_> = all
+        .flat_map(|path| (0..strokes).map(move |n| (path, n)))
+        .collect();
+    let felt = all.into_par_iter().map(|(path, number)| {
+        // The same levels, speeds and sizes for every path.
+        let mut sampler = Sampler::new(seed.wrapping_add(number as u64));
+        let range = number % SPEEDS_M_PER_S.len();
+        let level = Level {
+            scan: ScanAngle::from_deg(sampler.uniform(0.0, 90.0))?,
+            speed_mm_per_s: LEVELS_MM_PER_S[sampler.index(LEVELS_MM_PER_S.len())],
+            magnitude: 1.0,
+        };
+        let stroke = Stroke::drawn(path, SPEEDS_M_PER_S[range], LASTS_S, &mut sampler);
+        let moments = place.felt(&stroke, &level, seed)?;
+        Ok(Felt {
+            path,
+            range,
+            moments,
+        })
+    });
+    felt.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::quantiles;
+    use crate::texture::stroke_tables::table;
+
+    /// A board that only turns is off by 24 and 31 degrees on these.
+    #[test]
+    fn strokes_meet_the_bumps_at_the_angle_of_the_level() {
+        let felt = run(1, 6).unwrap();
+        for (path, most_deg) in [(StrokePath::OneWay, 12.0), (StrokePath::Circle, 18.0)] {
+            let own = felt.iter().filter(|f| f.path == path);
+            let moments = own.flat_map(|f| &f.moments);
+            let off =
+                moments.filter_map(|m| Some((m.rendered?.angle_deg - m.wanted.angle_deg).abs()));
+            let [median_deg] = quantiles(off.filter(|off| off.is_finite()), [0.5]);
+            assert!(median_deg < most_deg, "{}: {median_deg}", path.name());
+        }
+        let table = table(&felt).to_string();
+        assert_eq!(table.lines().count(), 2 + StrokePath::ALL.len() + 6);
+        assert!(!table.contains("NaN"), "{table}");
+    }
+}
