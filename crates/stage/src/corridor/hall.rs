@@ -1,13 +1,15 @@
 //! A corridor of rooms: walls, shelves and doors, and from where a base serves them.
 
+use super::visits::EYES_M;
 use crate::input::arms::BoardArm;
 use crate::input::place::BEHIND_M;
 use anyhow::Context;
 use glam::{DVec2, dvec2};
-use hwall::arrival::WaitingConfig;
+use hwall::arrival::TouchRange;
 use hwall::arrival::base::{BaseInversion, BaseInversionConfig, KeepOutArea};
+use hwall::arrival::reachability::Interval;
 use hwall::arrival::reachability::{ReachabilityMap, Steps, WallFacet};
-use hwall::{Walls, WallsConfig};
+use hwall::{LikelyTouches, Walls, WallsConfig};
 use hwall_scene::Scene;
 use hwall_testkit::Sampler;
 
@@ -50,8 +52,8 @@ pub(super) struct Hall {
     pub(super) walls: Walls,
 }
 
-/// The board waits this far behind the wall, m: a base that does not reach towards the person may drive faster beside that person.
-const STANDOFF_M: f64 = 0.12;
+/// Heights that people touch above the base, m.
+pub(super) const HEIGHTS_M: [f64; 2] = [EYES_M - 0.85, EYES_M + 0.3];
 /// Half of the width of that wall, m.
 const HALF_M: f64 = 0.9;
 
@@ -73,10 +75,10 @@ impl Hall {
         let wall = quad("wall", ends, [FLOOR_M, CEILING_M]);
         let (wall, _) = Scene::from_obj_str(&wall, None)?;
         let walls = WallsConfig {
-            waiting: WaitingConfig {
-                standoff_m: STANDOFF_M,
-                ..WaitingConfig::default()
-            },
+            touches: LikelyTouches::InRange(TouchRange {
+                heights: Interval::new(HEIGHTS_M[0], HEIGHTS_M[1]),
+                ..TouchRange::default()
+            }),
             texture: false,
             ..WallsConfig::default()
         };

@@ -43,6 +43,8 @@ pub struct CorridorRequest {
     pub seed: u64,
     /// Who leads the board; `None`: the fused predictor.
     pub predictor: Option<PredictorKind>,
+    /// A base this slow may be met by a hand, m/s; `None`: the default.
+    pub hand_meets_m_per_s: Option<f64>,
     /// Output folder.
     pub out: PathBuf,
     /// Also write everything to this file.
@@ -89,8 +91,11 @@ pub fn run(
         predictors: &predictors,
         person: request.person,
         seed: request.seed,
+        hand_meets_m_per_s: request
+            .hand_meets_m_per_s
+            .unwrap_or_else(moving::hand_meets_m_per_s),
     };
-    let walks = walks(&corridor, progress)?;
+    let walks = walks(&corridor, &BaseKind::ALL, progress)?;
     let table = report::table(&walks);
     note(report::inverted(&hall));
     writeln!(out, "{table}")?;
@@ -111,17 +116,18 @@ pub fn run(
     Ok(())
 }
 
-/// One walk for each kind of base, in their order.
+/// One walk for each of some kinds of base, in their order.
 fn walks(
     corridor: &Corridor<'_>,
+    kinds: &[BaseKind],
     progress: impl FnMut(f64) + Send,
 ) -> anyhow::Result<Vec<run::Walked>> {
-    let shares = Mutex::new(([0.0; BaseKind::ALL.len()], progress));
-    let walks = parallel::map(BaseKind::ALL.len(), |i| {
-        corridor.walk(BaseKind::ALL[i], |share| {
+    let shares = Mutex::new((vec![0.0; kinds.len()], progress));
+    let walks = parallel::map(kinds.len(), |i| {
+        corridor.walk(kinds[i], |share| {
             if let Ok(mut all) = shares.lock() {
                 all.0[i] = share;
-                let done = all.0.iter().sum::<f64>() / BaseKind::ALL.len() as f64;
+                let done = all.0.iter().sum::<f64>() / kinds.len() as f64;
                 (all.1)(done);
             }
         })

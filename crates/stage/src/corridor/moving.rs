@@ -10,9 +10,8 @@ use hwall::arrival::base::{
     BaseSafety, BaseState, KeepOutArea, SeenHand, Surroundings,
 };
 use hwall_hand::Pose;
-use hwall_haptics::Board;
+use hwall_haptics::{Board, ContactLimits};
 use hwall_redirection::{AvatarTurn, PersonMotion, TurnConfig};
-use std::f64::consts::FRAC_PI_2;
 
 /// The base from above, m: a platform of half a metre.
 const CHASSIS_M: f64 = 0.35;
@@ -29,10 +28,19 @@ const RESTS_M_PER_S: f64 = 1e-3;
 pub(super) const PERSON_M_PER_S2: f64 = 2.0;
 /// Error of the velocity measured over 0.1 s, m/s: it lags by 0.05 s, 0.1 m/s at that acceleration; 0.7 mm of noise make 0.03 m/s (3 sd).
 const VELOCITY_ERROR_M_PER_S: f64 = 0.13;
-/// A base this slow may be met by a hand, m/s: the closing speed of the board near a hand, in SAFETY.md.
-const HAND_MEETS_M_PER_S: f64 = 0.1;
+/// Reduced speed of a robot beside people, [ISO 10218-1], m/s.
+const REDUCED_M_PER_S: f64 = 0.25;
 /// Instants of the braking at which a step is judged.
 const JUDGED: usize = 20;
+
+/// A base this slow may be met by a free hand, m/s: its impact on the hand, `v √(μ k)`, stays below the least lasting force of any region of the body
+/// (65 N up to 0.31 m/s), and it is no faster than reduced speed. The mass of the base counts as infinite.
+pub(super) fn hand_meets_m_per_s() -> f64 {
+    let limits = ContactLimits::default();
+    let mass_kg = limits.reduced_mass_kg(f64::INFINITY);
+    let most = limits.relaxed_n / (mass_kg * limits.hand_stiffness_n_per_m).sqrt();
+    most.min(REDUCED_M_PER_S)
+}
 
 /// What the base sees and what is true, in the frame of the corridor or of the base.
 pub(super) struct Seen<'a> {
@@ -45,6 +53,8 @@ pub(super) struct Seen<'a> {
     pub(super) board: &'a Board,
     pub(super) base_from_board: Pose,
     pub(super) touched: bool,
+    /// May the arm reach out? Then the base only creeps.
+    pub(super) reaches: bool,
 }
 
 /// The person without errors of measurement, from above.
@@ -92,7 +102,7 @@ pub(super) struct MovingBase {
 
 impl MovingBase {
     /// Behind the place that is visited first.
-    pub(super) fn new(first: &Visit) -> anyhow::Result<Self> {
+    pub(super) fn new(first: &Visit, hand_meets_m_per_s: f64) -> anyhow::Result<Self> {
         let start = BasePose {
             at_m: first.stands_m + first.facing * (BEFORE_M + BEHIND_M),
             yaw_rad: (-first.facing).to_angle(),
@@ -100,9 +110,9 @@ impl MovingBase {
         Ok(Self {
             drive: BaseDrive::new(BaseLimits::default(), start)?,
             safety: BaseSafety {
-                person_m_per_s2: PERSON_M_PER_S2,
                 velocity_error_m_per_s: VELOCITY_ERROR_M_PER_S,
-                hand_meets_m_per_s: HAND_MEETS_M_PER_S,
+                person_m_per_s2: PERSON_M_PER_S2,
+                hand_meets_m_per_s,
                 ..BaseSafety::default()
             },
             goal: None,
@@ -171,17 +181,17 @@ impl MovingBase {
         let here = self.drive.seen_from(&self.hall_from_corridor);
         let at_m = here.state().pose().at_m;
         let chosen = match next {
-            // Out of the room behind the door, by the nearer side.
-            Some(_) if area.contains(at_m) => {
+            // Out of the room behind the door, by the nearer side, and on to where its first wall is served from.
+            Some(next) if area.contains(at_m) => {
                 let y = match at_m.y < 0.5 * (area.low_m.y + area.high_m.y) {
                     true => area.low_m.y - CLEAR_M,
                     false => area.high_m.y + CLEAR_M,
                 };
                 let to = BasePose {
-                    at_m: dvec2(at_m.x, y),
-                    yaw_rad: FRAC_PI_2.copysign(-y),
+                    at_m: dvec2(next.area.low_m.x - BEHIND_M, y),
+                    yaw_rad: 0.0,
                 };
-                Some((to, vec![to.at_m]))
+                Some((to, vec![dvec2(at_m.x, y), to.at_m]))
             }
             Some(_) => None,
             None => {
@@ -254,7 +264,8 @@ impl MovingBase {
         };
         let before_m = self.drive.state().pose().at_m;
         self.drive.step(dt_s, |drive, state| {
-            self.safety.allows(drive, state, &around)
+            let creeps = || self.safety.may_meet_hand(drive, state, &parts);
+            self.safety.allows(drive, state, &around) && (!seen.reaches || creeps())
         })?;
         self.keep(dt_s, before_m, &around, &truth);
         Ok(())

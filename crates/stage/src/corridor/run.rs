@@ -12,6 +12,7 @@ use crate::input::base_flag::BaseKind;
 use crate::person::kinds::PersonKind;
 use crate::person::predictors::{Predictors, TrainingPeople};
 use crate::person::responses::Scenery;
+use crate::person::touches::{FAR_M, facing};
 use crate::run::simulated_arm::{ArmLevel, Finger, SimulatedArm};
 use crate::run::stage::SessionSettings;
 use anyhow::Context;
@@ -40,6 +41,8 @@ pub(super) struct Corridor<'a> {
     pub(super) predictors: &'a Predictors,
     pub(super) person: PersonKind,
     pub(super) seed: u64,
+    /// A base this slow may be met by a hand, m/s.
+    pub(super) hand_meets_m_per_s: f64,
 }
 
 /// Where person and base were at a time.
@@ -130,6 +133,8 @@ struct Rig<'a> {
     frames: u64,
     next_choice_s: f64,
     is_touched: bool,
+    /// May the arm reach out?
+    reaches: bool,
     waited_s: f64,
     samples: Vec<Sample>,
 }
@@ -144,7 +149,7 @@ impl<'a> Rig<'a> {
         Ok(Self {
             corridor,
             kind,
-            base: MovingBase::new(walker.visit())?,
+            base: MovingBase::new(walker.visit(), corridor.hand_meets_m_per_s)?,
             walker,
             session,
             foresight: corridor.session(0)?,
@@ -157,6 +162,7 @@ impl<'a> Rig<'a> {
             frames: 0,
             next_choice_s: 0.0,
             is_touched: false,
+            reaches: false,
             waited_s: 0.0,
             samples: Vec::new(),
         })
@@ -235,24 +241,18 @@ impl<'a> Rig<'a> {
             let ranked = perception.predictor().ranked();
             self.belief.see(&frame, walks, ranked, room)?;
         }
-        // The arm of a base that drives waits behind the wall until it can reach, from where the base stops, what is expected: the base may then drive
-        // faster beside a hand.
-        let base = self.base.stops_at().floor_from_base()?;
-        let expected = self.belief.likeliest(&room.inversion);
-        let serves = match expected.filter(|_| self.kind.drives()) {
-            Some((point_m, normal)) => {
-                let point_m = base.inverse_transform_point(point_m);
-                let normal = base.inverse_transform_vector(normal);
-                self.corridor.arm.unreachable(point_m, normal)?.is_none()
-            }
-            None => true,
+        // Either the base drives, or the arm may reach out and the base creeps: an arm that reaches out shortens the distance to a hand while the base
+        // brakes.
+        self.reaches = !self.kind.drives() || !self.walker.waits() && self.serves_before(&seen)?;
+        let told = match self.reaches {
+            true => seen,
+            false => without_hand(seen),
         };
-        let told = if serves { seen } else { without_hand(seen) };
         self.session.world(&world)?;
         self.session.frame(&told.transformed(&base_from_world));
         if t_s >= self.next_choice_s {
             self.next_choice_s += CHOICE_S;
-            let hypotheses = self.belief.hypotheses(&room.inversion, body.at_m);
+            let hypotheses = self.belief.hypotheses(room, body.at_m);
             let next = self.corridor.hall.rooms.get(self.room + 1);
             let next = next.filter(|_| self.walker.waits());
             self.base.choose(room, next, &hypotheses)?;
@@ -260,6 +260,22 @@ impl<'a> Rig<'a> {
             self.samples.push(sample);
         }
         Ok(())
+    }
+
+    /// From where the base stops, can the arm present the place that the hand is before?
+    fn serves_before(&self, seen: &HandFrame) -> anyhow::Result<bool> {
+        let scene = &self.corridor.hall.rooms[self.room].scene;
+        let Some(hand) = seen.contact_point() else {
+            return Ok(false);
+        };
+        let Some(before) = scene.closest_touchable(hand.position_m, FAR_M)? else {
+            return Ok(false);
+        };
+        let base = self.base.stops_at().floor_from_base()?;
+        let point_m = base.inverse_transform_point(before.point_m);
+        let normal = facing(before.normal, hand.position_m - before.point_m);
+        let normal = base.inverse_transform_vector(normal);
+        Ok(self.corridor.arm.unreachable(point_m, normal)?.is_none())
     }
 
     fn sample(&self, t_s: f64, person_m: DVec2) -> anyhow::Result<Sample> {
@@ -284,6 +300,7 @@ impl<'a> Rig<'a> {
             board: self.corridor.arm.board(),
             base_from_board: self.arm.pose(),
             touched: self.is_touched,
+            reaches: self.reaches,
         };
         self.base.step(dt_s, &seen)
     }

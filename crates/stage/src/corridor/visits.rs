@@ -10,7 +10,7 @@ use hwall_sim::{PersonConfig, TouchPlan};
 use hwall_testkit::Sampler;
 
 /// The eyes of a walker above the base of the arm, m: 1.65 m above the floor.
-const EYES_M: f64 = 0.7;
+pub(super) const EYES_M: f64 = 0.7;
 /// Distance of the eyes from the touched surface, m, as in the built-in room.
 pub(super) const BEFORE_M: f64 = 0.68;
 /// Distances between the places of a walk along the walls, m: from one step to three.
