@@ -60,6 +60,8 @@ pub struct BasePart {
     pub ends_m: [DVec2; 2],
     /// Radius, m.
     pub radius_m: f64,
+    /// Its own speed in the frame of the base, m/s: an arm that moves while the base brakes may go on towards a hand.
+    pub m_per_s: f64,
 }
 
 impl BasePart {
@@ -93,6 +95,8 @@ pub struct SeenHand {
 pub struct Surroundings<'a> {
     /// The person's head from above, floor frame, m.
     pub person_m: DVec2,
+    /// Time since the head was seen there, s.
+    pub person_age_s: f64,
     /// Its measured velocity, m/s; NaN if unknown: then it may have the largest speed in any direction.
     pub person_m_per_s: DVec2,
     /// Points of the hands, also those that are not seen any more. Without any, a hand may be anywhere within reach of the person.
@@ -149,6 +153,18 @@ impl BaseSafety {
     /// Least distance that is left to body and hands beyond the required one while the base reacts and brakes, m: a lower bound. NaN for NaN.
     #[must_use]
     pub fn left_m(&self, drive: &BaseDrive, state: &BaseState, around: &Surroundings<'_>) -> f64 {
+        let [body_m, hands_m] = self.margins_m(drive, state, around);
+        least_m(body_m, hands_m)
+    }
+
+    /// [`left_m`](Self::left_m) to the body, and to the hands.
+    #[must_use]
+    pub fn margins_m(
+        &self,
+        drive: &BaseDrive,
+        state: &BaseState,
+        around: &Surroundings<'_>,
+    ) -> [f64; 2] {
         let braking = |time_s| Braking::new(drive, state, time_s, self.latency_s);
         let stops = braking(drive.stop_s(state));
         let slows = self.slow_s(drive, state, around.parts).map(braking);
@@ -162,7 +178,8 @@ impl BaseSafety {
                     (true, _) => f64::NAN,
                     (false, None) => f64::INFINITY,
                     (false, Some(slows)) => {
-                        let came_m = self.hand_m_per_s * (slows.at_s(piece) + hand.age_s);
+                        let (t_s, arm_m_per_s) = (slows.at_s(piece), part.m_per_s);
+                        let came_m = self.hand_m_per_s * (t_s + hand.age_s) + arm_m_per_s * t_s;
                         slows.apart_m(part, piece, hand.at_m, DVec2::ZERO) - came_m - radius_m
                     }
                 }
@@ -171,17 +188,22 @@ impl BaseSafety {
             let seen = seen.map(|hand| hand_m(hand, self.hand_radius_m));
             let unseen = SeenHand {
                 at_m: around.person_m,
-                age_s: 0.0,
+                age_s: around.person_age_s,
             };
             let nothing = around.hands.is_empty();
             let unseen = nothing.then(|| hand_m(&unseen, self.hand_reach_m));
-            let body_m = self.left_to_body_m(&stops, part, piece, around);
-            seen.chain(unseen).fold(body_m, least_m)
+            [
+                self.left_to_body_m(&stops, part, piece, around),
+                seen.chain(unseen).fold(f64::INFINITY, least_m),
+            ]
         };
         let pieces = |part| (1..=PIECES).map(move |piece| (part, piece));
         let left = around.parts.iter().flat_map(pieces);
         let left = left.map(|(part, piece)| of(part, piece));
-        left.fold(f64::INFINITY, least_m) - self.clearance_m
+        let least = left.fold([f64::INFINITY; 2], |a, b| {
+            [least_m(a[0], b[0]), least_m(a[1], b[1])]
+        });
+        least.map(|left_m| left_m - self.clearance_m)
     }
 
     /// Are all parts so slow, until the base stands, that a hand may meet them?
@@ -220,10 +242,14 @@ impl BaseSafety {
         piece: usize,
         around: &Surroundings<'_>,
     ) -> f64 {
-        let (t_s, v) = (braking.at_s(piece), around.person_m_per_s);
+        let (age_s, v) = (around.person_age_s, around.person_m_per_s);
+        if age_s.is_nan() || age_s < 0.0 {
+            return f64::NAN;
+        }
+        let t_s = braking.at_s(piece) + age_s;
         let most = self.person_m_per_s.max(v.length());
         let spread = self.velocity_error_m_per_s + 0.5 * self.person_m_per_s2 * t_s;
-        let apart_m = |v| braking.apart_m(part, piece, around.person_m, v);
+        let apart_m = |v| braking.apart_m(part, piece, around.person_m + v * age_s, v);
         let anywhere_m = apart_m(DVec2::ZERO) - most * t_s;
         // An unknown velocity does not count.
         anywhere_m.max(apart_m(v) - spread * t_s) - self.person_radius_m

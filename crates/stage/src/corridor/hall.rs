@@ -1,6 +1,5 @@
 //! A corridor of rooms: walls, shelves and doors, and from where a base serves them.
 
-use super::visits::EYES_M;
 use crate::input::arms::BoardArm;
 use crate::input::place::BEHIND_M;
 use anyhow::Context;
@@ -52,13 +51,22 @@ pub(super) struct Hall {
     pub(super) walls: Walls,
 }
 
-/// Heights that people touch above the base, m.
+/// The eyes of a walker above the base of the arm, m: 1.65 m above the floor.
+pub(super) const EYES_M: f64 = 0.7;
+/// Heights that people touch above the base, m: from the hip to a little above the eyes.
 pub(super) const HEIGHTS_M: [f64; 2] = [EYES_M - 0.85, EYES_M + 0.3];
+/// A room sees at least this many touches: five visits.
+const LEAST_OF_ROOM: usize = 5;
 /// Half of the width of that wall, m.
 const HALF_M: f64 = 0.9;
 
 impl Hall {
-    /// As many rooms as asked for; the shelves stand where the seed says.
+    /// Rooms for so many touches; the shelves stand where the seed says.
+    pub(super) fn for_touches(arm: &BoardArm, touches: usize, seed: u64) -> anyhow::Result<Self> {
+        Self::new(arm, touches.div_ceil(LEAST_OF_ROOM), seed)
+    }
+
+    /// As many rooms as asked for.
     pub(super) fn new(arm: &BoardArm, rooms: usize, seed: u64) -> anyhow::Result<Self> {
         let closed = arm.closed_form();
         let closed =

@@ -7,6 +7,7 @@ mod moving;
 mod report;
 mod run;
 mod sight;
+mod study;
 #[cfg(test)]
 mod tests;
 mod touches;
@@ -18,7 +19,7 @@ use crate::input::arms::{BoardArm, NamedArm};
 use crate::input::base_flag::BaseKind;
 use crate::input::file_plan::FilePlan;
 use crate::person::kinds::PersonKind;
-use crate::person::predictors::{PredictorKind, Predictors, TrainingPeople};
+use crate::person::predictors::PredictorKind;
 use anyhow::Context;
 use hall::Hall;
 use hwall_haptics::Board;
@@ -27,6 +28,8 @@ use run::Corridor;
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Mutex;
+
+pub use study::study;
 
 /// What to run.
 #[derive(Debug, Clone)]
@@ -53,8 +56,6 @@ pub struct CorridorRequest {
 
 const FIGURE: &str = "corridor.svg";
 const TABLE: &str = "corridor.md";
-/// A room sees at least this many touches: five visits.
-const LEAST_OF_ROOM: usize = 5;
 
 /// Walks through the corridor with every kind of base, and prints and writes what became of the touches.
 ///
@@ -72,16 +73,8 @@ pub fn run(
     plan.check()?;
     std::fs::create_dir_all(&request.out).with_context(|| request.out.display().to_string())?;
     let arm = BoardArm::named(request.arm.clone(), &Board::default())?;
-    // People of the built-in room teach the predictor.
-    let people = TrainingPeople {
-        elsewhere: true,
-        ..TrainingPeople::default()
-    };
-    let (built_in, _) = crate::setting::load_scene(None)?;
-    let (predictors, learnt) = Predictors::train(&built_in, &arm, &people, request.predictor)?;
-    note(learnt);
-    let rooms = request.touches.div_ceil(LEAST_OF_ROOM);
-    let hall = Hall::new(&arm, rooms, request.seed)?;
+    let (people, predictors) = run::trained(&arm, request.predictor)?;
+    let hall = Hall::for_touches(&arm, request.touches, request.seed)?;
     let visits = visits::visits(&hall, request.touches, request.seed)?;
     let corridor = Corridor {
         hall: &hall,

@@ -2,15 +2,16 @@
 
 use super::belief::Belief;
 use super::hall::Hall;
-use super::moving::{MovingBase, Seen, Truth};
+use super::moving::{ArmMay, MovingBase, Seen, Truth};
 use super::sight::Sight;
 use super::touches::{CorridorTouch, TouchWatch};
 use super::visits::Visit;
 use super::walker::Walker;
+use crate::console::note;
 use crate::input::arms::BoardArm;
 use crate::input::base_flag::BaseKind;
 use crate::person::kinds::PersonKind;
-use crate::person::predictors::{Predictors, TrainingPeople};
+use crate::person::predictors::{PredictorKind, Predictors, TrainingPeople};
 use crate::person::responses::Scenery;
 use crate::person::touches::{FAR_M, facing};
 use crate::run::simulated_arm::{ArmLevel, Finger, SimulatedArm};
@@ -29,8 +30,26 @@ const BASE_EVERY: u64 = 4;
 const CHOICE_S: f64 = 0.1;
 /// Half of the time over which the true velocity of a person is taken, s.
 const DIFFERENCE_S: f64 = 1e-4;
+/// A hand this near to a surface is about to touch it, m: it rests 0.33 m before it, and comes the last 0.28 m in about 0.4 s, in which a base
+/// that creeps stops.
+const TOUCHES_SOON_M: f64 = 0.28;
 /// A visit takes at most this long on average, s; else the walk is stuck.
 const LONGEST_S: f64 = 60.0;
+
+/// People of the built-in room teach the predictor.
+pub(super) fn trained(
+    arm: &BoardArm,
+    predictor: Option<PredictorKind>,
+) -> anyhow::Result<(TrainingPeople, Predictors)> {
+    let people = TrainingPeople {
+        elsewhere: true,
+        ..TrainingPeople::default()
+    };
+    let (built_in, _) = crate::setting::load_scene(None)?;
+    let (predictors, learnt) = Predictors::train(&built_in, arm, &people, predictor)?;
+    note(learnt);
+    Ok((people, predictors))
+}
 
 /// What is the same in all walks.
 pub(super) struct Corridor<'a> {
@@ -133,8 +152,7 @@ struct Rig<'a> {
     frames: u64,
     next_choice_s: f64,
     is_touched: bool,
-    /// May the arm reach out?
-    reaches: bool,
+    arm_may: ArmMay,
     waited_s: f64,
     samples: Vec<Sample>,
 }
@@ -162,7 +180,7 @@ impl<'a> Rig<'a> {
             frames: 0,
             next_choice_s: 0.0,
             is_touched: false,
-            reaches: false,
+            arm_may: ArmMay::Wait,
             waited_s: 0.0,
             samples: Vec::new(),
         })
@@ -190,11 +208,9 @@ impl<'a> Rig<'a> {
         let corridor_from_base = base_from_corridor.inverse();
         let corridor_from_board =
             Pose::from_affine(&(corridor_from_base.to_affine() * self.arm.pose().to_affine()))?;
-        let (arm, poses) = (
-            self.corridor.arm,
-            [&corridor_from_board, &corridor_from_base],
-        );
-        self.watch.see(t_s, &self.walker, arm, poses)
+        let poses = [&corridor_from_board, &corridor_from_base];
+        let (walker, arm) = (&self.walker, self.corridor.arm);
+        self.watch.see(t_s, walker, arm, &self.base, poses)
     }
 
     fn advance_walker(&mut self, t_s: f64) -> anyhow::Result<()> {
@@ -241,12 +257,13 @@ impl<'a> Rig<'a> {
             let ranked = perception.predictor().ranked();
             self.belief.see(&frame, walks, ranked, room)?;
         }
-        // Either the base drives, or the arm may reach out and the base creeps: an arm that reaches out shortens the distance to a hand while the base
-        // brakes.
-        self.reaches = !self.kind.drives() || !self.walker.waits() && self.serves_before(&seen)?;
-        let told = match self.reaches {
-            true => seen,
-            false => without_hand(seen),
+        self.arm_may = match self.kind.drives() && !self.walker.waits() {
+            true => self.arm_may(&seen)?,
+            false => ArmMay::Wait,
+        };
+        let told = match self.kind.drives() && self.arm_may == ArmMay::Wait {
+            true => without_hand(seen),
+            false => seen,
         };
         self.session.world(&world)?;
         self.session.frame(&told.transformed(&base_from_world));
@@ -262,20 +279,25 @@ impl<'a> Rig<'a> {
         Ok(())
     }
 
-    /// From where the base stops, can the arm present the place that the hand is before?
-    fn serves_before(&self, seen: &HandFrame) -> anyhow::Result<bool> {
+    /// It may reach out if it can present, from where the base stops, the place that the hand is before.
+    fn arm_may(&self, seen: &HandFrame) -> anyhow::Result<ArmMay> {
         let scene = &self.corridor.hall.rooms[self.room].scene;
         let Some(hand) = seen.contact_point() else {
-            return Ok(false);
+            return Ok(ArmMay::Wait);
         };
         let Some(before) = scene.closest_touchable(hand.position_m, FAR_M)? else {
-            return Ok(false);
+            return Ok(ArmMay::Wait);
         };
         let base = self.base.stops_at().floor_from_base()?;
         let point_m = base.inverse_transform_point(before.point_m);
         let normal = facing(before.normal, hand.position_m - before.point_m);
         let normal = base.inverse_transform_vector(normal);
-        Ok(self.corridor.arm.unreachable(point_m, normal)?.is_none())
+        let serves = self.corridor.arm.unreachable(point_m, normal)?.is_none();
+        Ok(match serves {
+            true if before.distance_m < TOUCHES_SOON_M => ArmMay::BeTouched,
+            true => ArmMay::Reach,
+            false => ArmMay::Wait,
+        })
     }
 
     fn sample(&self, t_s: f64, person_m: DVec2) -> anyhow::Result<Sample> {
@@ -290,17 +312,18 @@ impl<'a> Rig<'a> {
 
     fn step_base(&mut self, t_s: f64, dt_s: f64) -> anyhow::Result<()> {
         let skeleton = self.corridor.arm.skeleton_m(&self.arm.q());
-        let [person_m, person_m_per_s] = self.sight.person();
+        let ([person_m, person_m_per_s], person_age_s) = self.sight.person(t_s);
         let seen = Seen {
             person_m,
             person_m_per_s,
+            person_age_s,
             hands: self.sight.hands(t_s),
             truth: self.truth(t_s)?,
             skeleton_m: &skeleton,
             board: self.corridor.arm.board(),
             base_from_board: self.arm.pose(),
             touched: self.is_touched,
-            reaches: self.reaches,
+            arm: self.arm_may,
         };
         self.base.step(dt_s, &seen)
     }
