@@ -20,7 +20,7 @@ const TOUCHES: usize = 60;
 /// which a hand may meet the base, for the price of that in share in place, with the first three seeds. Returns Markdown tables.
 ///
 /// # Errors
-/// As [`run`](super::run).
+/// As [`run`](fn@super::run).
 pub fn study(arm: &NamedArm, seeds: &[u64], speeds_m_per_s: &[f64]) -> anyhow::Result<String> {
     let arm = BoardArm::named(arm.clone(), &Board::default())?;
     let (people, predictors) = trained(&arm, None)?;
