@@ -267,6 +267,7 @@ mod tests {
             ),
             ("--fri-bursts 0.02 --period-ms 2.5", "whole milliseconds"),
             ("--period-ms 21", "--period-ms must lie in"),
+            ("--hand-meets 0.2", "--base drives or both"),
         ] {
             // No work is done: the scene does not exist.
             let words = words.split(' ').chain(["--scene", "nowhere.obj"]);
@@ -297,6 +298,12 @@ mod tests {
                 refused.contains(&format!("drives excludes {flag}")),
                 "{refused}"
             );
+        }
+        for speed in ["0.31", "-0.1", "nan"] {
+            let words = ["", "--base", "both", "--hand-meets", speed];
+            let refused = run(&JobOptions::parse_from(words), &mut Vec::new(), |_| {});
+            let refused = refused.unwrap_err().to_string();
+            assert!(refused.contains("--hand-meets must lie in"), "{refused}");
         }
         for (words, why) in [
             ("--fri-bursts -0.1", "--fri-bursts"),
