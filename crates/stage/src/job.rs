@@ -68,6 +68,9 @@ pub struct JobOptions {
     /// Prints on standard error why the board is sent or not, at this time or whenever the choice changes (for every person; --touches 12 has one)
     #[arg(long, num_args = 0..=1, value_name = "SECONDS")]
     pub explain: Option<Option<f64>>,
+    /// With --base drives or both: a base this slow may be met by a hand, m/s, at most 0.3 [default: 0.25]
+    #[arg(long, allow_negative_numbers = true, value_name = "M_PER_S")]
+    pub hand_meets: Option<f64>,
     /// Control period in milliseconds, 0.1 to 20
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
     pub period_ms: f64,
@@ -110,6 +113,10 @@ pub fn run(
     if let Some(BaseFlag::Corridor(kind)) = options.setting.base {
         return corridor::run(&in_corridor(options, kind)?, out, progress);
     }
+    ensure!(
+        options.hand_meets.is_none(),
+        "--hand-meets applies to a base that drives: --base drives or both"
+    );
     let period_ms = options.period_ms;
     ensure!(
         (0.1..=20.0).contains(&period_ms),
@@ -227,6 +234,11 @@ fn in_corridor(options: &JobOptions, kind: BaseKind) -> anyhow::Result<CorridorR
             "--base {name} excludes {flag}: the corridor has its own rooms, walker and files"
         );
     }
+    let hand_meets = options.hand_meets;
+    ensure!(
+        hand_meets.is_none_or(|most| (0.0..=0.3).contains(&most)),
+        "--hand-meets must lie in 0..=0.3 m/s"
+    );
     Ok(CorridorRequest {
         kind,
         arm: options.arm.clone(),
@@ -234,6 +246,7 @@ fn in_corridor(options: &JobOptions, kind: BaseKind) -> anyhow::Result<CorridorR
         touches: setting.touches as usize,
         seed: setting.seed,
         predictor: options.predictor,
+        hand_meets_m_per_s: options.hand_meets,
         out: options.out.clone(),
         json: options.json.clone(),
     })
@@ -254,6 +267,7 @@ mod tests {
             ),
             ("--fri-bursts 0.02 --period-ms 2.5", "whole milliseconds"),
             ("--period-ms 21", "--period-ms must lie in"),
+            ("--hand-meets 0.2", "--base drives or both"),
         ] {
             // No work is done: the scene does not exist.
             let words = words.split(' ').chain(["--scene", "nowhere.obj"]);
@@ -284,6 +298,12 @@ mod tests {
                 refused.contains(&format!("drives excludes {flag}")),
                 "{refused}"
             );
+        }
+        for speed in ["0.31", "-0.1", "nan"] {
+            let words = ["", "--base", "both", "--hand-meets", speed];
+            let refused = run(&JobOptions::parse_from(words), &mut Vec::new(), |_| {});
+            let refused = refused.unwrap_err().to_string();
+            assert!(refused.contains("--hand-meets must lie in"), "{refused}");
         }
         for (words, why) in [
             ("--fri-bursts -0.1", "--fri-bursts"),

@@ -60,6 +60,8 @@ pub struct BasePart {
     pub ends_m: [DVec2; 2],
     /// Radius, m.
     pub radius_m: f64,
+    /// Its own speed in the frame of the base, m/s: an arm that moves while the base brakes may go on towards a hand.
+    pub m_per_s: f64,
 }
 
 impl BasePart {
@@ -93,6 +95,8 @@ pub struct SeenHand {
 pub struct Surroundings<'a> {
     /// The person's head from above, floor frame, m.
     pub person_m: DVec2,
+    /// Time since the head was seen there, s.
+    pub person_age_s: f64,
     /// Its measured velocity, m/s; NaN if unknown: then it may have the largest speed in any direction.
     pub person_m_per_s: DVec2,
     /// Points of the hands, also those that are not seen any more. Without any, a hand may be anywhere within reach of the person.
@@ -103,16 +107,17 @@ pub struct Surroundings<'a> {
     pub parts: &'a [BasePart],
 }
 
-/// Intervals of the braking time.
+/// Intervals of the braking time, and halvings of it: to a millisecond.
 const PIECES: usize = 10;
+const HALVINGS: usize = 11;
 
-/// A base that brakes from a state: its poses at equal intervals, and bounds on its motion.
+/// A base that brakes from a state for a time: its poses at equal intervals, and bounds on the motion that is left.
 struct Braking {
     poses: [BasePose; PIECES + 1],
+    /// Velocities, m/s, and the turning rate, rad/s.
+    left: [([DVec2; 2], f64); PIECES + 1],
     piece_s: f64,
     latency_s: f64,
-    fastest: [DVec2; 2],
-    turning: f64,
 }
 
 impl BaseSafety {
@@ -148,33 +153,34 @@ impl BaseSafety {
     /// Least distance that is left to body and hands beyond the required one while the base reacts and brakes, m: a lower bound. NaN for NaN.
     #[must_use]
     pub fn left_m(&self, drive: &BaseDrive, state: &BaseState, around: &Surroundings<'_>) -> f64 {
-        let piece_s = drive.stop_s(state) / PIECES as f64;
-        let states: [_; PIECES + 1] =
-            std::array::from_fn(|i| drive.braked(state, i as f64 * piece_s));
-        let (fastest, turning) = drive.fastest(state);
-        let braking = Braking {
-            poses: states.map(|state| state.pose()),
-            piece_s,
-            latency_s: self.latency_s,
-            fastest,
-            turning,
-        };
-        let reach_m = around.parts.iter().map(BasePart::reach_m);
-        let reach_m = reach_m.fold(0.0, f64::max);
-        // From the beginning of a piece on.
-        let is_slow = states.map(|state| {
-            let (v, turning) = drive.fastest(&state);
-            v[0].length().max(v[1].length()) + turning * reach_m <= self.hand_meets_m_per_s
-        });
+        let [body_m, hands_m] = self.margins_m(drive, state, around);
+        least_m(body_m, hands_m)
+    }
+
+    /// [`left_m`](Self::left_m) to the body, and to the hands.
+    #[must_use]
+    pub fn margins_m(
+        &self,
+        drive: &BaseDrive,
+        state: &BaseState,
+        around: &Surroundings<'_>,
+    ) -> [f64; 2] {
+        let braking = |time_s| Braking::new(drive, state, time_s, self.latency_s);
+        let stops = braking(drive.stop_s(state));
+        let slows = self.slow_s(drive, state, around.parts).map(braking);
         let of = |part: &BasePart, piece: usize| {
             let hand_m = |hand: &SeenHand, radius_m: f64| {
                 // An age below zero is no age.
-                match hand.at_m.is_nan() || hand.age_s.is_nan() || hand.age_s < 0.0 {
-                    true => f64::NAN,
-                    false if is_slow[piece - 1] => f64::INFINITY,
-                    false => {
-                        let came_m = self.hand_m_per_s * (braking.at_s(piece) + hand.age_s);
-                        braking.apart_m(part, piece, hand.at_m, DVec2::ZERO) - came_m - radius_m
+                match (
+                    hand.at_m.is_nan() || hand.age_s.is_nan() || hand.age_s < 0.0,
+                    &slows,
+                ) {
+                    (true, _) => f64::NAN,
+                    (false, None) => f64::INFINITY,
+                    (false, Some(slows)) => {
+                        let (t_s, arm_m_per_s) = (slows.at_s(piece), part.m_per_s);
+                        let came_m = self.hand_m_per_s * (t_s + hand.age_s) + arm_m_per_s * t_s;
+                        slows.apart_m(part, piece, hand.at_m, DVec2::ZERO) - came_m - radius_m
                     }
                 }
             };
@@ -182,17 +188,47 @@ impl BaseSafety {
             let seen = seen.map(|hand| hand_m(hand, self.hand_radius_m));
             let unseen = SeenHand {
                 at_m: around.person_m,
-                age_s: 0.0,
+                age_s: around.person_age_s,
             };
             let nothing = around.hands.is_empty();
             let unseen = nothing.then(|| hand_m(&unseen, self.hand_reach_m));
-            let body_m = self.left_to_body_m(&braking, part, piece, around);
-            seen.chain(unseen).fold(body_m, least_m)
+            [
+                self.left_to_body_m(&stops, part, piece, around),
+                seen.chain(unseen).fold(f64::INFINITY, least_m),
+            ]
         };
         let pieces = |part| (1..=PIECES).map(move |piece| (part, piece));
         let left = around.parts.iter().flat_map(pieces);
         let left = left.map(|(part, piece)| of(part, piece));
-        left.fold(f64::INFINITY, least_m) - self.clearance_m
+        let least = left.fold([f64::INFINITY; 2], |a, b| {
+            [least_m(a[0], b[0]), least_m(a[1], b[1])]
+        });
+        least.map(|left_m| left_m - self.clearance_m)
+    }
+
+    /// Are all parts so slow, until the base stands, that a hand may meet them?
+    #[must_use]
+    pub fn may_meet_hand(&self, drive: &BaseDrive, state: &BaseState, parts: &[BasePart]) -> bool {
+        let reach_m = parts.iter().map(BasePart::reach_m).fold(0.0, f64::max);
+        let (v, turning) = drive.fastest(state);
+        v[0].length().max(v[1].length()) + turning * reach_m <= self.hand_meets_m_per_s
+    }
+
+    /// Time until a braking base is so slow that a hand may meet it, s; `None`: it is.
+    fn slow_s(&self, drive: &BaseDrive, state: &BaseState, parts: &[BasePart]) -> Option<f64> {
+        let is_slow = |time_s| self.may_meet_hand(drive, &drive.braked(state, time_s), parts);
+        if is_slow(0.0) {
+            return None;
+        }
+        let (mut fast_s, mut slow_s) = (0.0, drive.stop_s(state));
+        for _ in 0..HALVINGS {
+            let middle_s = 0.5 * (fast_s + slow_s);
+            match is_slow(middle_s) {
+                true => slow_s = middle_s,
+                false => fast_s = middle_s,
+            }
+        }
+        Some(slow_s)
     }
 
     /// What is left between a part and the body in a piece, m.
@@ -206,10 +242,14 @@ impl BaseSafety {
         piece: usize,
         around: &Surroundings<'_>,
     ) -> f64 {
-        let (t_s, v) = (braking.at_s(piece), around.person_m_per_s);
+        let (age_s, v) = (around.person_age_s, around.person_m_per_s);
+        if age_s.is_nan() || age_s < 0.0 {
+            return f64::NAN;
+        }
+        let t_s = braking.at_s(piece) + age_s;
         let most = self.person_m_per_s.max(v.length());
         let spread = self.velocity_error_m_per_s + 0.5 * self.person_m_per_s2 * t_s;
-        let apart_m = |v| braking.apart_m(part, piece, around.person_m, v);
+        let apart_m = |v| braking.apart_m(part, piece, around.person_m + v * age_s, v);
         let anywhere_m = apart_m(DVec2::ZERO) - most * t_s;
         // An unknown velocity does not count.
         anywhere_m.max(apart_m(v) - spread * t_s) - self.person_radius_m
@@ -225,6 +265,18 @@ fn least_m(a_m: f64, b_m: f64) -> f64 {
 }
 
 impl Braking {
+    fn new(drive: &BaseDrive, state: &BaseState, time_s: f64, latency_s: f64) -> Self {
+        let piece_s = time_s / PIECES as f64;
+        let states: [_; PIECES + 1] =
+            std::array::from_fn(|i| drive.braked(state, i as f64 * piece_s));
+        Self {
+            poses: states.map(|state| state.pose()),
+            left: states.map(|state| drive.fastest(&state)),
+            piece_s,
+            latency_s,
+        }
+    }
+
     /// End of a piece, s. The reaction counts with the first piece.
     fn at_s(&self, piece: usize) -> f64 {
         match piece {
@@ -236,8 +288,9 @@ impl Braking {
     /// Least distance of a part in a piece from a place that moves, m: a lower bound. It is at least the mean of that at both ends less what part and
     /// place cover, relative to each other, in half of the time.
     fn apart_m(&self, part: &BasePart, piece: usize, place_m: DVec2, v: DVec2) -> f64 {
-        let turns = self.turning * part.reach_m();
-        let relative = self.fastest.map(|base| (base - v).length());
+        let (fastest, turning) = self.left[piece - 1];
+        let turns = turning * part.reach_m();
+        let relative = fastest.map(|base| (base - v).length());
         let relative = relative[0].max(relative[1]).max(v.length());
         let away_m = |i: usize| part.distance_m(&self.poses[i], place_m + v * self.at_s(i));
         let time_s = self.at_s(piece) - self.at_s(piece - 1);

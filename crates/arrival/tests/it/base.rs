@@ -117,13 +117,18 @@ fn robot() -> [BasePart; 2] {
         ([DVec2::ZERO; 2], 0.35),
         ([dvec2(0.45, -0.1), dvec2(0.45, 0.1)], 0.02),
     ]
-    .map(|(ends_m, radius_m)| BasePart { ends_m, radius_m })
+    .map(|(ends_m, radius_m)| BasePart {
+        ends_m,
+        radius_m,
+        m_per_s: 0.0,
+    })
 }
 
 /// Somebody whose hand is far away.
 fn around(person_m: DVec2, person_m_per_s: DVec2, parts: &[BasePart]) -> Surroundings<'_> {
     Surroundings {
         person_m,
+        person_age_s: 0.0,
         person_m_per_s,
         hands: &FAR,
         touched: false,
@@ -389,6 +394,75 @@ fn a_base_that_a_hand_may_meet_creeps() {
         }
         assert_eq!(drive.state().pose().at_m != DVec2::ZERO, moves);
     }
+}
+
+/// A hand counts until a hand may meet the braking base, to a millisecond. Regression: until the next tenth of the braking time.
+#[test]
+fn hands_count_until_the_base_is_slow_enough_and_no_longer() {
+    let parts = robot();
+    let safety = BaseSafety {
+        hand_meets_m_per_s: 0.25,
+        ..BaseSafety::default()
+    };
+    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
+    drive.set_route(&[dvec2(0.0, 4.0)], 0.0);
+    while drive.state().velocity_m_per_s().length() < 0.4 {
+        drive.step(DT_S, |_, _| true).unwrap();
+    }
+    let state = drive.state();
+    let slows_s = (1..2000).map(|i| f64::from(i) * 1e-3).find(|t_s| {
+        let state = drive.braked(state, *t_s);
+        safety.may_meet_hand(&drive, &state, &parts)
+    });
+    let slows_s = slows_s.unwrap();
+    let hand_m = drive.state().pose().at_m + dvec2(1.5, 0.0);
+    let hands = [SeenHand {
+        at_m: hand_m,
+        age_s: 0.0,
+    }];
+    let seen = Surroundings {
+        hands: &hands,
+        ..around(dvec2(1e6, 0.0), DVec2::ZERO, &parts)
+    };
+    let left_m = safety.margins_m(&drive, state, &seen)[1];
+    let pose = state.pose();
+    let apart_m = parts.map(|part| part.distance_m(&pose, hand_m));
+    let came_m = safety.hand_m_per_s * (slows_s + safety.latency_s);
+    let least_m = apart_m[0].min(apart_m[1]) - came_m - safety.hand_radius_m - safety.clearance_m;
+    assert!((least_m - left_m).abs() < 0.03, "{least_m} {left_m}");
+    // An arm that moves towards the hand leaves less, an old sample of the hand too.
+    let moving = parts.map(|part| BasePart {
+        m_per_s: 0.5,
+        ..part
+    });
+    let seen = Surroundings {
+        parts: &moving,
+        ..seen
+    };
+    let less_m = left_m - safety.margins_m(&drive, state, &seen)[1];
+    let expected_m = 0.5 * (slows_s + safety.latency_s);
+    assert!((less_m - expected_m).abs() < 2e-3, "{less_m}");
+}
+
+/// The older the sample of the head, the further the person may have come; an impossible age stops the base.
+#[test]
+fn an_old_sample_of_the_head_leaves_less() {
+    let (safety, parts) = (BaseSafety::default(), robot());
+    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
+    drive.set_route(&[dvec2(4.0, 0.0)], 0.0);
+    for _ in 0..100 {
+        drive.step(DT_S, |_, _| true).unwrap();
+    }
+    let left_m = |person_age_s| {
+        let seen = Surroundings {
+            person_age_s,
+            ..around(dvec2(3.0, 0.0), DVec2::ZERO, &parts)
+        };
+        safety.left_m(&drive, drive.state(), &seen)
+    };
+    let less_m = left_m(0.0) - left_m(0.2);
+    assert!((less_m - 0.2 * safety.person_m_per_s).abs() < 1e-9);
+    assert!(left_m(f64::NAN).is_nan() && left_m(-1.0).is_nan());
 }
 
 #[test]

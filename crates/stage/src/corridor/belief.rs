@@ -1,11 +1,11 @@
 //! Where the next touch is expected, for a base that has seconds to get there.
 
-use super::hall::Room;
+use super::hall::{DOOR_Y_M, Room};
 use super::visits::BEFORE_M;
 use super::walker::{TURN_S, WALK};
 use crate::person::touches::{FAR_M, facing};
 use glam::{DVec2, DVec3};
-use hwall::arrival::base::{BaseHypothesis, BaseInversion};
+use hwall::arrival::base::BaseHypothesis;
 use hwall_contact::ContactPrediction;
 use hwall_hand::HandFrame;
 use hwall_scene::Scene;
@@ -101,23 +101,14 @@ impl Belief {
         Ok(())
     }
 
-    /// The most probable place and the normal of its wall; `None` before any.
-    pub(super) fn likeliest(&self, inversion: &BaseInversion) -> Option<(DVec3, DVec3)> {
-        let likeliest = self.weights.iter().max_by(|a, b| a.1.total_cmp(b.1));
-        inversion.middle(*likeliest?.0)
-    }
-
     /// Forgets the places, in another room; where the person walks is kept.
     pub(super) fn forget(&mut self) {
         self.weights.clear();
     }
 
     /// The most probable places for a person whose eyes are above a place of the floor, m.
-    pub(super) fn hypotheses(
-        &self,
-        inversion: &BaseInversion,
-        person_m: DVec2,
-    ) -> Vec<BaseHypothesis> {
+    pub(super) fn hypotheses(&self, room: &Room, person_m: DVec2) -> Vec<BaseHypothesis> {
+        let inversion = &room.inversion;
         let mut cells: Vec<(usize, f64)> = self.weights.iter().map(|(c, w)| (*c, *w)).collect();
         cells.sort_by(|a, b| b.1.total_cmp(&a.1));
         let likely = cells.into_iter().take(MOST);
@@ -139,7 +130,7 @@ impl Belief {
         };
         let mut found: Vec<BaseHypothesis> = likely.filter_map(of).collect();
         let Some(first) = found.first().copied() else {
-            return found;
+            return entered(room);
         };
         // Who stands there will touch more of what is at hand there.
         let stands_m = match first.touch_s > AT_PLACE_S {
@@ -173,6 +164,17 @@ impl Belief {
         }
         found
     }
+}
+
+/// Somebody who has come in and has not looked at anything yet: the wall beside the door, on either side.
+fn entered(room: &Room) -> Vec<BaseHypothesis> {
+    let of = |aside_m| BaseHypothesis {
+        point_m: DVec3::new(room.area.low_m.x, DOOR_Y_M + aside_m, HEIGHTS_M[1]),
+        normal: DVec3::X,
+        probability: 0.5,
+        touch_s: AT_PLACE_S + STARTS_S + PAUSE_S + AHEAD_M / WALK[0],
+    };
+    [-AHEAD_M, AHEAD_M].map(of).to_vec()
 }
 
 /// The place on a touchable surface that the eyes are on, if it is this far from the hand.

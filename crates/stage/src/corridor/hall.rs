@@ -4,10 +4,11 @@ use crate::input::arms::BoardArm;
 use crate::input::place::BEHIND_M;
 use anyhow::Context;
 use glam::{DVec2, dvec2};
-use hwall::arrival::WaitingConfig;
+use hwall::arrival::TouchRange;
 use hwall::arrival::base::{BaseInversion, BaseInversionConfig, KeepOutArea};
+use hwall::arrival::reachability::Interval;
 use hwall::arrival::reachability::{ReachabilityMap, Steps, WallFacet};
-use hwall::{Walls, WallsConfig};
+use hwall::{LikelyTouches, Walls, WallsConfig};
 use hwall_scene::Scene;
 use hwall_testkit::Sampler;
 
@@ -50,13 +51,22 @@ pub(super) struct Hall {
     pub(super) walls: Walls,
 }
 
-/// The board waits this far behind the wall, m: a base that does not reach towards the person may drive faster beside that person.
-const STANDOFF_M: f64 = 0.12;
+/// The eyes of a walker above the base of the arm, m: 1.65 m above the floor.
+pub(super) const EYES_M: f64 = 0.7;
+/// Heights that people touch above the base, m: from the hip to a little above the eyes.
+pub(super) const HEIGHTS_M: [f64; 2] = [EYES_M - 0.85, EYES_M + 0.3];
+/// A room sees at least this many touches: five visits.
+const LEAST_OF_ROOM: usize = 5;
 /// Half of the width of that wall, m.
 const HALF_M: f64 = 0.9;
 
 impl Hall {
-    /// As many rooms as asked for; the shelves stand where the seed says.
+    /// Rooms for so many touches; the shelves stand where the seed says.
+    pub(super) fn for_touches(arm: &BoardArm, touches: usize, seed: u64) -> anyhow::Result<Self> {
+        Self::new(arm, touches.div_ceil(LEAST_OF_ROOM), seed)
+    }
+
+    /// As many rooms as asked for.
     pub(super) fn new(arm: &BoardArm, rooms: usize, seed: u64) -> anyhow::Result<Self> {
         let closed = arm.closed_form();
         let closed =
@@ -73,10 +83,10 @@ impl Hall {
         let wall = quad("wall", ends, [FLOOR_M, CEILING_M]);
         let (wall, _) = Scene::from_obj_str(&wall, None)?;
         let walls = WallsConfig {
-            waiting: WaitingConfig {
-                standoff_m: STANDOFF_M,
-                ..WaitingConfig::default()
-            },
+            touches: LikelyTouches::InRange(TouchRange {
+                heights: Interval::new(HEIGHTS_M[0], HEIGHTS_M[1]),
+                ..TouchRange::default()
+            }),
             texture: false,
             ..WallsConfig::default()
         };

@@ -7,6 +7,7 @@ mod moving;
 mod report;
 mod run;
 mod sight;
+mod study;
 #[cfg(test)]
 mod tests;
 mod touches;
@@ -18,7 +19,7 @@ use crate::input::arms::{BoardArm, NamedArm};
 use crate::input::base_flag::BaseKind;
 use crate::input::file_plan::FilePlan;
 use crate::person::kinds::PersonKind;
-use crate::person::predictors::{PredictorKind, Predictors, TrainingPeople};
+use crate::person::predictors::PredictorKind;
 use anyhow::Context;
 use hall::Hall;
 use hwall_haptics::Board;
@@ -27,6 +28,8 @@ use run::Corridor;
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Mutex;
+
+pub use study::study;
 
 /// What to run.
 #[derive(Debug, Clone)]
@@ -43,6 +46,8 @@ pub struct CorridorRequest {
     pub seed: u64,
     /// Who leads the board; `None`: the fused predictor.
     pub predictor: Option<PredictorKind>,
+    /// A base this slow may be met by a hand, m/s; `None`: the default.
+    pub hand_meets_m_per_s: Option<f64>,
     /// Output folder.
     pub out: PathBuf,
     /// Also write everything to this file.
@@ -51,8 +56,6 @@ pub struct CorridorRequest {
 
 const FIGURE: &str = "corridor.svg";
 const TABLE: &str = "corridor.md";
-/// A room sees at least this many touches: five visits.
-const LEAST_OF_ROOM: usize = 5;
 
 /// Walks through the corridor with every kind of base, and prints and writes what became of the touches.
 ///
@@ -70,16 +73,8 @@ pub fn run(
     plan.check()?;
     std::fs::create_dir_all(&request.out).with_context(|| request.out.display().to_string())?;
     let arm = BoardArm::named(request.arm.clone(), &Board::default())?;
-    // People of the built-in room teach the predictor.
-    let people = TrainingPeople {
-        elsewhere: true,
-        ..TrainingPeople::default()
-    };
-    let (built_in, _) = crate::setting::load_scene(None)?;
-    let (predictors, learnt) = Predictors::train(&built_in, &arm, &people, request.predictor)?;
-    note(learnt);
-    let rooms = request.touches.div_ceil(LEAST_OF_ROOM);
-    let hall = Hall::new(&arm, rooms, request.seed)?;
+    let (people, predictors) = run::trained(&arm, request.predictor)?;
+    let hall = Hall::for_touches(&arm, request.touches, request.seed)?;
     let visits = visits::visits(&hall, request.touches, request.seed)?;
     let corridor = Corridor {
         hall: &hall,
@@ -89,8 +84,11 @@ pub fn run(
         predictors: &predictors,
         person: request.person,
         seed: request.seed,
+        hand_meets_m_per_s: request
+            .hand_meets_m_per_s
+            .unwrap_or_else(moving::hand_meets_m_per_s),
     };
-    let walks = walks(&corridor, progress)?;
+    let walks = walks(&corridor, &BaseKind::ALL, progress)?;
     let table = report::table(&walks);
     note(report::inverted(&hall));
     writeln!(out, "{table}")?;
@@ -111,17 +109,18 @@ pub fn run(
     Ok(())
 }
 
-/// One walk for each kind of base, in their order.
+/// One walk for each of some kinds of base, in their order.
 fn walks(
     corridor: &Corridor<'_>,
+    kinds: &[BaseKind],
     progress: impl FnMut(f64) + Send,
 ) -> anyhow::Result<Vec<run::Walked>> {
-    let shares = Mutex::new(([0.0; BaseKind::ALL.len()], progress));
-    let walks = parallel::map(BaseKind::ALL.len(), |i| {
-        corridor.walk(BaseKind::ALL[i], |share| {
+    let shares = Mutex::new((vec![0.0; kinds.len()], progress));
+    let walks = parallel::map(kinds.len(), |i| {
+        corridor.walk(kinds[i], |share| {
             if let Ok(mut all) = shares.lock() {
                 all.0[i] = share;
-                let done = all.0.iter().sum::<f64>() / BaseKind::ALL.len() as f64;
+                let done = all.0.iter().sum::<f64>() / kinds.len() as f64;
                 (all.1)(done);
             }
         })

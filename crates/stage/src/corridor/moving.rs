@@ -10,9 +10,9 @@ use hwall::arrival::base::{
     BaseSafety, BaseState, KeepOutArea, SeenHand, Surroundings,
 };
 use hwall_hand::Pose;
-use hwall_haptics::Board;
+use hwall_haptics::{Board, ContactLimits};
 use hwall_redirection::{AvatarTurn, PersonMotion, TurnConfig};
-use std::f64::consts::FRAC_PI_2;
+use std::collections::VecDeque;
 
 /// The base from above, m: a platform of half a metre.
 const CHASSIS_M: f64 = 0.35;
@@ -29,22 +29,52 @@ const RESTS_M_PER_S: f64 = 1e-3;
 pub(super) const PERSON_M_PER_S2: f64 = 2.0;
 /// Error of the velocity measured over 0.1 s, m/s: it lags by 0.05 s, 0.1 m/s at that acceleration; 0.7 mm of noise make 0.03 m/s (3 sd).
 const VELOCITY_ERROR_M_PER_S: f64 = 0.13;
-/// A base this slow may be met by a hand, m/s: the closing speed of the board near a hand, in SAFETY.md.
-const HAND_MEETS_M_PER_S: f64 = 0.1;
+/// Reduced speed of a robot beside people, [ISO 10218-1], m/s.
+const REDUCED_M_PER_S: f64 = 0.25;
+/// A base that was refused to go on is looked back on for this time, s.
+const HELD_S: f64 = 1.5;
 /// Instants of the braking at which a step is judged.
 const JUDGED: usize = 20;
+
+/// A base this slow may be met by a free hand, m/s: its impact on the hand, `v √(μ k)`, stays below the least lasting force of any region of the body
+/// (65 N up to 0.31 m/s), and it is no faster than reduced speed. The mass of the base counts as infinite.
+pub(super) fn hand_meets_m_per_s() -> f64 {
+    let limits = ContactLimits::default();
+    let mass_kg = limits.reduced_mass_kg(f64::INFINITY);
+    let most = limits.relaxed_n / (mass_kg * limits.hand_stiffness_n_per_m).sqrt();
+    most.min(REDUCED_M_PER_S)
+}
 
 /// What the base sees and what is true, in the frame of the corridor or of the base.
 pub(super) struct Seen<'a> {
     pub(super) person_m: DVec2,
-    /// Its measured velocity, m/s.
+    /// Its measured velocity, m/s, and the age of both, s.
     pub(super) person_m_per_s: DVec2,
+    pub(super) person_age_s: f64,
     pub(super) hands: Vec<SeenHand>,
     pub(super) truth: Truth,
     pub(super) skeleton_m: &'a [DVec3],
     pub(super) board: &'a Board,
     pub(super) base_from_board: Pose,
     pub(super) touched: bool,
+    pub(super) arm: ArmMay,
+}
+
+/// What the arm may do. Either the base drives or the arm reaches out: an arm that reaches out while the base brakes shortens the distance to a hand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ArmMay {
+    Wait,
+    /// It may reach out, and the base creeps.
+    Reach,
+    /// A hand is about to touch: the base stands.
+    BeTouched,
+}
+
+/// Why a step of the base is refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Held {
+    Body,
+    Hand,
 }
 
 /// The person without errors of measurement, from above.
@@ -87,12 +117,16 @@ pub(super) struct MovingBase {
     /// Where the world should turn, rad, and the person's last heading in the hall.
     wanted_rad: f64,
     last_yaw_rad: Option<f64>,
+    /// What refused each of the latest steps, the parts in the last one, and the time since the base stands, s.
+    held: VecDeque<Option<Held>>,
+    last_parts: Vec<BasePart>,
+    rested_s: f64,
     pub(super) record: BaseRecord,
 }
 
 impl MovingBase {
     /// Behind the place that is visited first.
-    pub(super) fn new(first: &Visit) -> anyhow::Result<Self> {
+    pub(super) fn new(first: &Visit, hand_meets_m_per_s: f64) -> anyhow::Result<Self> {
         let start = BasePose {
             at_m: first.stands_m + first.facing * (BEFORE_M + BEHIND_M),
             yaw_rad: (-first.facing).to_angle(),
@@ -100,9 +134,9 @@ impl MovingBase {
         Ok(Self {
             drive: BaseDrive::new(BaseLimits::default(), start)?,
             safety: BaseSafety {
-                person_m_per_s2: PERSON_M_PER_S2,
                 velocity_error_m_per_s: VELOCITY_ERROR_M_PER_S,
-                hand_meets_m_per_s: HAND_MEETS_M_PER_S,
+                person_m_per_s2: PERSON_M_PER_S2,
+                hand_meets_m_per_s,
                 ..BaseSafety::default()
             },
             goal: None,
@@ -114,6 +148,9 @@ impl MovingBase {
             })?,
             wanted_rad: 0.0,
             last_yaw_rad: None,
+            held: VecDeque::new(),
+            last_parts: Vec::new(),
+            rested_s: f64::INFINITY,
             record: BaseRecord {
                 way_m: 0.0,
                 moves_s: 0.0,
@@ -152,6 +189,24 @@ impl MovingBase {
         !area.grown(OUTSIDE_M).contains(self.place().at_m)
     }
 
+    /// Does it stand, since when, s?
+    pub(super) const fn rested_s(&self) -> f64 {
+        self.rested_s
+    }
+
+    /// What refused most of the latest steps, if at least a quarter of them were refused.
+    pub(super) fn held_by(&self) -> Option<Held> {
+        let count = |cause| {
+            self.held
+                .iter()
+                .filter(|held| **held == Some(cause))
+                .count()
+        };
+        let counts = [Held::Body, Held::Hand].map(|cause| (count(cause), cause));
+        let most = counts.into_iter().max_by_key(|(count, _)| *count)?;
+        (4 * most.0 > self.held.len()).then_some(most.1)
+    }
+
     pub(super) fn forget_goal(&mut self) {
         self.goal = None;
     }
@@ -171,17 +226,17 @@ impl MovingBase {
         let here = self.drive.seen_from(&self.hall_from_corridor);
         let at_m = here.state().pose().at_m;
         let chosen = match next {
-            // Out of the room behind the door, by the nearer side.
-            Some(_) if area.contains(at_m) => {
+            // Out of the room behind the door, by the nearer side, and on to where its first wall is served from.
+            Some(next) if area.contains(at_m) => {
                 let y = match at_m.y < 0.5 * (area.low_m.y + area.high_m.y) {
                     true => area.low_m.y - CLEAR_M,
                     false => area.high_m.y + CLEAR_M,
                 };
                 let to = BasePose {
-                    at_m: dvec2(at_m.x, y),
-                    yaw_rad: FRAC_PI_2.copysign(-y),
+                    at_m: dvec2(next.area.low_m.x - BEHIND_M, y),
+                    yaw_rad: 0.0,
                 };
-                Some((to, vec![to.at_m]))
+                Some((to, vec![dvec2(at_m.x, y), to.at_m]))
             }
             Some(_) => None,
             None => {
@@ -231,7 +286,13 @@ impl MovingBase {
 
     /// Moves the base by a time, s, if it may.
     pub(super) fn step(&mut self, dt_s: f64, seen: &Seen<'_>) -> anyhow::Result<()> {
-        let parts = parts(seen);
+        let mut parts = parts(seen);
+        for (part, last) in parts.iter_mut().zip(&self.last_parts) {
+            let moved = part.ends_m.iter().zip(last.ends_m);
+            let moved_m = moved.map(|(now_m, last_m)| now_m.distance(last_m));
+            part.m_per_s = moved_m.fold(0.0, f64::max) / dt_s;
+        }
+        self.last_parts.clone_from(&parts);
         let hall = &self.hall_from_corridor;
         let place = |m: DVec2| hall.transform_point(m.extend(0.0)).truncate();
         let velocity = |v: DVec2| hall.transform_vector(v.extend(0.0)).truncate();
@@ -243,6 +304,7 @@ impl MovingBase {
         let around = Surroundings {
             person_m: place(seen.person_m),
             person_m_per_s: velocity(seen.person_m_per_s),
+            person_age_s: seen.person_age_s,
             hands: &hands,
             touched: seen.touched,
             parts: &parts,
@@ -253,9 +315,28 @@ impl MovingBase {
             hands_m: seen.truth.hands_m.iter().map(|m| place(*m)).collect(),
         };
         let before_m = self.drive.state().pose().at_m;
+        let mut held = None;
         self.drive.step(dt_s, |drive, state| {
-            self.safety.allows(drive, state, &around)
+            let [body_m, hands_m] = self.safety.margins_m(drive, state, &around);
+            let arm_allows = match seen.arm {
+                ArmMay::Wait => true,
+                ArmMay::Reach => self.safety.may_meet_hand(drive, state, &parts),
+                ArmMay::BeTouched => false,
+            };
+            let near = [is_too_near(body_m), is_too_near(hands_m) || !arm_allows];
+            held = match near {
+                [true, _] => Some(Held::Body),
+                [_, true] => Some(Held::Hand),
+                _ => None,
+            };
+            !around.touched && held.is_none()
         })?;
+        self.held.push_back(held);
+        if self.held.len() as f64 > HELD_S / dt_s {
+            self.held.pop_front();
+        }
+        let moves = !self.drive.state().is_at_rest();
+        self.rested_s = if moves { 0.0 } else { self.rested_s + dt_s };
         self.keep(dt_s, before_m, &around, &truth);
         Ok(())
     }
@@ -274,9 +355,10 @@ impl MovingBase {
         let [margin_m, hand_margin_m] = self.margins_m(&state, around.parts, truth);
         let record = &mut self.record;
         record.moves_s += dt_s;
-        record.margin_m = record.margin_m.min(margin_m);
-        record.hand_margin_m = record.hand_margin_m.min(hand_margin_m);
-        record.too_near += u64::from(margin_m.min(hand_margin_m) < 0.0);
+        record.margin_m = least_m(record.margin_m, margin_m);
+        record.hand_margin_m = least_m(record.hand_margin_m, hand_margin_m);
+        let least_m = least_m(margin_m, hand_margin_m);
+        record.too_near += u64::from(is_too_near(least_m));
         if around.touched {
             record.moved_touched += 1;
             record.touched_m_per_s = record.touched_m_per_s.max(speed);
@@ -307,14 +389,14 @@ impl MovingBase {
             let hands = truth.hands_m.iter().map(|m| away_m(*m));
             let hand_m = match speed <= safety.hand_meets_m_per_s {
                 true => f64::INFINITY,
-                false => hands.fold(f64::INFINITY, f64::min) - safety.hand_m_per_s * t_s,
+                false => hands.fold(f64::INFINITY, least_m) - safety.hand_m_per_s * t_s,
             };
             [
                 accelerates_m.max(runs_m) - safety.person_radius_m,
                 hand_m - safety.hand_radius_m,
             ]
         };
-        let least = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].min(b[1])];
+        let least = |a: [f64; 2], b: [f64; 2]| [least_m(a[0], b[0]), least_m(a[1], b[1])];
         (0..=JUDGED).map(at).fold([f64::INFINITY; 2], least)
     }
 }
@@ -322,7 +404,20 @@ impl MovingBase {
 /// Distance of a place from the nearest part of the robot, m.
 fn nearest_m(parts: &[BasePart], base: &BasePose, place_m: DVec2) -> f64 {
     let away_m = parts.iter().map(|part| part.distance_m(base, place_m));
-    away_m.fold(f64::INFINITY, f64::min)
+    away_m.fold(f64::INFINITY, least_m)
+}
+
+/// Is a margin used up, or unknown?
+const fn is_too_near(margin_m: f64) -> bool {
+    margin_m.is_nan() || margin_m < 0.0
+}
+
+/// NaN is the least.
+fn least_m(a_m: f64, b_m: f64) -> f64 {
+    match a_m.is_nan() || a_m < b_m {
+        true => a_m,
+        false => b_m,
+    }
 }
 
 /// The robot from above: platform, links and the edges of the board.
@@ -330,6 +425,7 @@ fn parts(seen: &Seen<'_>) -> Vec<BasePart> {
     let part = |from_m: DVec2, to_m: DVec2, radius_m| BasePart {
         ends_m: [from_m, to_m],
         radius_m,
+        m_per_s: 0.0,
     };
     let platform = part(DVec2::ZERO, DVec2::ZERO, CHASSIS_M);
     let links = seen.skeleton_m.windows(2);

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use std::fmt::Write as _;
 
 /// Share of the touches of a selection at which the board was in place, %; empty without any.
-fn share(touches: &[CorridorTouch], of: impl Fn(&CorridorTouch) -> bool) -> String {
+pub(super) fn share(touches: &[CorridorTouch], of: impl Fn(&CorridorTouch) -> bool) -> String {
     let all = touches.iter().filter(|touch| of(touch));
     let (in_place, count) = all.fold((0, 0), |(in_place, count), touch| {
         (in_place + usize::from(touch.lead_s.is_some()), count + 1)
@@ -20,7 +20,7 @@ fn share(touches: &[CorridorTouch], of: impl Fn(&CorridorTouch) -> bool) -> Stri
 }
 
 /// Misses because the base stood elsewhere, and those of the arm.
-fn missed(walk: &Walked) -> [usize; 2] {
+pub(super) fn missed(walk: &Walked) -> [usize; 2] {
     let missed = walk.touches.iter().filter(|touch| touch.lead_s.is_none());
     let (by_arm, elsewhere): (Vec<_>, Vec<_>) = missed.partition(|touch| touch.served);
     [elsewhere.len(), by_arm.len()]
@@ -92,6 +92,7 @@ pub(super) fn json(hall: &Hall, walks: &[Walked]) -> anyhow::Result<String> {
             "in_place": touch.lead_s.is_some(),
             "lead_s": touch.lead_s,
             "served": touch.served,
+            "cause": touch.cause.name(),
         })
     };
     let finite = |m: f64| m.is_finite().then_some(m);

@@ -2,16 +2,18 @@
 
 use super::belief::Belief;
 use super::hall::Hall;
-use super::moving::{MovingBase, Seen, Truth};
+use super::moving::{ArmMay, MovingBase, Seen, Truth};
 use super::sight::Sight;
 use super::touches::{CorridorTouch, TouchWatch};
 use super::visits::Visit;
 use super::walker::Walker;
+use crate::console::note;
 use crate::input::arms::BoardArm;
 use crate::input::base_flag::BaseKind;
 use crate::person::kinds::PersonKind;
-use crate::person::predictors::{Predictors, TrainingPeople};
+use crate::person::predictors::{PredictorKind, Predictors, TrainingPeople};
 use crate::person::responses::Scenery;
+use crate::person::touches::{FAR_M, facing};
 use crate::run::simulated_arm::{ArmLevel, Finger, SimulatedArm};
 use crate::run::stage::SessionSettings;
 use anyhow::Context;
@@ -28,8 +30,26 @@ const BASE_EVERY: u64 = 4;
 const CHOICE_S: f64 = 0.1;
 /// Half of the time over which the true velocity of a person is taken, s.
 const DIFFERENCE_S: f64 = 1e-4;
+/// A hand this near to a surface is about to touch it, m: it rests 0.33 m before it, and comes the last 0.28 m in about 0.4 s, in which a base
+/// that creeps stops.
+const TOUCHES_SOON_M: f64 = 0.28;
 /// A visit takes at most this long on average, s; else the walk is stuck.
 const LONGEST_S: f64 = 60.0;
+
+/// People of the built-in room teach the predictor.
+pub(super) fn trained(
+    arm: &BoardArm,
+    predictor: Option<PredictorKind>,
+) -> anyhow::Result<(TrainingPeople, Predictors)> {
+    let people = TrainingPeople {
+        elsewhere: true,
+        ..TrainingPeople::default()
+    };
+    let (built_in, _) = crate::setting::load_scene(None)?;
+    let (predictors, learnt) = Predictors::train(&built_in, arm, &people, predictor)?;
+    note(learnt);
+    Ok((people, predictors))
+}
 
 /// What is the same in all walks.
 pub(super) struct Corridor<'a> {
@@ -40,6 +60,8 @@ pub(super) struct Corridor<'a> {
     pub(super) predictors: &'a Predictors,
     pub(super) person: PersonKind,
     pub(super) seed: u64,
+    /// A base this slow may be met by a hand, m/s.
+    pub(super) hand_meets_m_per_s: f64,
 }
 
 /// Where person and base were at a time.
@@ -130,6 +152,7 @@ struct Rig<'a> {
     frames: u64,
     next_choice_s: f64,
     is_touched: bool,
+    arm_may: ArmMay,
     waited_s: f64,
     samples: Vec<Sample>,
 }
@@ -144,7 +167,7 @@ impl<'a> Rig<'a> {
         Ok(Self {
             corridor,
             kind,
-            base: MovingBase::new(walker.visit())?,
+            base: MovingBase::new(walker.visit(), corridor.hand_meets_m_per_s)?,
             walker,
             session,
             foresight: corridor.session(0)?,
@@ -157,6 +180,7 @@ impl<'a> Rig<'a> {
             frames: 0,
             next_choice_s: 0.0,
             is_touched: false,
+            arm_may: ArmMay::Wait,
             waited_s: 0.0,
             samples: Vec::new(),
         })
@@ -184,11 +208,9 @@ impl<'a> Rig<'a> {
         let corridor_from_base = base_from_corridor.inverse();
         let corridor_from_board =
             Pose::from_affine(&(corridor_from_base.to_affine() * self.arm.pose().to_affine()))?;
-        let (arm, poses) = (
-            self.corridor.arm,
-            [&corridor_from_board, &corridor_from_base],
-        );
-        self.watch.see(t_s, &self.walker, arm, poses)
+        let poses = [&corridor_from_board, &corridor_from_base];
+        let (walker, arm) = (&self.walker, self.corridor.arm);
+        self.watch.see(t_s, walker, arm, &self.base, poses)
     }
 
     fn advance_walker(&mut self, t_s: f64) -> anyhow::Result<()> {
@@ -235,24 +257,19 @@ impl<'a> Rig<'a> {
             let ranked = perception.predictor().ranked();
             self.belief.see(&frame, walks, ranked, room)?;
         }
-        // The arm of a base that drives waits behind the wall until it can reach, from where the base stops, what is expected: the base may then drive
-        // faster beside a hand.
-        let base = self.base.stops_at().floor_from_base()?;
-        let expected = self.belief.likeliest(&room.inversion);
-        let serves = match expected.filter(|_| self.kind.drives()) {
-            Some((point_m, normal)) => {
-                let point_m = base.inverse_transform_point(point_m);
-                let normal = base.inverse_transform_vector(normal);
-                self.corridor.arm.unreachable(point_m, normal)?.is_none()
-            }
-            None => true,
+        self.arm_may = match self.kind.drives() && !self.walker.waits() {
+            true => self.arm_may(&seen)?,
+            false => ArmMay::Wait,
         };
-        let told = if serves { seen } else { without_hand(seen) };
+        let told = match self.kind.drives() && self.arm_may == ArmMay::Wait {
+            true => without_hand(seen),
+            false => seen,
+        };
         self.session.world(&world)?;
         self.session.frame(&told.transformed(&base_from_world));
         if t_s >= self.next_choice_s {
             self.next_choice_s += CHOICE_S;
-            let hypotheses = self.belief.hypotheses(&room.inversion, body.at_m);
+            let hypotheses = self.belief.hypotheses(room, body.at_m);
             let next = self.corridor.hall.rooms.get(self.room + 1);
             let next = next.filter(|_| self.walker.waits());
             self.base.choose(room, next, &hypotheses)?;
@@ -260,6 +277,27 @@ impl<'a> Rig<'a> {
             self.samples.push(sample);
         }
         Ok(())
+    }
+
+    /// It may reach out if it can present, from where the base stops, the place that the hand is before.
+    fn arm_may(&self, seen: &HandFrame) -> anyhow::Result<ArmMay> {
+        let scene = &self.corridor.hall.rooms[self.room].scene;
+        let Some(hand) = seen.contact_point() else {
+            return Ok(ArmMay::Wait);
+        };
+        let Some(before) = scene.closest_touchable(hand.position_m, FAR_M)? else {
+            return Ok(ArmMay::Wait);
+        };
+        let base = self.base.stops_at().floor_from_base()?;
+        let point_m = base.inverse_transform_point(before.point_m);
+        let normal = facing(before.normal, hand.position_m - before.point_m);
+        let normal = base.inverse_transform_vector(normal);
+        let serves = self.corridor.arm.unreachable(point_m, normal)?.is_none();
+        Ok(match serves {
+            true if before.distance_m < TOUCHES_SOON_M => ArmMay::BeTouched,
+            true => ArmMay::Reach,
+            false => ArmMay::Wait,
+        })
     }
 
     fn sample(&self, t_s: f64, person_m: DVec2) -> anyhow::Result<Sample> {
@@ -274,16 +312,18 @@ impl<'a> Rig<'a> {
 
     fn step_base(&mut self, t_s: f64, dt_s: f64) -> anyhow::Result<()> {
         let skeleton = self.corridor.arm.skeleton_m(&self.arm.q());
-        let [person_m, person_m_per_s] = self.sight.person();
+        let ([person_m, person_m_per_s], person_age_s) = self.sight.person(t_s);
         let seen = Seen {
             person_m,
             person_m_per_s,
+            person_age_s,
             hands: self.sight.hands(t_s),
             truth: self.truth(t_s)?,
             skeleton_m: &skeleton,
             board: self.corridor.arm.board(),
             base_from_board: self.arm.pose(),
             touched: self.is_touched,
+            arm: self.arm_may,
         };
         self.base.step(dt_s, &seen)
     }

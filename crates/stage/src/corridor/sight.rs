@@ -23,7 +23,7 @@ impl Sight {
             self.heads.push_back((frame.t_s, head_m.truncate()));
         }
         let old = |at: &(f64, DVec2)| at.0 < frame.t_s - VELOCITY_S - 1e-9;
-        while self.heads.front().is_some_and(old) {
+        while self.heads.len() > 1 && self.heads.front().is_some_and(old) {
             self.heads.pop_front();
         }
         for (last, now) in self.hand.iter_mut().zip(frame.points()) {
@@ -31,12 +31,13 @@ impl Sight {
         }
     }
 
-    /// The head, m, and its velocity, m/s; NaN where unknown.
-    pub(super) fn person(&self) -> [DVec2; 2] {
+    /// The head, m, its velocity, m/s, and the age of the newest sample as of a time, s; NaN where unknown.
+    pub(super) fn person(&self, t_s: f64) -> ([DVec2; 2], f64) {
         let ends = self.heads.front().zip(self.heads.back());
-        ends.map_or([DVec2::NAN; 2], |(first, last)| {
+        ends.map_or(([DVec2::NAN; 2], f64::NAN), |(first, last)| {
             // A single head gives 0/0.
-            [last.1, (last.1 - first.1) / (last.0 - first.0)]
+            let velocity = (last.1 - first.1) / (last.0 - first.0);
+            ([last.1, velocity], (t_s - last.0).max(0.0))
         })
     }
 

@@ -1,11 +1,30 @@
 //! Was the board in place when the hand arrived?
 
+use super::moving::{Held, MovingBase};
 use super::visits::Kind;
 use super::walker::Walker;
 use crate::input::arms::BoardArm;
 use glam::DVec3;
 use hwall_hand::Pose;
 use hwall_haptics::PlaceTolerance;
+
+named! {
+    /// What became of a touch.
+    pub(super) enum Cause {
+        InPlace = "in place",
+        Moves = "board there, base in motion",
+        HeldByHand = "base elsewhere, slowed down because of a hand",
+        HeldByBody = "base elsewhere, slowed down because of the body",
+        Elsewhere = "base elsewhere",
+        Late = "base there for less than 0.7 s",
+        Low = "arm: below 0.1 m",
+        Arm = "arm: others",
+    }
+}
+
+/// The arm takes about this long, s, and lower places count as low, m.
+const ARM_S: f64 = 0.7;
+const LOW_M: f64 = 0.1;
 
 /// One touch, judged as in the main job.
 #[derive(Debug, Clone)]
@@ -20,6 +39,7 @@ pub(super) struct CorridorTouch {
     pub(super) contact_s: f64,
     /// Time before the contact from which the board stayed in place, s.
     pub(super) lead_s: Option<f64>,
+    pub(super) cause: Cause,
     /// Could the arm present the place from where the base was?
     pub(super) served: bool,
 }
@@ -30,15 +50,19 @@ pub(super) struct TouchWatch {
     pub(super) touches: Vec<CorridorTouch>,
     /// Since when the board is in place for it, s.
     since_s: Option<f64>,
+    /// Just before the contact: is the board there, and how long has the base been at rest, s?
+    holds: bool,
+    served_s: f64,
 }
 
 impl TouchWatch {
-    /// After a cycle at a time, s, with the board and the base in the frame of the corridor.
+    /// After a cycle at a time, s, with the base at rest or not, and with the board and the base in the frame of the corridor.
     pub(super) fn see(
         &mut self,
         t_s: f64,
         walker: &Walker<'_>,
         arm: &BoardArm,
+        base: &MovingBase,
         [corridor_from_board, corridor_from_base]: [&Pose; 2],
     ) -> anyhow::Result<()> {
         let Some((begins_s, truths)) = walker.touches() else {
@@ -55,19 +79,37 @@ impl TouchWatch {
         if t_s < contact_s {
             let (board, tolerance) = (arm.board(), PlaceTolerance::default());
             let holds = tolerance.holds(board, corridor_from_board, truth.target_m, truth.normal);
+            // A wall does not move.
+            (self.holds, self.served_s) = (holds, base.rested_s());
+            let holds = holds && base.rested_s() > 0.0;
             self.since_s = holds.then(|| self.since_s.unwrap_or(t_s));
         } else {
             let point_m = corridor_from_base.inverse_transform_point(truth.target_m);
             let normal = corridor_from_base.inverse_transform_vector(truth.normal);
+            let served = arm.unreachable(point_m, normal)?.is_none();
+            let lead_s = self.since_s.take().map(|since_s| contact_s - since_s);
+            let cause = match lead_s {
+                Some(_) => Cause::InPlace,
+                None if self.holds => Cause::Moves,
+                None if !served => match base.held_by() {
+                    Some(Held::Body) => Cause::HeldByBody,
+                    Some(Held::Hand) => Cause::HeldByHand,
+                    None => Cause::Elsewhere,
+                },
+                None if self.served_s < ARM_S => Cause::Late,
+                None if truth.target_m.z < LOW_M => Cause::Low,
+                None => Cause::Arm,
+            };
             self.touches.push(CorridorTouch {
+                cause,
                 kind: walker.visit().kinds[number],
                 room: walker.visit().room,
                 visit: walker.number(),
                 number,
                 point_m: truth.target_m,
                 contact_s,
-                lead_s: self.since_s.take().map(|since_s| contact_s - since_s),
-                served: arm.unreachable(point_m, normal)?.is_none(),
+                lead_s,
+                served,
             });
         }
         Ok(())

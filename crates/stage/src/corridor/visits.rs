@@ -1,6 +1,6 @@
 //! What a walker touches: places in every room, and a few touches at each.
 
-use super::hall::{DOOR_Y_M, Hall, Room, SHELF_DEPTH_M, SIDE_M};
+use super::hall::{DOOR_Y_M, EYES_M, HEIGHTS_M, Hall, Room, SHELF_DEPTH_M, SIDE_M};
 use crate::person::kinds::PersonKind;
 use crate::person::touches::{Standing, at_hand};
 use anyhow::Context;
@@ -9,8 +9,6 @@ use hwall_hand::Pose;
 use hwall_sim::{PersonConfig, TouchPlan};
 use hwall_testkit::Sampler;
 
-/// The eyes of a walker above the base of the arm, m: 1.65 m above the floor.
-const EYES_M: f64 = 0.7;
 /// Distance of the eyes from the touched surface, m, as in the built-in room.
 pub(super) const BEFORE_M: f64 = 0.68;
 /// Distances between the places of a walk along the walls, m: from one step to three.
@@ -206,7 +204,7 @@ fn touch(
     let aside = place.normal.perp() * sampler.uniform(-ASIDE_M, ASIDE_M);
     let out_m = if sampler.bool() { place.before_m } else { 0.0 };
     let at_m = place.on_wall_m + aside + place.normal * out_m;
-    let target_m = at_m.extend(sampler.uniform(EYES_M - 0.85, EYES_M + 0.3));
+    let target_m = at_m.extend(sampler.uniform(HEIGHTS_M[0], HEIGHTS_M[1]));
     let normal = place.normal.extend(0.0);
     let scene = &room.scene;
     let on = scene.closest_touchable(target_m, ON_SURFACE_M).ok()??;

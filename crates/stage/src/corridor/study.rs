@@ -1,0 +1,137 @@
+//! The corridor with several seeds: the tables of docs/ENVIRONMENTS.md.
+
+use super::hall::Hall;
+use super::moving::hand_meets_m_per_s;
+use super::report::{missed, share};
+use super::run::{Corridor, Walked, trained};
+use super::touches::Cause;
+use super::visits::{Visit, visits};
+use crate::input::arms::{BoardArm, NamedArm};
+use crate::input::base_flag::BaseKind;
+use crate::person::kinds::PersonKind;
+use hwall_haptics::Board;
+use hwall_numeric::parallel;
+use std::fmt::Write as _;
+
+/// Touches of a walk.
+const TOUCHES: usize = 60;
+
+/// Walks of plain people with each seed and a base that drives, without and with redirection; with the first also a fixed base. `speeds_m_per_s`: at
+/// which a hand may meet the base, for the price of that in share in place, with the first three seeds. Returns Markdown tables.
+///
+/// # Errors
+/// As [`run`](fn@super::run).
+pub fn study(arm: &NamedArm, seeds: &[u64], speeds_m_per_s: &[f64]) -> anyhow::Result<String> {
+    let arm = BoardArm::named(arm.clone(), &Board::default())?;
+    let (people, predictors) = trained(&arm, None)?;
+    let corridors = seeds.iter().map(|&seed| {
+        let hall = Hall::for_touches(&arm, TOUCHES, seed)?;
+        let visits = visits(&hall, TOUCHES, seed)?;
+        Ok((hall, visits))
+    });
+    let corridors: Vec<(Hall, Vec<Visit>)> = corridors.collect::<anyhow::Result<_>>()?;
+    let usual = hand_meets_m_per_s();
+    let kinds = |at: usize| match at {
+        0 => BaseKind::ALL.to_vec(),
+        _ => vec![BaseKind::Drives, BaseKind::Both],
+    };
+    let rows = (0..seeds.len()).flat_map(|at| kinds(at).into_iter().map(move |kind| (at, kind)));
+    let rows = rows.map(|(at, kind)| (at, kind, usual));
+    let few = seeds.len().min(3);
+    let prices = speeds_m_per_s.iter();
+    let prices = prices.flat_map(|speed| (0..few).map(move |at| (at, BaseKind::Drives, *speed)));
+    let jobs: Vec<(usize, BaseKind, f64)> = rows.chain(prices).collect();
+    let walks = parallel::map(jobs.len(), |i| {
+        let (at, kind, hand_meets_m_per_s) = jobs[i];
+        let (hall, visits) = &corridors[at];
+        let corridor = Corridor {
+            hall,
+            visits,
+            arm: &arm,
+            people: &people,
+            predictors: &predictors,
+            person: PersonKind::Plain,
+            seed: seeds[at],
+            hand_meets_m_per_s,
+        };
+        corridor.walk(kind, |_| {})
+    });
+    let walks: Vec<Walked> = walks.into_iter().collect::<anyhow::Result<_>>()?;
+    let (rows, prices) = walks.split_at(walks.len() - few * speeds_m_per_s.len());
+    let named: Vec<(u64, &Walked)> = jobs.iter().map(|job| seeds[job.0]).zip(rows).collect();
+    let shares = prices.chunks(few).zip(speeds_m_per_s);
+    Ok([table(&named), price(&seeds[..few], shares), causes(&named)].join("\n"))
+}
+
+fn table(walks: &[(u64, &Walked)]) -> String {
+    let mut text = "| base | seed | in place, % | first of a visit, % | later ones, % | missed: base elsewhere | missed: arm | base's way, m | least margin, m | least margin to a hand, m | steps below the distance | steps in motion while touched | the fastest of them, m/s | before doors, s |\n".to_owned();
+    text += &("| --- ".repeat(14) + "|\n");
+    for (seed, walk) in walks {
+        let (touches, base) = (&walk.touches, &walk.base);
+        let [elsewhere, by_arm] = missed(walk);
+        let finite = |m: f64| match m.is_finite() {
+            true => format!("{m:.2}"),
+            false => String::new(),
+        };
+        let _ = writeln!(
+            text,
+            "| {} | {seed} | {} | {} | {} | {elsewhere} | {by_arm} | {:.1} | {} | {} | {} | {} | {:.2} | {:.0} |",
+            walk.kind.name(),
+            share(touches, |_| true),
+            share(touches, |touch| touch.number == 0),
+            share(touches, |touch| touch.number > 0),
+            base.way_m,
+            finite(base.margin_m),
+            finite(base.hand_margin_m),
+            base.too_near,
+            base.moved_touched,
+            base.touched_m_per_s,
+            walk.waited_s,
+        );
+    }
+    text
+}
+
+/// Shares in place by the speed at which a hand may meet the base.
+fn price<'a>(seeds: &[u64], shares: impl Iterator<Item = (&'a [Walked], &'a f64)>) -> String {
+    let names: String = seeds
+        .iter()
+        .map(|seed| format!(" seed {seed}, % |"))
+        .collect();
+    let mut text =
+        format!("| a hand may meet the base at, m/s |{names} steps below the distance |\n");
+    text += &("| --- ".repeat(seeds.len() + 2) + "|\n");
+    for (walks, speed) in shares {
+        let in_place = walks
+            .iter()
+            .map(|walk| format!(" {} |", share(&walk.touches, |_| true)));
+        let in_place: String = in_place.collect();
+        let near: u64 = walks.iter().map(|walk| walk.base.too_near).sum();
+        let _ = writeln!(text, "| {speed} |{in_place} {near} |");
+    }
+    text
+}
+
+/// What became of the touches of a base that drives.
+fn causes(walks: &[(u64, &Walked)]) -> String {
+    let drives = walks
+        .iter()
+        .filter(|(_, walk)| walk.kind == BaseKind::Drives);
+    let names: String = drives
+        .clone()
+        .map(|(seed, _)| format!(" seed {seed} |"))
+        .collect();
+    let mut text = format!("| touches of the base that drives |{names}\n");
+    text += &("| --- ".repeat(drives.clone().count() + 1) + "|\n");
+    for cause in Cause::ALL {
+        let counts = drives.clone().map(|(_, walk)| {
+            let touches = walk.touches.iter();
+            format!(
+                " {} |",
+                touches.filter(|touch| touch.cause == cause).count()
+            )
+        });
+        let _ = writeln!(text, "| {} |{}", cause.name(), counts.collect::<String>());
+    }
+    text
+}
