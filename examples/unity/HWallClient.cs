@@ -33,7 +33,7 @@ namespace HWall
             if (!Unreachable || PredictedPoint == null) return point;
             double behind = 0;
             for (int i = 0; i < 3; i++) behind += (PredictedPoint[i] - point[i]) * PredictedNormal[i];
-            if (behind <= 0) return point;
+            if (!(behind > 0)) return point;
             return new[] { point[0] + behind * PredictedNormal[0], point[1] + behind * PredictedNormal[1], point[2] + behind * PredictedNormal[2] };
         }
     }
@@ -75,17 +75,17 @@ namespace HWall
             string text = "{\"type\":\"hand\",\"seq\":" + (++sequence) + ",\"client_ms\":" + ms.ToString("R", CultureInfo.InvariantCulture)
                 + ",\"side\":\"" + side + "\",\"joints\":[" + string.Join(",", parts) + "],\"head\":" + Numbers(head)
                 + ",\"gaze\":" + Numbers(gaze) + ",\"axes\":\"base\"}";
-            return Send(text);
+            return Send(text, false);
         }
 
         /// <summary>Stops the arm until somebody lets it go.</summary>
-        public Task Stop() { return Send("{\"type\":\"stop\"}"); }
+        public Task Stop() { return Send("{\"type\":\"stop\"}", true); }
 
-        async Task Send(string text)
+        async Task Send(string text, bool waits)
         {
             var bytes = new ArraySegment<byte>(Encoding.UTF8.GetBytes(text));
-            // A socket sends one message at a time; a second one would throw, and a stop would be lost.
-            await sends.WaitAsync(end.Token);
+            // A socket sends one message at a time; a second one would throw. A hand is left out then, a stop waits.
+            if (!await sends.WaitAsync(waits ? Timeout.Infinite : 0, end.Token)) return;
             try { await socket.SendAsync(bytes, WebSocketMessageType.Text, true, end.Token); }
             finally { sends.Release(); }
         }

@@ -53,7 +53,8 @@ pub fn main() -> Result<(), Box<dyn Error>> {
         t_s: 0.0,
         q: JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]),
         qd: JointVelocities::default(),
-        // Nothing touches it. An arm without torque sensors says so: `SupervisorConfig::requires_torque`.
+        // Nothing touches it. For an arm without torque sensors leave this `None` and set `SupervisorConfig::requires_torque` to false; it
+        // then feels neither a touch nor a hand that it squeezes.
         external_torque: Some(JointTorques::default()),
     });
     for cycle in 0..1500 {

@@ -41,9 +41,12 @@ def main(urdf=None, scene=None, joint_names=None):
 
     def joints(message):
         now = seconds(message.header.stamp)
-        order = [message.name.index(name) for name in names]  # a missing name ends the node: the arm is another one
+        if not set(names) <= set(message.name):  # of a gripper, say
+            return
+        order = [message.name.index(name) for name in names]
         q, qd = np.array(message.position)[order], np.array(message.velocity)[order]
-        kind, wanted = session.step(now, q, qd, np.array(message.effort)[order], now)
+        effort = np.array(message.effort)[order] if message.effort else None
+        kind, wanted = session.step(now, q, qd, effort, now)
         if kind == "position":  # on "hold" the controller keeps its last positions
             commands.publish(Float64MultiArray(data=list(wanted)))
         session.plan()

@@ -2,9 +2,10 @@
 
 use crate::arrays::{Array, Floats, Rows, array, like, matrix, one_pose, pose};
 use crate::error::{Error, OrRaise, one_of};
+use hwall::glam::DVec3;
 use hwall::kinematics::{
-    ArmKinematics, BranchPolicy, Chain, ChainArm, JointPositions, KinematicsError, MOST_JOINTS,
-    NearestConfig, Pose, SrsArm, Unreachable, Verdict as Answer,
+    ArmKinematics, BranchPolicy, Chain, ChainArm, Inertial, JointPositions, KinematicsError,
+    MOST_JOINTS, NearestConfig, Pose, SrsArm, Unreachable, Verdict as Answer,
 };
 use hwall::numeric::check::all_finite;
 use hwall::reachability::{orientation_margin_rad, position_margin_m};
@@ -208,7 +209,14 @@ impl PyArm {
                     ..Self::of(arm)
                 }),
                 Err(why_not) => {
-                    let estimated = chain.estimated_accelerations(None).rad_per_s2;
+                    // Of an arm that carries a board, for the stopping ways of a `Session`.
+                    let board = Inertial::solid_box(
+                        "board",
+                        0.6,
+                        0.01 * DVec3::Z,
+                        DVec3::new(0.2, 0.2, 0.02),
+                    );
+                    let estimated = chain.estimated_accelerations(Some(&board)).rad_per_s2;
                     Ok::<_, KinematicsError>(Self {
                         model: Arc::new(ChainArm::new(chain)?.with_accelerations(estimated)),
                         why_not: Some(why_not.to_string()),

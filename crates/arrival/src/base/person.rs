@@ -30,7 +30,7 @@ pub struct BaseSafety {
     /// Radius of an upright cylinder around a tracked point of the hand that holds what is not tracked of it, m; default 0.05: half the breadth of a
     /// palm.
     pub hand_radius_m: f64,
-    /// A base whose parts are no faster than this counts as standing for hands, m/s; default 0.
+    /// A base whose parts move no faster than this with it counts as standing for hands, m/s; default 0. The speed of the arm itself comes on top.
     pub hand_meets_m_per_s: f64,
     /// A hand that was never seen may be this far from the person's head from above, m; default 0.85, the length of an arm in [ISO 13855].
     pub hand_reach_m: f64,
@@ -107,7 +107,7 @@ pub struct Surroundings<'a> {
     pub parts: &'a [BasePart],
 }
 
-/// Intervals of the braking time, and halvings of it: to a millisecond.
+/// Intervals of the braking time, and halvings of it: to 1/2048 of it.
 const PIECES: usize = 10;
 const HALVINGS: usize = 11;
 
@@ -170,9 +170,9 @@ impl BaseSafety {
         let slows = self.slow_s(drive, state, around.parts).map(braking);
         let of = |part: &BasePart, piece: usize| {
             let hand_m = |hand: &SeenHand, radius_m: f64| {
-                // An age below zero is no age.
+                // An age or a speed below zero is none.
                 match (
-                    hand.at_m.is_nan() || hand.age_s.is_nan() || hand.age_s < 0.0,
+                    hand.at_m.is_nan() || !(hand.age_s >= 0.0 && part.m_per_s >= 0.0),
                     &slows,
                 ) {
                     (true, _) => f64::NAN,

@@ -4,8 +4,10 @@ use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocit
 
 /// A smaller torque may be no push, as a share of the joint's largest torque: the accuracy that an iiwa's maker states for its joint torque sensors.
 const FELT_SHARE: f64 = 0.02;
-/// The same for a joint whose largest torque is unknown, N m: that of an iiwa's first joint.
+/// The same for a joint whose largest torque is unknown, and at most, N m: that of an iiwa's first joint.
 const FELT_N_M: f64 = 3.5;
+/// At least, N m: noise of a joint torque sensor.
+const NOISE_N_M: f64 = 0.5;
 /// Acceleration and deceleration of the fastest part, m/s².
 const ACCELERATION_M_PER_S2: f64 = 2.0;
 /// Most distance by which the fastest part yields, m: twice what frees a hand of 1 kN/m that was pressed with 140 N. If a sensor fails during a
@@ -60,7 +62,11 @@ impl Yielding {
 /// Do the torques indicate a push?
 pub(crate) fn is_push(arm: &dyn ArmKinematics, torque: &JointTorques) -> bool {
     let most = arm.max_torque_n_m();
-    let felt_n_m = most.map(|most_n_m| most_n_m.map_or(FELT_N_M, |most_n_m| FELT_SHARE * most_n_m));
+    let felt_n_m = most.map(|most_n_m| {
+        most_n_m.map_or(FELT_N_M, |most_n_m| {
+            (FELT_SHARE * most_n_m).clamp(NOISE_N_M, FELT_N_M)
+        })
+    });
     (0..MOST_JOINTS).any(|joint| torque[joint].abs() > felt_n_m[joint])
 }
 
@@ -104,5 +110,16 @@ mod tests {
         // 2 % of 176 N m at the shoulder, of 40 N m at the wrist.
         assert!(push(0, 3.6) && !push(0, 3.4) && push(6, 0.9) && !push(6, 0.7));
         assert!(!push(0, f64::NAN));
+        // Whatever a description states.
+        for (most_n_m, felt_n_m) in [(1e4, 3.5), (0.1, 0.5)] {
+            let mut parameters = *arm.parameters();
+            parameters.max_torque_n_m = [most_n_m; 7];
+            let arm = SrsArm::new(parameters).expect("an arm");
+            let mut torque = JointTorques::default();
+            torque[6] = 1.01 * felt_n_m;
+            assert!(is_push(&arm, &torque));
+            torque[6] = 0.99 * felt_n_m;
+            assert!(!is_push(&arm, &torque));
+        }
     }
 }

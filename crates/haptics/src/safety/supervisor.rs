@@ -167,8 +167,8 @@ impl Supervisor {
         self.bias.and_then(|bias| bias.bias())
     }
 
-    /// Ends a latched fault; commands go through again after the recovery time if inputs are sound. The measured position is then trusted, and a
-    /// torque bias that was too large is estimated anew. No effect without a latched fault.
+    /// Ends a latched fault; commands go through again after the recovery time if inputs are sound. The measured position is then trusted, and the
+    /// torque bias is estimated anew, unless the arm gave way to a force. No effect without a latched fault.
     pub fn reset(&mut self) {
         let latched = (self.faults.trouble).filter(|trouble| trouble.is_latched(self.config.latch));
         let Some(trouble) = latched else {
@@ -176,7 +176,8 @@ impl Supervisor {
         };
         self.faults.reset(self.clock.elapsed_s);
         self.inspection.believe();
-        if matches!(trouble.fault.reason, SafeReason::TorqueBias { .. }) {
+        // The hand that is let go is still felt; otherwise somebody may have changed the board.
+        if trouble.fault.severity != Severity::Caught {
             self.bias = self.config.bias.map(TorqueBias::new);
         }
     }
@@ -337,11 +338,11 @@ impl Supervisor {
             .remember(input.state, self.sent, held, now_s);
     }
 
-    /// The bias beyond which torques are a push, N m: none once a push is certain, although no bias was measured.
+    /// The bias beyond which torques are a push, N m: none once a clamp is certain, although no bias was measured.
     fn push_bias(&self, fault: &Fault) -> Option<JointTorques> {
-        let is_push = fault.severity == Severity::Caught
-            || matches!(fault.reason, SafeReason::UnexpectedContact { .. });
-        self.torque_bias().or(is_push.then(JointTorques::default))
+        let is_caught = fault.severity == Severity::Caught;
+        let bias = self.torque_bias();
+        bias.or(is_caught.then(JointTorques::default))
     }
 
     fn answer(&self, command: ArmCommand, slowed: Option<(f64, SafeReason)>) -> SupervisorStep {

@@ -165,7 +165,7 @@ fn run(seed: u64, person: Person, gone_s: &[std::ops::Range<f64>; 2]) -> Found {
             person: &sent_now,
             target: None,
             force: Some(Wrench::default()),
-            // An arm that is asked to withdraw goes on along its random way, which the supervisor has to keep slow and clear.
+            // An arm that is asked to withdraw goes on along its random way, which the supervisor has to keep clear.
             command: ArmCommand::Position(wanted),
         });
         let withdraws = matches!(step.request, SafeRequest::Retreat { .. });

@@ -491,4 +491,8 @@ fn an_unknown_torque_limit_is_a_hand_pressed_at_the_length_of_the_arm() {
         limits_n_m.iter().all(|n_m| *n_m <= most_n_m),
         "{limits_n_m:?}"
     );
+    assert!(
+        (limits_n_m[6] - 4.0 * 140.0 * 0.1).abs() < 1e-9,
+        "{limits_n_m:?}"
+    );
 }

@@ -7,6 +7,8 @@ use crate::joints::{JointLimit, JointPositions, MOST_JOINTS};
 
 /// Number of postures examined.
 const POSTURES: u32 = 256;
+/// A computed time is taken to be within these, s: torque limits of descriptions are often placeholders, and some arms cannot hold every posture.
+const COMPUTED_S: [f64; 2] = [0.1, 1.0];
 /// Without masses or torque limits all joints reach their full speed in this time, s. An assumption.
 const FULL_SPEED_S: f64 = 0.3;
 
@@ -23,7 +25,8 @@ pub struct EstimatedAccelerations {
 
 impl Chain {
     /// Largest accelerations of the joints: those of the description, or else what lets all joints together reach their full speed within their
-    /// torques, carrying `payload` in the tip frame, in the worst of 256 postures. Without masses or torque limits full speed is assumed to take 0.3 s.
+    /// torques, carrying `payload` in the tip frame, in the worst of 256 postures, between 0.1 and 1 s. Without masses or torque limits full speed is
+    /// assumed to take 0.3 s.
     #[must_use]
     pub fn estimated_accelerations(&self, payload: Option<&Inertial>) -> EstimatedAccelerations {
         let computed_s = full_speed_s(self, payload);
@@ -63,8 +66,13 @@ fn full_speed_s(chain: &Chain, payload: Option<&Inertial>) -> Option<f64> {
         for (i, row) in mass.chunks(q.len()).enumerate() {
             let spare = joints[i].max_effort? - gravity[i].abs();
             let needed: f64 = row.iter().zip(&speeds).map(|(m, v)| m.abs() * v).sum();
-            most_s = most_s.max(needed / spare.max(0.0));
+            let takes_s = needed / spare.max(0.0);
+            most_s = if takes_s.is_nan() {
+                takes_s
+            } else {
+                most_s.max(takes_s)
+            };
         }
     }
-    Some(most_s).filter(|s| s.is_normal())
+    (!most_s.is_nan()).then(|| most_s.clamp(COMPUTED_S[0], COMPUTED_S[1]))
 }

@@ -10,7 +10,8 @@ type What = fn(&Moment) -> Option<Met>;
 /// An error of what was met against what was wanted.
 type Off = fn(Met, Met) -> f64;
 
-const HELD: What = |moment| Some(moment.held);
+/// Where the session renders nothing, neither is judged.
+const HELD: What = |moment| moment.rendered.map(|_| moment.held);
 const SESSION: What = |moment| moment.rendered;
 const DEGREES: Off = |is, wanted| is.angle_deg - wanted.angle_deg;
 const BUMPS: Off = |is, wanted| 100.0 * (is.bumps_hz / wanted.bumps_hz - 1.0);

@@ -273,7 +273,7 @@ pub fn run(seed: u64, strokes: usize) -> anyhow::Result<Vec<Felt>> {
             magnitude: 1.0,
         };
         let stroke = Stroke::drawn(path, SPEEDS_M_PER_S[range], LASTS_S, &mut sampler);
-        let moments = place.felt(&stroke, &level, seed)?;
+        let moments = place.felt(&stroke, &level, seed.wrapping_add(number as u64))?;
         Ok(Felt {
             path,
             range,

@@ -3,7 +3,7 @@
 use crate::common::{self, again, file, hand, iiwa, recorder, run, session_of, skeleton, taken};
 use hwall::glam::DVec3;
 use hwall::haptics::{ArmCommand, Board};
-use hwall::kinematics::{ArmKinematics, Chain, ChainArm, JointPositions, SrsArm};
+use hwall::kinematics::{ArmKinematics, Chain, ChainArm, JointPositions, JointTorques, SrsArm};
 use hwall_record::{
     Ending, Input, Overflow, RecordError, Recorder, RecorderConfig, Request, Run, Skeleton, replay,
 };
@@ -116,7 +116,7 @@ fn recording_does_not_allocate_in_the_loop() {
             t_s,
             q: JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]),
             qd: Default::default(),
-            external_torque: None,
+            external_torque: Some(JointTorques::default()),
         };
         let command = session.step(t_s, &state);
         session.plan();

@@ -10,6 +10,7 @@ use hwall::arrival::base::{
     BaseSafety, BaseState, KeepOutArea, SeenHand, Surroundings,
 };
 use hwall_hand::Pose;
+use hwall_haptics::render::ProximityConfig;
 use hwall_haptics::{Board, ContactLimits};
 use hwall_redirection::{AvatarTurn, PersonMotion, TurnConfig};
 use std::collections::VecDeque;
@@ -29,20 +30,18 @@ const RESTS_M_PER_S: f64 = 1e-3;
 pub(super) const PERSON_M_PER_S2: f64 = 2.0;
 /// Error of the velocity measured over 0.1 s, m/s: it lags by 0.05 s, 0.1 m/s at that acceleration; 0.7 mm of noise make 0.03 m/s (3 sd).
 const VELOCITY_ERROR_M_PER_S: f64 = 0.13;
-/// Reduced speed of a robot beside people, [ISO 10218-1], m/s.
-const REDUCED_M_PER_S: f64 = 0.25;
 /// A base that was refused to go on is looked back on for this time, s.
 const HELD_S: f64 = 1.5;
 /// Instants of the braking at which a step is judged.
 const JUDGED: usize = 20;
 
-/// A base this slow may be met by a free hand, m/s: its impact on the hand, `v √(μ k)`, stays below the least lasting force of any region of the body
-/// (65 N up to 0.31 m/s), and it is no faster than reduced speed. The mass of the base counts as infinite.
+/// A base this slow may be met by a free hand at rest, m/s: base and board, which closes in at up to 0.1 m/s beside a hand, press it with no more than
+/// `v √(μ k)` = 65 N, below which a hand counts as free. The mass of the base counts as infinite.
 pub(super) fn hand_meets_m_per_s() -> f64 {
     let limits = ContactLimits::default();
     let mass_kg = limits.reduced_mass_kg(f64::INFINITY);
     let most = limits.relaxed_n / (mass_kg * limits.hand_stiffness_n_per_m).sqrt();
-    most.min(REDUCED_M_PER_S)
+    most - ProximityConfig::default().crawl_m_per_s
 }
 
 /// What the base sees and what is true, in the frame of the corridor or of the base.

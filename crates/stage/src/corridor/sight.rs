@@ -37,7 +37,7 @@ impl Sight {
         ends.map_or(([DVec2::NAN; 2], f64::NAN), |(first, last)| {
             // A single head gives 0/0.
             let velocity = (last.1 - first.1) / (last.0 - first.0);
-            ([last.1, velocity], (t_s - last.0).max(0.0))
+            ([last.1, velocity], t_s - last.0)
         })
     }
 
@@ -46,7 +46,7 @@ impl Sight {
         let seen = self.hand.iter().flatten();
         let aged = seen.map(|&(seen_s, at_m)| SeenHand {
             at_m,
-            age_s: (t_s - seen_s).max(0.0),
+            age_s: t_s - seen_s,
         });
         aged.collect()
     }

@@ -66,13 +66,12 @@ fn a_walk_ends_its_table_is_whole_and_the_same_for_the_same_seed() {
     }
 }
 
-/// What a base that creeps does to a free hand stays below what any region of the body may bear for long, and far below a short impact.
+/// 0.6 kg of a hand and 75 N/mm: 212 N for each m/s. Board and base together are slower than 65 N allow.
 #[test]
 fn a_hand_meets_the_base_below_the_limits_of_contact() {
     let limits = ContactLimits::default();
-    let (speed, mass_kg) = (hand_meets_m_per_s(), limits.reduced_mass_kg(f64::INFINITY));
-    let force_n = speed * (mass_kg * limits.hand_stiffness_n_per_m).sqrt();
-    assert!(force_n <= limits.relaxed_n && 4.0 * force_n < limits.transient_n);
+    let speed = hand_meets_m_per_s();
+    assert!((speed - 0.206).abs() < 1e-3, "{speed}");
     assert!(speed < 0.25 * limits.speed_cap_m_per_s(f64::INFINITY).unwrap());
 }
 
@@ -90,7 +89,7 @@ fn walkers_touch_within_the_heights_that_the_arm_waits_for() {
     // Neither the lowest nor the highest places are much farther from the board than the others.
     let waits = hall.walls.waiting.unwrap();
     let board = arm.skeleton_m(&waits).last().unwrap().z;
-    assert!((low + 0.25..=high - 0.25).contains(&board), "{board}");
+    assert!((board - 0.5 * (low + high)).abs() < 0.15, "{board}");
 }
 
 /// Head and hand never jump: not where a walk begins or ends, nor at a door. Nobody accelerates more than the base assumes.

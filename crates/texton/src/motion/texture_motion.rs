@@ -61,6 +61,8 @@ pub struct MotionStep {
 
 /// Below this the board counts as back at displacement zero and at rest, m or m/s.
 const ALIKE: f64 = 1e-9;
+/// The board turns to the other side of its bumps if that is nearer by this, rad: 5 degrees, beyond the noise of the direction of a scan.
+const SIDE_RAD: f64 = 0.0873;
 /// The board counts as turned to the scan below this, rad: one degree.
 const TURNED_RAD: f64 = PI / 180.0;
 /// Distance between the displacements that [`TextureMotion::limit_stroke`] checks, m.
@@ -87,6 +89,8 @@ pub struct TextureMotion {
     roll_rad: f64,
     /// Actual roll of the board at the next touch, if known.
     stands_rad: Option<f64>,
+    /// Towards which side of its bumps the board turns.
+    turns_left: bool,
     roll_rad_per_s: f64,
     displacement_m: DVec2,
     velocity_m_per_s: DVec2,
@@ -119,6 +123,7 @@ impl TextureMotion {
             touched: false,
             roll_rad: 0.0,
             stands_rad: None,
+            turns_left: true,
             roll_rad_per_s: 0.0,
             displacement_m: DVec2::ZERO,
             velocity_m_per_s: DVec2::ZERO,
@@ -270,7 +275,7 @@ impl TextureMotion {
         // A finger that the board drags along moves against the scan; the board must not chase it.
         let keeps = if along > 0.0 { own.length() } else { along };
         let aside = own - over * keeps;
-        let face = self.speed_on_face(finger, over, dt_s);
+        let face = self.speed_on_face(finger, over, keeps.max(0.0), dt_s);
         let stroke = self.speed_within(self.stroke_left(-over), dt_s);
         let speed = wanted.min(self.limits.speed_m_per_s).min(face).min(stroke);
         let velocity = (aside - over * speed).clamp_length_max(self.limits.speed_m_per_s);
@@ -307,12 +312,18 @@ impl TextureMotion {
         })
     }
 
-    /// The nearer of the two rolls at which a scan has the level's angle to the bumps, rad: both sides of them feel the same.
-    fn nearer_roll(&self, scan_rad: f64, level: &Level) -> f64 {
+    /// The nearer of the two rolls at which a scan has the level's angle to the bumps, rad: both sides of them feel the same. The side that the board
+    /// turns to stays until the other one is clearly nearer.
+    fn nearer_roll(&mut self, scan_rad: f64, level: &Level) -> f64 {
         let [left, right] = [1.0, -1.0]
             .map(|side| nearest_half_turn(scan_rad + side * level.scan.rad(), self.roll_rad));
         let off = |roll_rad: f64| (self.roll_rad - roll_rad).abs();
-        if off(left) <= off(right) { left } else { right }
+        let lead_rad = match self.turns_left {
+            true => SIDE_RAD,
+            false => -SIDE_RAD,
+        };
+        self.turns_left = off(left) <= off(right) + lead_rad;
+        if self.turns_left { left } else { right }
     }
 
     fn free_step(&mut self, dt_s: f64, level: &Level) -> MotionStep {
@@ -383,8 +394,8 @@ impl TextureMotion {
         (step * step + 2.0 * a * left_m.max(0.0)).sqrt() - step
     }
 
-    /// Speed from which the board can stop before a finger of constant velocity leaves the face.
-    fn speed_on_face(&self, finger: &FingerState, scan: DVec2, dt_s: f64) -> f64 {
+    /// Speed from which the board can stop before a finger that crosses it along `scan` at `own_m_per_s` leaves the face.
+    fn speed_on_face(&self, finger: &FingerState, scan: DVec2, own_m_per_s: f64, dt_s: f64) -> f64 {
         let to_board = DVec2::from_angle(-self.roll_rad);
         let at = to_board.rotate(finger.point_m - self.displacement_m);
         let along = to_board.rotate(scan);
@@ -396,7 +407,7 @@ impl TextureMotion {
             }
         }
         let a = self.limits.acceleration_m_per_s2;
-        let own = finger.velocity_m_per_s.dot(scan).max(0.0) + a * dt_s;
+        let own = own_m_per_s + a * dt_s;
         (own * own + 2.0 * a * left.max(0.0)).sqrt() - own
     }
 

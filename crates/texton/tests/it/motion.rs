@@ -467,7 +467,7 @@ fn a_circle_faster_than_the_board_turns_keeps_the_angle() {
     let (radius_m, rad_per_s) = (0.03, 3.0);
     let mut run = Run::new();
     run.step(None, &level(60.0, 40.0));
-    let mut worst_rad = 0.0_f64;
+    let (mut worst_rad, mut judged) = (0.0_f64, 0);
     for cycle in 0..1500 {
         let phase = rad_per_s * f64::from(cycle) * DT_S;
         let velocity = radius_m * rad_per_s * DVec2::from_angle(phase);
@@ -478,7 +478,33 @@ fn a_circle_faster_than_the_board_turns_keeps_the_angle() {
         let settled = cycle > 100 && step.limited != Some(Limit::Acceleration);
         if settled && step.limited != Some(Limit::Stroke) {
             worst_rad = worst_rad.max((met.rad() - PI / 3.0).abs());
+            judged += 1;
         }
     }
-    assert!(worst_rad < 0.15, "{worst_rad}");
+    assert!(
+        worst_rad < 0.15 && judged > 700,
+        "{worst_rad}, {judged} cycles"
+    );
+}
+
+/// Where both sides of the bumps are equally near, noise does not make the board shake.
+#[test]
+fn a_scan_between_both_sides_turns_the_board_to_one_of_them() {
+    let mut run = Run::new();
+    run.step(None, &level(30.0, 40.0));
+    let mut sampler = hwall_testkit::Sampler::new(1);
+    let mut turned = Vec::new();
+    let mut last = 0.0;
+    for cycle in 0..1000 {
+        // Against the bumps of the expected roll the scan lies in the middle.
+        let velocity = 0.05 * DVec2::from_angle(PI / 6.0 + sampler.uniform(-0.035, 0.035));
+        let at_m = 0.02 * DVec2::from_angle(0.01 * f64::from(cycle));
+        let step = run.step(finger(at_m, velocity), &level(30.0, 40.0));
+        if cycle > 50 && step.roll_rad_per_s.abs() > 0.05 {
+            turned.push(step.roll_rad_per_s > 0.0);
+        }
+        last = step.roll_rad_per_s;
+    }
+    let changes = turned.windows(2).filter(|w| w[0] != w[1]).count();
+    assert!(changes <= 2, "{changes} changes, {last}");
 }

@@ -102,9 +102,9 @@ function live() {
   };
   $("parts").addEventListener("click", parts);
   addEventListener("keydown", (event) => {
-    if (event.repeat || event.ctrlKey || event.metaKey || event.altKey) return;
-    if (event.key === "b") parts();
-    if (event.key === "s") connection.order("stop");
+    // Whatever the layout, and with Caps Lock.
+    if (event.code === "KeyS" || event.key.toLowerCase() === "s") connection.order("stop");
+    if (event.key === "b" && !event.repeat && !event.ctrlKey && !event.metaKey && !event.altKey) parts();
   });
   if (location.hash === "#switch") {
     // An enabling switch. While it is held it reports twenty times a second; when it is released it stops the arm.

@@ -86,23 +86,27 @@ fn longest_levers_m(arm: &dyn ArmKinematics) -> [f64; MOST_JOINTS] {
 
 impl GuardLimits {
     /// The arm's own limits of angle, speed, torque and acceleration. An unknown torque limit is the torque of 140 N at the joint's longest
-    /// lever plus 0.1 m, and no limit is above twice that of the longest of all levers; a sliding joint counts as a lever of 1 m. Unknown
-    /// accelerations are an iiwa 7's
+    /// lever plus 0.1 m. A stated one is cut to four times that, and to twice that of the longest lever of the arm. A sliding joint counts as a lever
+    /// of 1 m. Unknown accelerations are an iiwa 7's
     /// ([`ArmKinematics::accelerations_or`]).
     #[must_use]
     pub fn of_arm(arm: &dyn ArmKinematics) -> Self {
         let torque_n_m = arm.max_torque_n_m();
         let levers_m = longest_levers_m(arm);
         let pressed_n_m = |lever_m: f64| PRESSED_HAND_N * (lever_m + BESIDE_TOOL_M);
-        // An impact may press twice as hard (ISO/TS 15066). No joint needs more, whatever its description states.
-        let most_n_m = 2.0 * pressed_n_m(levers_m.into_iter().fold(0.0, f64::max));
+        // An impact may press twice as hard (ISO/TS 15066). No joint needs more, whatever its description states; short levers are not known so well.
+        let longest_m = levers_m.into_iter().fold(0.0, f64::max);
+        let most_n_m = |lever_m| (2.0 * pressed_n_m(longest_m)).min(4.0 * pressed_n_m(lever_m));
         Self {
             position: *arm.limits(),
             velocity_rad_per_s: *arm.max_velocity_rad_per_s(),
             acceleration_rad_per_s2: arm
                 .accelerations_or(hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2),
             torque_n_m: std::array::from_fn(|i| {
-                torque_n_m[i].map_or_else(|| pressed_n_m(levers_m[i]), |n_m| n_m.min(most_n_m))
+                torque_n_m[i].map_or_else(
+                    || pressed_n_m(levers_m[i]),
+                    |n_m| n_m.min(most_n_m(levers_m[i])),
+                )
             }),
             torque_rate_n_m_per_s: 1000.0,
             position_slack_rad: 0.01,

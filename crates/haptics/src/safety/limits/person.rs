@@ -32,7 +32,7 @@ impl PersonPart {
     ];
 
     /// Does the arm stop when this part is no longer tracked? Headsets lose elbow and other hand all the time. Without an elbow the person's arm
-    /// counts as straight; without the other hand, the other arm is unknown. Parts that are missed come first in [`ALL`](Self::ALL).
+    /// counts as straight; without the other hand, the other arm is unknown. A [required](super::super::SupervisorConfig::required) part is always missed.
     pub(in crate::safety) const fn is_missed(self) -> bool {
         matches!(self, Self::Fingertip | Self::Palm | Self::Head)
     }

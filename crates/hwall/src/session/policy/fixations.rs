@@ -65,7 +65,7 @@ impl Fixations {
     pub(super) fn leads(&self, prior: f64, lasted_s: f64, awaited: f64) -> f64 {
         let leads = prior * self.share() * awaited;
         let glances = (1.0 - prior * self.share()) * self.glance_s / (self.glance_s + lasted_s);
-        leads / (leads + glances)
+        leads / (leads + glances).max(f64::MIN_POSITIVE)
     }
 
     /// Drops the current fixation without counting it.
@@ -109,7 +109,7 @@ impl Fixations {
             self.led = self.led * FADES + f64::from(u8::from(led));
             self.all = self.all * FADES + 1.0;
             if !led {
-                // With the weight of the newest one among those that led to none.
+                // The assumed duration counts as one more.
                 let others = (self.all - self.led).max(1.0);
                 self.glance_s += (lasted_s - self.glance_s) / (others + 1.0);
             }
@@ -187,6 +187,7 @@ mod tests {
         // It leads to none once its reach should have come.
         assert!(fixations.leads(1.0, 0.8, 1e-3) < 0.1);
         assert_eq!(fixations.leads(1.0, 1e9, 0.0), 0.0);
+        assert_eq!(Fixations::default().leads(1.0, 1.0, 0.0), 0.0);
     }
 
     #[test]
