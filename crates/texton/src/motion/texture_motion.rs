@@ -76,7 +76,8 @@ const PROBE_M: f64 = 0.005;
 /// board against the scan: a finger at rest feels v, a finger scanning at s feels s + v.
 ///
 /// A board turns slowly. Until it has, it also moves aside, so that the velocity of the finger over it already has the angle θ to the
-/// bumps, as far as its speed limit lets it. Curved scans feel as straight ones do, although the board cannot follow their turns.
+/// bumps, as far as its speed limit lets it. So curved scans meet the bumps nearer to that angle, up to about 0.1 m/s, although the
+/// board cannot follow their turns.
 ///
 /// Out of contact the roll follows the expected scan at once and the board returns to displacement
 /// zero; in contact both obey the limits. Time is an argument; nothing is allocated.
