@@ -513,16 +513,19 @@ fn a_waiting_posture_that_changes_is_travelled_to() {
     assert!(step(0.31, 0.4).left_s(0.31) < 0.2);
 }
 
+fn time(median_s: f64) -> TouchTime {
+    TouchTime {
+        median_s,
+        scale_s: 0.1,
+        passed_s: 0.0,
+    }
+}
+
 #[test]
 fn a_pre_position_counts_the_time_until_the_arm_is_there() {
     let arm = Arm([Some(0.6), None]);
     let contact = place(0, 0.0, 0.01, 1.0);
     let stand = arm.stand(&contact).expect("held");
-    let time = |median_s| TouchTime {
-        median_s,
-        scale_s: 0.1,
-        passed_s: 0.0,
-    };
     let hypothesis = Hypothesis {
         contact,
         sds_m: [0.01; 2],
@@ -600,11 +603,6 @@ fn short_glances_make_it_cheaper_to_send_the_board() {
     let arm = Arm([Some(0.6), None]);
     let contact = place(0, 0.0, 0.01, 1.0);
     let stand = arm.stand(&contact).expect("held");
-    let time = |median_s| TouchTime {
-        median_s,
-        scale_s: 0.1,
-        passed_s: 0.0,
-    };
     let loss = |glance_s: f64| {
         let chooser = Chooser {
             config: &PolicyConfig::default(),
