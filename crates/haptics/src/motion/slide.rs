@@ -117,7 +117,10 @@ impl Sliding {
         self.q
     }
 
-    /// Advances by one step.
+    /// Advances by one step. Solves at most 8 configurations: four places, each at most twice ([`Solver::beside`]).
+    ///
+    /// # Errors
+    /// The arm cannot hold the board there, or could no longer stop it before such a place.
     pub(super) fn next(
         &self,
         dt_s: f64,
@@ -125,29 +128,20 @@ impl Sliding {
         bounds: &[JointBounds; 7],
         solver: &mut Solver,
     ) -> Result<Next, Stop> {
-        let (mut next, mut unreachable) = (*self, None);
         let smooth = -(-dt_s / SMOOTH_S).exp_m1();
-        for wanted in [*slide, Slide::default()] {
-            let mut began = *self;
-            began.aim = self
-                .aim
-                .plus(self.wanted(&wanted).minus(self.aim).times(smooth));
-            let change = began.aim.minus(self.velocity).times(smooth);
-            let share = (self.most_per_s(change, bounds, solver)? * dt_s).min(1.0);
-            next = began.advanced(change.times(share), dt_s);
-            match next.can_stop(bounds, solver) {
-                Ok(()) => break,
-                Err(Stop::Unreachable(reason)) if unreachable.is_none() => {
-                    unreachable = Some(reason);
-                }
-                Err(stop) => return Err(stop),
-            }
-        }
-        next.q = solver.beside(&next.place(Planar::default())?, &self.q)?;
+        let mut began = *self;
+        began.aim = self
+            .aim
+            .plus(self.wanted(slide).minus(self.aim).times(smooth));
+        let change = began.aim.minus(self.velocity).times(smooth);
+        let share = (self.most_per_s(change, bounds, solver)? * dt_s).min(1.0);
+        let mut sliding = began.advanced(change.times(share), dt_s);
+        sliding.q = solver.beside(&sliding.place(Planar::default())?, &self.q)?;
+        let rate_rad_per_s = sliding.rates(sliding.velocity, solver)?;
+        sliding.can_stop(&rate_rad_per_s, bounds, solver)?;
         Ok(Next {
-            rate_rad_per_s: next.rates(next.velocity, solver)?,
-            sliding: next,
-            unreachable,
+            sliding,
+            rate_rad_per_s,
         })
     }
 
@@ -188,16 +182,20 @@ impl Sliding {
     }
 
     /// Can the board stop before it reaches a place where the arm cannot hold it?
-    fn can_stop(&self, bounds: &[JointBounds; 7], solver: &mut Solver) -> Result<(), Stop> {
+    fn can_stop(
+        &self,
+        rates: &[f64; 7],
+        bounds: &[JointBounds; 7],
+        solver: &mut Solver,
+    ) -> Result<(), Stop> {
         let size = self.velocity.size();
         if size == 0.0 {
             return Ok(());
         }
-        let rates = self.rates(self.velocity, solver)?;
-        let stop_s = 1.0 / most_per_s(&rates, bounds);
+        let stop_s = 1.0 / most_per_s(rates, bounds);
         let ahead_s = 0.5 * stop_s + ENDS_S;
         // A joint that reaches its limit would have to stop at once while others take over.
-        if solver.meets_limit(&self.q, &rates, ahead_s) {
+        if solver.meets_limit(&self.q, rates, ahead_s) {
             return Err(Stop::Unreachable(Unreachable::OtherBranch));
         }
         let ahead_s = ahead_s.min(STOP_M / size) + PREVIEW_M / size;
@@ -245,6 +243,4 @@ fn most_per_s(rates: &[f64; 7], bounds: &[JointBounds; 7]) -> f64 {
 pub(super) struct Next {
     pub(super) sliding: Sliding,
     pub(super) rate_rad_per_s: [f64; 7],
-    /// Why it slows down early, if so.
-    pub(super) unreachable: Option<Unreachable>,
 }

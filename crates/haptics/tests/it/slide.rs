@@ -111,6 +111,19 @@ fn a_turn_is_taken_up_within_the_limits_of_the_joints() {
     assert!((0.13..0.16).contains(&turned), "{turned}");
 }
 
+/// The joints' rates belong to the place where the board is, not to the one a step before.
+#[test]
+fn the_end_of_a_slide_does_not_depend_on_the_step() {
+    let ends_m = [DT_S, 5.0 * DT_S].map(|dt_s| {
+        let mut follower = in_place();
+        for _ in 0..20_000 {
+            follower.slide(dt_s, &slide(DVec3::Z * 0.1)).unwrap();
+        }
+        arm().forward(&follower.commanded()).position_m().z
+    });
+    assert!((ends_m[0] - ends_m[1]).abs() < 1e-3, "{ends_m:?}");
+}
+
 #[test]
 fn a_slide_out_of_reach_stops_the_board_and_tells_why() {
     let mut follower = in_place();

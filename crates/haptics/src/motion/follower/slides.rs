@@ -98,7 +98,7 @@ impl Follower {
                 self.hear();
                 self.refuse();
                 self.ask(dt_s, false);
-                Ok(next.unreachable)
+                Ok(None)
             }
             Err(Stop::Unreachable(reason)) => {
                 self.brake(dt_s)?;
