@@ -24,6 +24,7 @@ fn _hwall(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<arm::Nearest>()?;
     m.add_class::<arm::Nearests>()?;
     m.add_class::<scene::PyScene>()?;
+    m.add_class::<scene::PyRoom>()?;
     m.add_class::<reach::ReachMap>()?;
     m.add_class::<reach::PyWallMaps>()?;
     m.add_class::<reach::Region>()?;

@@ -2,6 +2,9 @@
 
 use crate::arrays::{Array, Floats, Rows, array, like, one_pose, point, points};
 use crate::error::{Error, OrRaise, refuse};
+use hwall::geometry::Pose;
+use hwall::glam::DVec3;
+use hwall::haptics::body::{Obstacle, Room};
 use hwall::scene::{Hit, Scene, SurfaceId};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -12,6 +15,48 @@ use std::path::PathBuf;
 pub(crate) struct PyScene {
     pub(crate) scene: Scene,
     notes: Option<String>,
+}
+
+/// What really stands around the arm, and no part of it may meet. Base frame of the arm, m.
+///
+/// `planes`: (n, 6), a point and the normal towards the arm each, for floors and walls; `boxes`: (n, 7), the middle, the size and the yaw (rad) each.
+/// At most 16 in all.
+#[pyclass(frozen, module = "hwall", name = "Room")]
+pub(crate) struct PyRoom {
+    pub(crate) room: Room,
+}
+
+#[pymethods]
+impl PyRoom {
+    #[new]
+    #[pyo3(signature = (planes=None, boxes=None))]
+    fn new(planes: Option<Floats<'_>>, boxes: Option<Floats<'_>>) -> PyResult<Self> {
+        let mut obstacles = Vec::new();
+        if let Some(planes) = &planes {
+            let planes = Rows::new("planes", planes, &[6])?;
+            for number in 0..planes.count {
+                let (point, normal) = planes.row(number).split_at(3);
+                let made =
+                    Obstacle::half_space(DVec3::from_slice(point), DVec3::from_slice(normal));
+                obstacles.push(made.or_raise_in_row(number)?);
+            }
+        }
+        if let Some(boxes) = &boxes {
+            let boxes = Rows::new("boxes", boxes, &[7])?;
+            for number in 0..boxes.count {
+                let [middle, size] = [0, 3].map(|at| DVec3::from_slice(&boxes.row(number)[at..]));
+                let pose = Pose::from_yaw(boxes.row(number)[6], middle).or_raise_in_row(number)?;
+                let made = Obstacle::cuboid(pose, 0.5 * size);
+                obstacles.push(made.or_raise_in_row(number)?);
+            }
+        }
+        if obstacles.is_empty() {
+            return refuse("the room is empty: give at least the floor, as a plane");
+        }
+        Ok(Self {
+            room: Room::new(&obstacles).or_raise()?,
+        })
+    }
 }
 
 impl PyScene {

@@ -3,11 +3,11 @@
 use crate::arm::PyArm;
 use crate::arrays::{Array, Floats, array, one_pose, point};
 use crate::contact::{AnyPredictor, PyLearned, filter_of, prediction, predictor_of};
-use crate::error::{OrRaise, refuse};
+use crate::error::{OrRaise, one_of, refuse};
 use crate::hand::PyFrame;
-use crate::scene::PyScene;
+use crate::scene::{PyRoom, PyScene};
 use hwall::hand::Tracking;
-use hwall::haptics::safety::SupervisorConfig;
+use hwall::haptics::safety::{PersonPart, SupervisorConfig};
 use hwall::haptics::{ArmCommand, ArmState, Board};
 use hwall::kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities};
 use hwall::reachability::Presented;
@@ -18,6 +18,15 @@ use hwall::{
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Names of the parts of the person.
+const PARTS: [(&str, PersonPart); 5] = [
+    ("fingertip", PersonPart::Fingertip),
+    ("palm", PersonPart::Palm),
+    ("head", PersonPart::Head),
+    ("elbow", PersonPart::Elbow),
+    ("other_hand", PersonPart::OtherHand),
+];
 
 /// Joint values of a command: ("position" or "torque", (joints,)), or ("hold", None).
 type Command<'py> = (&'static str, Option<Array<'py>>);
@@ -66,9 +75,10 @@ impl PySession {
     /// `simulated`: a hand without tremor does not count as a frozen tracker. `prepared`: precompute arrival times and the waiting
     /// posture (a second for a room); otherwise the arm waits where it is. `arm_minus_tracker`: offset of the clocks, s.
     /// `supervised`: stop, retreat or slow down on faulty inputs and hard pushes; no safety rating. `requires_torque`: hold until external
-    /// torques were measured; without them neither touches nor clamped hands are felt.
+    /// torques were measured; without them neither touches nor clamped hands are felt. `room`: default a floor below scene and arm. `required`: parts
+    /// of the person without which the arm does not move: "fingertip", "palm", "head", "elbow", "other_hand"; default fingertip and head.
     #[new]
-    #[pyo3(signature = (arm, scene, *, model=None, board=None, simulated=false, prepared=true, arm_minus_tracker=0.0, supervised=true, requires_torque=true))]
+    #[pyo3(signature = (arm, scene, *, model=None, board=None, simulated=false, prepared=true, arm_minus_tracker=0.0, supervised=true, requires_torque=true, room=None, required=None))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
@@ -81,6 +91,8 @@ impl PySession {
         arm_minus_tracker: f64,
         supervised: bool,
         requires_torque: bool,
+        room: Option<PyRef<'_, PyRoom>>,
+        required: Option<Vec<String>>,
     ) -> PyResult<Self> {
         let board = board_of(board);
         let mut config = SessionConfig {
@@ -88,11 +100,23 @@ impl PySession {
             arm_minus_tracker_s: arm_minus_tracker,
             ..SessionConfig::default()
         };
-        config.supervisor =
-            (config.supervisor.filter(|_| supervised)).map(|supervisor| SupervisorConfig {
+        config.supervisor = match config.supervisor.filter(|_| supervised) {
+            Some(supervisor) => Some(SupervisorConfig {
                 requires_torque,
+                room: room.map_or(supervisor.room, |given| Some(given.room.clone())),
+                required: match required {
+                    Some(names) => (names.iter())
+                        .map(|name| one_of("part", name, &PARTS))
+                        .collect::<PyResult<_>>()?,
+                    None => supervisor.required,
+                },
                 ..supervisor
-            });
+            }),
+            None if room.is_some() || required.is_some() => {
+                return refuse("room and required belong to a supervised session");
+            }
+            None => None,
+        };
         let predictor = predictor_of(model.as_deref(), simulated)?;
         let (model, joint_names) = (Arc::clone(arm.model()), arm.joint_names());
         let scene = scene.scene.clone();

@@ -111,6 +111,29 @@ def test_a_session_holds_on_bad_input_and_says_why(arm, scene):
         hwall.Session(arm, scene, board=(-0.1, 0.1, 0.02))
 
 
+def test_the_arm_keeps_away_from_the_room_and_waits_for_required_parts(arm, scene):
+    floor = [[0, 0, -0.6, 0, 0, 1]]
+    free = session_with_a_person(arm, scene, room=hwall.Room(floor))[1]
+    arrived = lambda events: [e for e in events if e["event"] == "arrived"]
+    assert arrived(free)
+    # A table where the arm stands.
+    blocked = session_with_a_person(arm, scene, room=hwall.Room(floor, [[0.5, 0, 0.5, 0.6, 0.6, 0.6, 0]]))[1]
+    assert not arrived(blocked)
+    missing = session_with_a_person(arm, scene, required=["elbow"])[1]
+    assert not arrived(missing)
+    for bad, message in [
+        (lambda: hwall.Room(), "the room is empty"),
+        (lambda: hwall.Room([[0, 0, 0, 0, 0, 0]]), "row 0: .*normal"),
+        (lambda: hwall.Room(None, [[0, 0, 0, 1, 1, -1, 0]]), "row 0: .*half_extent_m"),
+        (lambda: hwall.Room(floor * 17), "16"),
+        (lambda: hwall.Room(np.zeros((2, 5))), r"planes has the shape \(2, 5\)"),
+        (lambda: hwall.Session(arm, scene, required=["foot"]), 'part "foot" is not one of'),
+        (lambda: hwall.Session(arm, scene, supervised=False, room=hwall.Room(floor)), "supervised"),
+    ]:
+        with pytest.raises(hwall.Error, match=message):
+            bad()
+
+
 def test_a_prepared_session_waits_somewhere(arm, scene):
     session = hwall.Session(arm, scene)
     low, high = arm.limits.T

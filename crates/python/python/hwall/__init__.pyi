@@ -206,6 +206,11 @@ class Frame:
 def read_recordings(path: Path) -> list[dict[str, Any]]: ...
 def write_recordings(path: Path, recordings: Sequence[dict[str, Any]]) -> None: ...
 
+class Room:
+    """What really stands around the arm: planes (n, 6), boxes (n, 7). Base frame of the arm, m, rad."""
+
+    def __new__(cls, planes: Optional[ArrayLike] = None, boxes: Optional[ArrayLike] = None) -> Room: ...
+
 class Session:
     """Moves a board on an arm to the predicted touch of a hand. Base frame of the arm, m, rad, s."""
 
@@ -221,6 +226,8 @@ class Session:
         arm_minus_tracker: float = 0.0,
         supervised: bool = True,
         requires_torque: bool = True,
+        room: Optional[Room] = None,
+        required: Optional[Sequence[str]] = None,
     ) -> Session: ...
     @property
     def state(self) -> str: ...
