@@ -117,7 +117,7 @@ impl Sliding {
         self.q
     }
 
-    /// Advances by one step. Solves at most 8 configurations: four places, each at most twice ([`Solver::beside`]).
+    /// Advances by one step. Solves four configurations.
     ///
     /// # Errors
     /// The arm cannot hold the board there, or could no longer stop it before such a place.

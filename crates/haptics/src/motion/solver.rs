@@ -92,21 +92,11 @@ impl Solver {
         pose: &Pose,
         q: &JointPositions,
     ) -> Result<JointPositions, Stop> {
-        let config = |policy| NearestConfig {
-            policy,
+        let config = NearestConfig {
+            policy: BranchPolicy::Beside,
             ..self.config
         };
-        let beside = config(BranchPolicy::Beside);
-        if let Ok(found) = self.arm.nearest(pose, q, &beside, &mut self.scratch) {
-            return Ok(found.q);
-        }
-        // Solve further away, or get the reason of failure.
-        let keep = config(BranchPolicy::Keep);
-        let found = self.arm.nearest(pose, q, &keep, &mut self.scratch)?;
-        if found.q.max_abs_difference(q) > DRIFT_RAD {
-            return Err(Stop::Unreachable(Unreachable::OtherBranch));
-        }
-        Ok(found.q)
+        Ok(self.arm.nearest(pose, q, &config, &mut self.scratch)?.q)
     }
 
     /// Does a joint that keeps its velocity (rad/s) for a while meet its limit? A joint that stands or moves away does not.

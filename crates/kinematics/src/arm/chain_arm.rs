@@ -6,7 +6,7 @@ use crate::chain::{Chain, JointKind, NumericConfig};
 use crate::error::KinematicsError;
 use crate::jacobian::Jacobian;
 use crate::joints::{JointLimit, JointPositions, MOST_JOINTS};
-use crate::srs::{BranchPolicy, NearestConfig};
+use crate::srs::{BESIDE_RAD, BranchPolicy, NearestConfig};
 use crate::unreachable::Unreachable;
 use hwall_geometry::Pose;
 use hwall_numeric::check::all_finite;
@@ -211,6 +211,9 @@ impl ArmKinematics for ChainArm {
             },
         );
         if let Some(solution) = best {
+            if config.policy == BranchPolicy::Beside && solution.largest_move_rad > BESIDE_RAD {
+                return Err(Unreachable::OtherBranch.into());
+            }
             return Ok(solution);
         }
         let (residual_m, residual_rad) = match searched {

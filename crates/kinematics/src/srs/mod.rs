@@ -15,6 +15,7 @@ mod verdict;
 pub use arm_angles::{ArmAngleArc, FeasibleArmAngles};
 pub use branch::{Branch, BranchSet};
 pub use model::SrsArm;
+pub(crate) use nearest::BESIDE_RAD;
 pub use nearest::{BranchPolicy, NearestConfig, NearestSolution};
 pub use parameters::{SrsGeometry, SrsParameters};
 pub use redundancy::{Dexterity, NearestLimit};

@@ -21,8 +21,8 @@ pub enum BranchPolicy {
     Keep,
     /// All eight, the nearest wins.
     Any,
-    /// As `Keep`, but no joint moves by more than 0.3 rad. Takes a few microseconds in any case, for control loops. The error is always
-    /// [`Unreachable::OtherBranch`].
+    /// As `Keep`, but no joint moves by more than 0.3 rad, else [`Unreachable::OtherBranch`]. Only the arm angles next to the reference's own are
+    /// searched, which takes a few microseconds in any case, for control loops.
     Beside,
 }
 
@@ -84,7 +84,7 @@ pub struct NearestSolution {
 const LOCAL_RAD: f64 = 0.1;
 
 /// Largest move under [`BranchPolicy::Beside`], rad.
-const BESIDE_RAD: f64 = 0.3;
+pub(crate) const BESIDE_RAD: f64 = 0.3;
 
 /// A local search that starts farther away than this is not tried: it would not end near enough, rad.
 const FAR_RAD: f64 = 0.5;
@@ -139,11 +139,12 @@ impl SrsArm {
                 return Ok(found);
             }
         }
-        if config.policy == BranchPolicy::Beside {
-            return Err(Unreachable::OtherBranch.into());
-        }
         let angles = FeasibleArmAngles::new(self, self.find_place(&flange_pose)?.circle);
         let problem = Problem::new(self, &angles.circle, reference, config);
+        if config.policy == BranchPolicy::Beside {
+            let found = problem.beside(&angles, psi_reference, near);
+            return Ok(found.ok_or(Unreachable::OtherBranch)?);
+        }
         let on_branch = problem.global(&angles, psi_reference, near, near);
         let anywhere = || problem.global(&angles, psi_reference, 0xFF, near);
         let found = match config.policy {
@@ -236,6 +237,23 @@ impl<'a> Problem<'a> {
         let found = self.refined(start, f64::NEG_INFINITY, f64::INFINITY)?;
         let largest = found.q.max_abs_difference(self.reference);
         (largest <= most_rad).then(|| self.solution(found, near))
+    }
+
+    /// Local searches from the feasible arm angles next to the reference's own; `None` if a joint moves too far.
+    fn beside(
+        &self,
+        angles: &FeasibleArmAngles,
+        psi_reference: f64,
+        near: u8,
+    ) -> Option<NearestSolution> {
+        let arcs = Branch::in_mask(near)
+            .flat_map(|branch| angles.arcs(branch).map(move |arc| (branch, arc)));
+        let found = self.best(arcs.filter_map(|(branch, arc)| {
+            let start = self.glance(Place::at(arc.nearest_rad(psi_reference)), branch)?;
+            let found = self.refined(start, arc.start_rad, arc.end_rad)?;
+            (found.q.max_abs_difference(self.reference) <= BESIDE_RAD).then_some(found)
+        }))?;
+        Some(self.solution(found, near))
     }
 
     fn global(

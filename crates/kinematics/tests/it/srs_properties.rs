@@ -343,6 +343,37 @@ fn keep_policy_names_the_other_branch() {
     assert!(kept > 500 && refused > 5, "{kept} {refused}");
 }
 
+/// A joint at its limit, and a pose that would need it to go further: the others take over.
+#[test]
+fn beside_a_limit_the_other_joints_take_over() {
+    let arm = SrsArm::iiwa7();
+    let mut sampler = Sampler::new(SEED);
+    let with = |policy| NearestConfig {
+        policy,
+        ..NearestConfig::default()
+    };
+    let (mut taken_over, mut missed) = (0, 0);
+    for _ in 0..20_000 {
+        let mut reference = random_q(&arm, &mut sampler);
+        let joint = sampler.index(7);
+        reference[joint] = arm.limits()[joint].max_rad;
+        let mut beyond = reference;
+        beyond[joint] += 0.01;
+        let pose = arm.forward(&beyond);
+        let beside = arm.nearest_solution(&pose, &reference, &with(BranchPolicy::Beside));
+        let keep = arm.nearest_solution(&pose, &reference, &with(BranchPolicy::Keep));
+        match beside {
+            Ok(found) => {
+                assert_holds(&arm, &found.q, &pose);
+                assert!(found.largest_move_rad <= 0.3);
+                taken_over += 1;
+            }
+            Err(_) => missed += usize::from(keep.is_ok_and(|kept| kept.largest_move_rad <= 0.3)),
+        }
+    }
+    assert!(taken_over > 5_000 && missed == 0, "{taken_over} {missed}");
+}
+
 #[test]
 fn self_motion_leaves_the_tool_at_rest() {
     let mut sampler = Sampler::new(SEED);

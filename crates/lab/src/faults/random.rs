@@ -78,7 +78,7 @@ struct Before {
 }
 
 /// Largest numbers of forward and inverse kinematics queries per step: about 20 us each. Inverse: 11 for the path of an object that comes near its
-/// end (a slide on a wall solves 8), and 4 for a target without a map, one for each quarter turn.
+/// end (a slide on a wall solves 4), and 4 for a target without a map, one for each quarter turn.
 const MOST_FORWARD: u32 = 60;
 const MOST_INVERSE: u32 = 15;
 
