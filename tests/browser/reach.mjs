@@ -36,6 +36,7 @@ async function withMouse(browser) {
   })()`);
   check(place && place[0] < 0.1, `the wall is in the picture: ${place}`);
   const at = place.slice(1);
+  await page.key("e");
   let touched = null;
   for (let attempt = 1; attempt <= ATTEMPTS && !touched; attempt += 1) {
     await page.mouse("mouseMoved", ...at, "none");
@@ -58,6 +59,8 @@ async function withMouse(browser) {
   say(`mouse: in place ${touched.lead.toFixed(3)} s before the touch, ${touched.text}`);
   await until("released", async () => (await events(page)).some((e) => e.kind === "released"));
   const counts = (await page.value(`heard.filter((m) => m.type === "counts")`)).at(-1);
+  const why = await page.value(`document.getElementById("why").textContent`);
+  check(/loss .*elsewhere.*a change must save/s.test(why), `the page says why the board is sent: ${why}`);
   check(counts.accepted > 50 && counts.malformed === 0, `the server took the mouse: ${JSON.stringify(counts)}`);
   clean(page, url);
   await page.send("Page.close");

@@ -6,14 +6,14 @@ use crate::server::shared::{Orders, Shared};
 use hwall::contact::Predictor;
 use hwall::hand::HandFrame;
 use hwall::haptics::{Arm, ArmState};
-use hwall::{Event, EventKind, Session, Surroundings};
+use hwall::{Event, EventKind, Explanations, Session, Surroundings};
 use hwall_view::{ViewFrame, ViewHand};
 use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
 use std::time::Duration;
 
-/// How long parts are sent after a page last requested them; pages request them twice a second.
-const PARTS: Duration = Duration::from_secs(2);
+/// How long parts and explanations are sent after a page last requested them; pages request them twice a second.
+pub(crate) const REQUESTED: Duration = Duration::from_secs(2);
 
 /// What a loop needs from a bridge: time, hands, and a view of what it does.
 ///
@@ -26,6 +26,8 @@ pub struct Bridge {
     pub hands: HandQueue,
     /// Views and events, for all clients.
     pub view: ViewSender,
+    /// Why the policy decides as it does, for the pages that ask: see [`Perception::explain_to`](hwall::Perception::explain_to).
+    pub explanations: Explanations,
 }
 
 impl Bridge {
@@ -49,7 +51,7 @@ impl Bridge {
         {
             frame.hand = ViewHand::from_joints(joints_m);
         }
-        match self.view.shared.parts.is_within(PARTS) {
+        match self.view.shared.parts.is_within(REQUESTED) {
             true => frame.with_parts(session),
             false => frame,
         }

@@ -14,9 +14,10 @@ mod walls;
 pub use error::SessionError;
 pub use objects::{SceneObject, object_of, objects_of};
 pub use session::{
-    Control, Controller, Cycle, Event, EventKind, Explanation, Foreseen, Goal, MovingSurface,
-    Perception, Planner, PolicyConfig, Session, SessionConfig, SessionState, SlackConfig,
-    Surroundings, TargetControl, WeighedChoice, WeighedPlace, WorldPose, drive, session_supervisor,
+    Control, Controller, Cycle, Event, EventKind, Explanation, Explanations, Foreseen, Goal,
+    MovingSurface, Perception, Planner, PolicyConfig, Session, SessionConfig, SessionState,
+    SlackConfig, Surroundings, TargetControl, WeighedChoice, WeighedPlace, WorldPose, drive,
+    session_supervisor,
 };
 pub use upright_pieces::barriers_of;
 pub use walls::{BudgetAtlas, LikelyTouches, Walls, WallsConfig, facets_of, maps_of};

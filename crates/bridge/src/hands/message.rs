@@ -21,6 +21,8 @@ pub(crate) enum PageMessage {
     Enable,
     /// Requests the supervisor's parts for a while.
     Parts,
+    /// Requests explanations of the policy for a while.
+    Explain,
     /// A step of a calibration.
     Calibrate(Step),
     /// The headset that this page is shown in.
@@ -91,6 +93,7 @@ enum Text {
     Release {},
     Enable {},
     Parts {},
+    Explain {},
     Calibrate {
         step: Step,
     },
@@ -132,6 +135,7 @@ impl PageMessage {
             Text::Release {} => Ok(Self::Release),
             Text::Enable {} => Ok(Self::Enable),
             Text::Parts {} => Ok(Self::Parts),
+            Text::Explain {} => Ok(Self::Explain),
             Text::Calibrate { step } => Ok(Self::Calibrate(step)),
             Text::Headset {
                 id: id @ 1..=MAX_HEADSET,

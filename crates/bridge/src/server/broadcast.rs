@@ -2,6 +2,7 @@
 
 use super::reply::{self, Reply};
 use super::shared::{FromLoop, Shared};
+use crate::bridge::REQUESTED;
 use crate::locked::locked;
 use hwall_view::ViewFrame;
 use std::time::Duration;
@@ -13,15 +14,26 @@ const LOOK: Duration = Duration::from_millis(4);
 const PING_S: f64 = 0.25;
 /// Period of the counts, s.
 const COUNTS_S: f64 = 1.0;
+/// Shortest period of explanations, s: as fast as somebody can read that one has changed.
+const EXPLANATIONS_S: f64 = 0.2;
 
 /// Runs until the server stops.
 pub(super) fn broadcast(shared: &Shared) {
     let mut bytes = Vec::with_capacity(ViewFrame::MOST_BYTES);
-    let [mut ping_s, mut counts_s] = [0.0; 2];
+    let [mut ping_s, mut counts_s, mut explanation_s] = [0.0; 3];
     while !shared.is_stopped() {
         let now_s = shared.now_s();
         if let Some(from_loop) = &*locked(&shared.from_loop) {
             forward(shared, from_loop, now_s, &mut bytes);
+            let asked = shared.explained.is_within(REQUESTED);
+            from_loop.explanations.ask(asked);
+            if asked
+                && now_s >= explanation_s
+                && let Some(why) = from_loop.explanations.take()
+            {
+                explanation_s = now_s + EXPLANATIONS_S;
+                shared.say(&reply::explanation(&why));
+            }
         }
         if now_s >= ping_s {
             ping_s = now_s + PING_S;

@@ -171,6 +171,7 @@ fn read(shared: &Shared, client: &Client, socket: &mut WebSocket<Half>, hands: &
                 Ok(PageMessage::Release) => shared.orders.let_go(),
                 Ok(PageMessage::Enable) => shared.orders.enable(),
                 Ok(PageMessage::Parts) => shared.parts.say(),
+                Ok(PageMessage::Explain) => shared.explained.say(),
                 Ok(PageMessage::Calibrate(step)) => {
                     shared.calibrate(step, client.headset(), now_s);
                 }

@@ -18,6 +18,7 @@ use crate::http::serve;
 use crate::locked::locked;
 use crate::pacing::Pacing;
 use crate::tls::{Security, invitation};
+use hwall::Explanations;
 use hwall_view::{ViewScene, live_page};
 use shared::{FromLoop, Shared};
 use std::net::{SocketAddr, TcpListener};
@@ -153,10 +154,12 @@ impl BridgeServer {
         let (hand_sender, hands) = sync_channel(HAND_QUEUE);
         let (view_sender, views) = sync_channel(VIEW_QUEUE);
         let (event_sender, events) = sync_channel(EVENT_QUEUE);
+        let explanations = Explanations::default();
         locked(&self.shared.intake).connect(hand_sender);
         *locked(&self.shared.from_loop) = Some(FromLoop {
             views,
             events,
+            explanations: explanations.clone(),
             arm: scene.arm.clone(),
             board: scene.board,
         });
@@ -169,6 +172,7 @@ impl BridgeServer {
             pacing: Pacing::new(config.period_s, config.max_behind_s),
             hands: HandQueue::new(hands, self.shared.start, config.lost_after_s),
             view: ViewSender::new(view_sender, event_sender, Arc::clone(&self.shared)),
+            explanations,
         }
     }
 

@@ -3,7 +3,7 @@
 use crate::counts::BridgeCounts;
 use crate::tls::Security;
 use hwall::hand::Tracking;
-use hwall::{Event, EventKind};
+use hwall::{Event, EventKind, Explanation};
 use serde::Serialize;
 
 /// A message of the server; `hwall-view` writes the scene.
@@ -16,6 +16,10 @@ pub(super) enum Reply<'a> {
     Event {
         t: f64,
         kind: &'static str,
+        text: String,
+    },
+    Explanation {
+        t: f64,
         text: String,
     },
     Pong {
@@ -69,6 +73,15 @@ pub(super) fn event(event: &Event) -> String {
         t: event.t_s,
         kind,
         text,
+    }
+    .to_json()
+}
+
+/// Why the policy decided as it did, in words.
+pub(super) fn explanation(why: &Explanation) -> String {
+    Reply::Explanation {
+        t: why.t_s,
+        text: why.to_string(),
     }
     .to_json()
 }

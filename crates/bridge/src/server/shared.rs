@@ -9,8 +9,8 @@ use crate::hands::Intake;
 use crate::http::key::Key;
 use crate::locked::locked;
 use crate::tls::Security;
-use hwall::Event;
 use hwall::haptics::Board;
+use hwall::{Event, Explanations};
 use hwall_view::{ViewArm, ViewFrame};
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 use std::sync::mpsc::Receiver;
@@ -133,6 +133,8 @@ pub(crate) struct Shared {
     pub(crate) orders: Orders,
     /// A page requests the supervisor's parts.
     pub(crate) parts: LastSaid,
+    /// A page requests explanations of the policy.
+    pub(crate) explained: LastSaid,
     next_client: AtomicU64,
     stopped: AtomicBool,
 }
@@ -141,6 +143,7 @@ pub(crate) struct Shared {
 pub(crate) struct FromLoop {
     pub(crate) views: Receiver<ViewFrame>,
     pub(crate) events: Receiver<Event>,
+    pub(crate) explanations: Explanations,
     pub(crate) arm: ViewArm,
     pub(crate) board: Board,
 }
@@ -164,6 +167,7 @@ impl Shared {
             from_loop: Mutex::default(),
             orders: Orders::default(),
             parts: LastSaid::default(),
+            explained: LastSaid::default(),
             procedure: Mutex::new(procedure),
             next_client: AtomicU64::new(1),
             stopped: AtomicBool::new(false),

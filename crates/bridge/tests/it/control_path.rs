@@ -126,6 +126,34 @@ fn a_cycle_allocates_nothing_and_views_and_events_get_through() {
 }
 
 #[test]
+fn the_policy_is_explained_while_a_page_asks() {
+    let server = server(BridgeConfig::default());
+    let (mut session, mut arm) = session();
+    let mut bridge = server.connect(&scene());
+    session.perception_mut().explain_to(&bridge.explanations);
+    let mut socket = Socket::open(&server);
+    wait_for("the client", || server.counts().clients == 1);
+    let mut cycle = |n: u64| {
+        if n.is_multiple_of(14) {
+            let place = DVec3::new(1.0 - 1e-4 * n as f64, 0.0, 0.5);
+            socket.text(&hand_at(n + 1, n as f64, place));
+        }
+        if n == 700 {
+            socket.text(r#"{"type":"explain"}"#);
+        }
+        let now_s = bridge.next_cycle(&mut arm).expect("a cycle");
+        while let Some(frame) =
+            Surroundings::<ServoArm>::next_frame(&mut bridge, now_s.expect("no end"))
+        {
+            session.frame(&frame);
+        }
+        bridge.explanations.take().is_some()
+    };
+    assert!((0..700).all(|n| !cycle(n)), "nobody asked");
+    assert!((700..3000).any(cycle), "no explanation");
+}
+
+#[test]
 fn a_client_that_reads_nothing_slows_nobody_down() {
     let server = server(BridgeConfig {
         view_period_s: 1e-3,

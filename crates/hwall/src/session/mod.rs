@@ -22,7 +22,9 @@ pub use event::{Event, EventKind, Foreseen, Goal};
 pub use perception::Perception;
 pub use planner::Planner;
 use planner::Planning;
-pub use policy::{Explanation, PolicyConfig, SlackConfig, WeighedChoice, WeighedPlace};
+pub use policy::{
+    Explanation, Explanations, PolicyConfig, SlackConfig, WeighedChoice, WeighedPlace,
+};
 pub use target_control::TargetControl;
 pub use world::WorldPose;
 

@@ -4,7 +4,7 @@ mod guiding;
 
 use super::event::{Event, EventKind, EventQueue, Foreseen, Goal};
 use super::handover::{FeltTouches, Guidance, OpeningReceiver, Sender, WorldBarriers};
-use super::policy::{Decision, Explanation, Policy, Presenting, SlackConfig, Stand};
+use super::policy::{Decision, Explanations, Policy, Presenting, SlackConfig, Stand};
 use super::response::kept_response;
 use super::waiting::{Presents, Waiting};
 use super::world::{World, WorldChange, WorldPose};
@@ -381,15 +381,9 @@ impl<P: Predictor> Perception<P> {
         &self.walls
     }
 
-    /// From now on every frame is [explained](Self::explanation), which allocates.
-    pub fn explain(&mut self) {
-        self.policy.explain();
-    }
-
-    /// Why the policy decided as it did in the last frame with a prediction; `None` unless it was [asked](Self::explain).
-    #[must_use]
-    pub fn explanation(&self) -> Option<&Explanation> {
-        self.policy.explanation()
+    /// From now on, why the policy decides as it does goes there while it is asked for.
+    pub fn explain_to(&mut self, explanations: &Explanations) {
+        self.policy.explanations = explanations.clone();
     }
 
     /// Estimated time that this person leaves the arm from dispatch to touch, s.

@@ -123,7 +123,7 @@ pub(super) fn run_driven(
     let session = prepared.session.plan_on_thread();
     let session = session.context("no thread for the planner")?;
     let session = session.perceive_on_thread();
-    let session = session.context("no thread for the tracker's half")?;
+    let mut session = session.context("no thread for the tracker's half")?;
     let mut client = FriClient::bind(session.control().arm(), config)?;
     let Some(begun_s) = commanding(server, &mut client, &config, flags.seconds)? else {
         note(client.statistics());
@@ -131,7 +131,9 @@ pub(super) fn run_driven(
     };
     note(format_args!("{begun_s:9.3} s  commanding begins"));
     let end_s = flags.seconds.map_or(f64::INFINITY, |s| begun_s + s);
-    let mut surroundings = Driven::new(server.connect(&scene), begun_s, end_s);
+    let bridge = server.connect(&scene);
+    session.perception_mut().explain_to(&bridge.explanations);
+    let mut surroundings = Driven::new(bridge, begun_s, end_s);
     let mut holds = Holds::default();
     let notes = NotesApart::begin();
     listen_to_console(&surroundings.bridge.view);

@@ -75,10 +75,13 @@ pub fn run_simulated(
 ) -> anyhow::Result<()> {
     let (mut arm, mut surroundings) = prepared.on_simulated_arm(server, flags, "iiwa 7")?;
     let Prepared {
-        session,
+        mut session,
         mut recorder,
         ..
     } = prepared;
+    session
+        .perception_mut()
+        .explain_to(&surroundings.bridge.explanations);
     let mut holds = Holds::default();
     listen_to_console(&surroundings.bridge.view);
     let mut recorded = Recorded {

@@ -14,7 +14,7 @@ use crate::run::simulated_arm::{Finger, SimulatedArm};
 use crate::run::stage::{SessionSettings, Stage};
 use glam::DVec3;
 use hwall::haptics::{ArmCommand, ArmState};
-use hwall::{Controller, EventKind, Surroundings, WorldPose, drive};
+use hwall::{Controller, EventKind, Explanations, Surroundings, WorldPose, drive};
 use hwall_contact::Predictor;
 use hwall_fri::controller::FaultConfig;
 use hwall_hand::{HandFrame, Tracking};
@@ -47,9 +47,9 @@ pub fn run(
         arm_minus_tracker_s: -start_s,
     };
     let mut session = settings.session(stage.predictors.for_another_person())?;
-    if stage.explain.is_some() {
-        session.perception_mut().explain();
-    }
+    let explanations = Explanations::default();
+    explanations.ask(stage.explain.is_some());
+    session.perception_mut().explain_to(&explanations);
     if let Some(recorder) = &mut recorder {
         recorder.begin(run_of(number, &settings)?);
     }
@@ -104,6 +104,7 @@ pub fn run(
         recorded: Recorded { session, recorder },
         costs: Vec::with_capacity(steps + 1),
         explain: stage.explain,
+        explanations,
         told: None,
     };
     drive(
@@ -157,6 +158,7 @@ struct Timed<'a, P> {
     costs: Vec<StepCost>,
     /// As [`Stage::explain`].
     explain: Option<Option<f64>>,
+    explanations: Explanations,
     /// The choice that was told last.
     told: Option<(&'static str, Option<SurfaceId>)>,
 }
@@ -167,8 +169,7 @@ impl<P: Predictor> Timed<'_, P> {
         let Some(at_s) = self.explain else {
             return;
         };
-        let perception = self.recorded.session.perception();
-        let Some(why) = perception.explanation() else {
+        let Some(why) = self.explanations.take() else {
             return;
         };
         let choice = why.choice();

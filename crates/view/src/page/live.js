@@ -90,21 +90,26 @@ function live() {
   $("release").addEventListener("click", () => {
     if (confirm(`The arm stands: ${held}.\nIs everybody clear of it? It moves again when you let it go.`)) connection.order("release");
   });
-  // The request is repeated, so that sending stops when the page closes.
-  let asking = null;
-  const parts = () => {
-    if (!shown) return;
-    const is = asking === null, ask = () => connection.order("parts");
-    if (is) { ask(); asking = setInterval(ask, 500); } else { clearInterval(asking); asking = null; }
-    shown.viewer.showsParts = is;
-    shown.stale.is = true;
-    $("parts").setAttribute("aria-pressed", String(is));
+  /** A button that requests something while it is pressed. The request is repeated, so that sending stops when the page closes. */
+  const requests = (id, order, changed) => {
+    let asking = null;
+    const toggle = () => {
+      if (!shown) return;
+      const is = asking === null, ask = () => connection.order(order);
+      if (is) { ask(); asking = setInterval(ask, 500); } else { clearInterval(asking); asking = null; }
+      changed(is);
+      $(id).setAttribute("aria-pressed", String(is));
+    };
+    $(id).addEventListener("click", toggle);
+    return toggle;
   };
-  $("parts").addEventListener("click", parts);
+  const parts = requests("parts", "parts", (is) => { shown.viewer.showsParts = is; shown.stale.is = true; });
+  const explain = requests("explained", "explain", (is) => { $("why").textContent = "no hand has been predicted yet"; $("why").hidden = !is; });
   addEventListener("keydown", (event) => {
     // Whatever the layout, and with Caps Lock.
     if (event.code === "KeyS" || event.key.toLowerCase() === "s") connection.order("stop");
-    if (event.key === "b" && !event.repeat && !event.ctrlKey && !event.metaKey && !event.altKey) parts();
+    const toggle = { b: parts, e: explain }[event.key];
+    if (toggle && !event.repeat && !event.ctrlKey && !event.metaKey && !event.altKey) toggle();
   });
   if (location.hash === "#switch") {
     // An enabling switch. While it is held it reports twenty times a second; when it is released it stops the arm.
@@ -171,6 +176,7 @@ function live() {
       if (shown && ["unreachable", "goal", "arrived", "touched"].includes(kind)) shown.viewer.beyond = kind === "unreachable" ? text : null;
       tell(t, text ? `${kind}: ${text}` : kind);
     },
+    explanation: ({ text }) => { $("why").textContent = text; },
     preparing: ({ text }) => { preparing = text; },
     error: ({ text }) => tell(null, `server: ${text}`),
     counts: (counts) => {

@@ -3,7 +3,7 @@
 use super::available_time::{AvailableTime, TimeFrame};
 use super::config::PolicyConfig;
 use super::expected_loss::{Choice, Chooser, Goal, Hypothesis, TouchTime, scale_of};
-use super::explanation::Explanation;
+use super::explanation::Explanations;
 use super::fixations::{FixationFrame, Fixations};
 use super::hand_motion::{HandMotion, MeanVelocity};
 use super::way::{Presenting, Way};
@@ -75,8 +75,8 @@ pub(in crate::session) struct Policy {
     /// Time from when the motion of the hand reveals the place to the touch.
     revealed_time: AvailableTime,
     course: HandMotion,
-    /// Why it decided as it did in the last frame, if somebody asks.
-    explanation: Option<Option<Explanation>>,
+    /// Why it decided as it did, for whoever asks.
+    pub(in crate::session) explanations: Explanations,
 }
 
 impl Policy {
@@ -103,7 +103,7 @@ impl Policy {
             available_time: AvailableTime::usual(usual_s),
             revealed_time: AvailableTime::usual(config.onset_share * usual_s),
             course: HandMotion::default(),
-            explanation: None,
+            explanations: Explanations::default(),
         })
     }
 
@@ -116,16 +116,6 @@ impl Policy {
         self.available_time.forget_reach();
         self.revealed_time.forget_reach();
         self.course = HandMotion::default();
-    }
-
-    /// From now on the policy explains its decisions, which allocates.
-    pub(in crate::session) fn explain(&mut self) {
-        self.explanation.get_or_insert_default();
-    }
-
-    /// Why the policy decided as it did in the last frame with a prediction.
-    pub(in crate::session) fn explanation(&self) -> Option<&Explanation> {
-        self.explanation.as_ref()?.as_ref()
     }
 
     /// Time available to the arm before this person touches, s.
@@ -210,8 +200,8 @@ impl Policy {
             Choice::Wait => stays().unwrap_or(Choice::Wait),
             choice => choice,
         };
-        if let Some(explanation) = &mut self.explanation {
-            *explanation = Some(chooser.explain(last, &way));
+        if self.explanations.are_asked() {
+            self.explanations.put(chooser.explain(last, &way));
         }
         let (choice, way) = chooser.best(last, &way);
         (self.choice, self.way) = (choice, Some(way));

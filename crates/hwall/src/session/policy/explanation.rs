@@ -3,6 +3,9 @@
 use glam::DVec3;
 use hwall_scene::SurfaceId;
 use std::fmt;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 /// A place that may be touched next.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,6 +54,44 @@ pub struct Explanation {
     pub least_gain: f64,
     /// The place in `others` of the choice taken; `None`: the arm goes on with the last one.
     pub taken: Option<usize>,
+}
+
+/// Explanations on their way from the policy to a reader, also on another thread. Clones share them.
+///
+/// The policy writes them, which allocates, only while they are asked for.
+#[derive(Debug, Clone, Default)]
+pub struct Explanations(Arc<Explained>);
+
+#[derive(Debug, Default)]
+struct Explained {
+    asked: AtomicBool,
+    newest: Mutex<Option<Explanation>>,
+}
+
+impl Explanations {
+    /// Are the following frames to be explained?
+    pub fn ask(&self, asked: bool) {
+        self.0.asked.store(asked, Ordering::Relaxed);
+    }
+
+    /// Why the policy decided as it did in the newest frame with a prediction; `None` if it was taken before.
+    #[must_use]
+    pub fn take(&self) -> Option<Explanation> {
+        (self.0.newest.lock())
+            .unwrap_or_else(PoisonError::into_inner)
+            .take()
+    }
+
+    pub(super) fn are_asked(&self) -> bool {
+        self.0.asked.load(Ordering::Relaxed)
+    }
+
+    /// Drops it if a reader is taking the last one: the policy never waits.
+    pub(super) fn put(&self, explanation: Explanation) {
+        if let Ok(mut newest) = self.0.newest.try_lock() {
+            *newest = Some(explanation);
+        }
+    }
 }
 
 impl Explanation {

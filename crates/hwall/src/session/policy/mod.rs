@@ -12,5 +12,5 @@ mod way;
 
 pub use config::{PolicyConfig, SlackConfig};
 pub(super) use decision::{Decision, Policy};
-pub use explanation::{Explanation, WeighedChoice, WeighedPlace};
+pub use explanation::{Explanation, Explanations, WeighedChoice, WeighedPlace};
 pub(super) use way::{Presenting, Stand};

@@ -264,8 +264,8 @@ fn a_point_that_is_held_is_less_well_known_by_how_far_the_newest_one_is_off() {
 #[test]
 fn the_explanation_names_the_choice_and_what_it_saves() {
     let mut policy = policy();
-    assert!(policy.explanation().is_none());
-    policy.explain();
+    assert!(policy.explanations.take().is_none());
+    policy.explanations.ask(true);
     let ranked = [
         looked_at(place(0, 0.0, 0.02, 0.7), 0.2),
         looked_at(place(1, 0.0, 0.02, 0.2), 0.2),
@@ -275,7 +275,7 @@ fn the_explanation_names_the_choice_and_what_it_saves() {
     for frame in 0..60 {
         let from_s = 0.01 * f64::from(frame);
         let decision = rests(&mut policy, &ranked, arm, [from_s, from_s]);
-        let Some(why) = policy.explanation() else {
+        let Some(why) = policy.explanations.take() else {
             continue;
         };
         let kind = match decision {
@@ -463,9 +463,9 @@ fn times_that_are_no_numbers_or_endless_leave_every_loss_a_number() {
     let come_m = |t_s: f64| 0.3 * minimum_jerk(t_s);
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0] {
         let mut policy = policy();
-        policy.explain();
+        policy.explanations.ask(true);
         decided_at_the_end(&mut policy, come_m, |_, _| bad);
-        let why = policy.explanation().expect("asked for");
+        let why = policy.explanations.take().expect("asked for");
         let mut losses = why.others.iter().chain([&why.last]).map(|c| c.loss);
         assert!(losses.all(f64::is_finite), "{bad}: {why}");
     }
@@ -555,7 +555,7 @@ fn a_pre_position_counts_the_time_until_the_arm_is_there() {
 #[test]
 fn the_time_left_at_a_place_says_nothing_about_another_one_on_the_same_wall() {
     let mut policy = policy();
-    policy.explain();
+    policy.explanations.ask(true);
     let mut step = |t_s: f64, y: f64, mean_s: f64| {
         let sd_s = Some(0.05);
         let seen = ContactPrediction {
@@ -565,7 +565,7 @@ fn the_time_left_at_a_place_says_nothing_about_another_one_on_the_same_wall() {
         let at_m = seen.point_m + DVec3::X * 0.3;
         let hand = hand_at(t_s, at_m, DVec3::NEG_X * 0.5);
         let _ = policy.step(t_s, &[seen], Some(&hand), &Arm([Some(0.3), None]));
-        let why = policy.explanation().expect("asked for");
+        let why = policy.explanations.take().expect("asked for");
         why.places.first().expect("one").touch_s
     };
     for frame in 0..20 {
