@@ -176,7 +176,8 @@ function live() {
       if (shown && ["unreachable", "goal", "arrived", "touched"].includes(kind)) shown.viewer.beyond = kind === "unreachable" ? text : null;
       tell(t, text ? `${kind}: ${text}` : kind);
     },
-    explanation: ({ text }) => { $("why").textContent = text; },
+    // The indentation is for a console.
+    explanation: ({ text }) => { $("why").textContent = text.replace(/^ +/gm, ""); },
     preparing: ({ text }) => { preparing = text; },
     error: ({ text }) => tell(null, `server: ${text}`),
     counts: (counts) => {
