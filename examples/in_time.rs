@@ -4,11 +4,12 @@
 
 use anyhow::Context;
 use clap::Parser;
+use hwall::PolicyConfig;
 use hwall_contact::LearnedConfig;
 use hwall_lab::contact::panels;
 use hwall_lab::documents::Destination;
 use hwall_lab::in_time::study::{self, Request};
-use hwall_lab::in_time::{document, recorded};
+use hwall_lab::in_time::{document, recorded, trade_off};
 use hwall_stage::exit;
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::numbers::whole_within;
@@ -40,6 +41,9 @@ struct Args {
     /// The board presents no roughness
     #[arg(long)]
     plain: bool,
+    /// The study at each of these losses of a board that is sent for nothing, in missed touches; writes TRADE-OFF.md instead
+    #[arg(long, value_name = "TOUCHES", num_args = 1.., conflicts_with = "recordings")]
+    false_dispatch: Vec<f64>,
     /// Recorded people instead, the arm being simulated: a recording of reaches in metres and seconds, as for contact_study; each person is
     /// judged by a predictor that learnt from the others
     #[arg(long, value_name = "FILE", requires = "panels", conflicts_with_all = ["person", "touches", "predictor", "plain"])]
@@ -71,13 +75,23 @@ fn run(args: &Args) -> anyhow::Result<()> {
         seed: args.seed,
         leader: args.predictor,
         textured: !args.plain,
+        policy: PolicyConfig::default(),
     };
     let style = ProgressStyle::with_template("{msg:10} {wide_bar} {percent} %")?;
     let bar = ProgressBar::new(1000).with_style(style);
-    let results = study::run(&request, |kind, share| {
+    let progress = |kind: PersonKind, share: f64| {
         bar.set_message(kind.name());
         bar.set_position((1000.0 * share) as u64);
-    })?;
+    };
+    if !args.false_dispatch.is_empty() {
+        let points = trade_off::run(&request, &args.false_dispatch, progress)?;
+        bar.finish_and_clear();
+        let path = trade_off::write(args.seed, request.touches, &points, &documents)?;
+        let table = trade_off::table(&points);
+        return writeln!(io::stdout(), "{table}\nwrote {}", path.display())
+            .context("standard output");
+    }
+    let results = study::run(&request, progress)?;
     bar.finish_and_clear();
     let path = document::write(&request, &results, &documents)?;
     let text = document::text(&request, &results);

@@ -5,3 +5,4 @@ mod in_room;
 pub mod recorded;
 pub mod study;
 pub mod targets;
+pub mod trade_off;

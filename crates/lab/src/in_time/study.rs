@@ -1,5 +1,6 @@
 //! The runs of the study.
 
+use hwall::PolicyConfig;
 use hwall_stage::built_in_room::BuiltInRoom;
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::{PREDICTORS, PredictorKind, Predictors, TrainingPeople};
@@ -21,6 +22,8 @@ pub struct Request {
     pub leader: Option<PredictorKind>,
     /// Does the board present the roughness of surfaces?
     pub textured: bool,
+    /// When the board is sent.
+    pub policy: PolicyConfig,
 }
 
 /// Results for one kind of people.
@@ -65,7 +68,10 @@ pub fn run(
     let scenery = room.scenery(&walls, &people_like, request.textured);
     let (predictors, also) = responses::taught(predictors, &scenery)?;
     let learnt: Vec<String> = [learnt].into_iter().chain(also).collect();
-    let stage = Stage::of(&scenery, &predictors, PERIOD_S);
+    let stage = Stage {
+        policy: request.policy,
+        ..Stage::of(&scenery, &predictors, PERIOD_S)
+    };
     let mut row = |kind: &PersonKind| -> anyhow::Result<Row> {
         let (touches, seed) = (request.touches, request.seed);
         let cast = room.people(*kind, touches, seed)?;

@@ -6,7 +6,7 @@ use hwall::contact::{DeterministicConfig, DeterministicPredictor};
 use hwall::hand::{HandFilterConfig, HandFrame};
 use hwall::haptics::{Arm, Board, surface_axes};
 use hwall::texture::TextureLevels;
-use hwall::{EventKind, LikelyTouches, Session};
+use hwall::{EventKind, LikelyTouches, PolicyConfig, Session};
 use hwall_sim::{HandContact, minimum_jerk};
 use hwall_stage::input::arms::BoardArm;
 use hwall_stage::person::predictors::TrainingPeople;
@@ -192,6 +192,7 @@ impl Place {
             filter: HandFilterConfig::default(),
             sees_head: true,
             arm_minus_tracker_s: 0.0,
+            policy: PolicyConfig::default(),
         };
         let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led())?;
         let mut session = settings.session(predictor)?;

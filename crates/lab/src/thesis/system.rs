@@ -5,6 +5,7 @@ use crate::dissertation::{NOT_HERE, OTHER_DELAY_MS, REACTION_MS, Row};
 use crate::in_time::{document, study};
 use crate::report::{Column, fill, or_none, table_of};
 use anyhow::Context;
+use hwall::PolicyConfig;
 use hwall_redirection::{SampledOrientations, Snapped};
 use hwall_sim::ServoConfig;
 use hwall_stage::person::kinds::PersonKind;
@@ -22,6 +23,7 @@ pub(super) fn section(job: &Job<'_>) -> anyhow::Result<String> {
         seed: job.seed,
         leader: None,
         textured: true,
+        policy: PolicyConfig::default(),
     };
     let results = study::run(&request, |_, _| {})?;
     let found = &results.rows.first().context("no touches")?.summary;

@@ -1,12 +1,14 @@
 //! Recorded people before the simulated arm, from synthetic files, and the document that they are written into.
 
 use crate::made_up::{Reacher, files};
+use hwall::PolicyConfig;
 use hwall_contact::LearnedConfig;
 use hwall_hand::{HandError, read_recordings};
 use hwall_lab::contact::panels::{Trial, read, read_files};
 use hwall_lab::documents::Documents;
 use hwall_lab::in_time::recorded::{Request, Results, run};
-use hwall_lab::in_time::{document, study};
+use hwall_lab::in_time::{document, study, trade_off};
+use hwall_stage::person::kinds::PersonKind;
 use std::fs;
 use std::path::Path;
 use std::sync::Mutex;
@@ -113,6 +115,34 @@ fn what_is_missing_is_said_before_anything_is_learnt() {
 }
 
 #[test]
+fn a_larger_loss_sends_fewer_boards() {
+    let request = study::Request {
+        kinds: vec![PersonKind::Glancing],
+        touches: 24,
+        seed: 1,
+        leader: None,
+        textured: false,
+        policy: PolicyConfig::default(),
+    };
+    let points = trade_off::run(&request, &[0.0, 5.0], |_, _| {}).unwrap();
+    let in_vain = |at: usize| points[at].1.rows[0].summary.in_vain_per_touch.unwrap();
+    assert!(in_vain(0) > in_vain(1), "{} {}", in_vain(0), in_vain(1));
+    let negative = trade_off::run(&request, &[-0.1], |_, _| {}).unwrap_err();
+    assert!(
+        negative.to_string().contains("false_dispatch"),
+        "{negative}"
+    );
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("trade_off");
+    let documents = Documents::in_folder(&folder).unwrap();
+    let path = trade_off::write(1, 24, &points, &documents).unwrap();
+    assert!(
+        fs::read_to_string(path)
+            .unwrap()
+            .contains("glancing: of possible")
+    );
+}
+
+#[test]
 fn simulated_and_recorded_people_keep_each_others_text() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("in_time");
     let _ = fs::remove_dir_all(&folder);
@@ -124,6 +154,7 @@ fn simulated_and_recorded_people_keep_each_others_text() {
         seed: 1,
         leader: None,
         textured: true,
+        policy: PolicyConfig::default(),
     };
     let simulate = |learnt: &str| {
         let learnt = learnt.to_owned();

@@ -19,7 +19,7 @@ use crate::run::stage::SessionSettings;
 use anyhow::Context;
 use glam::{DVec2, DVec3};
 use hwall::haptics::Arm;
-use hwall::{Session, WorldPose};
+use hwall::{PolicyConfig, Session, WorldPose};
 use hwall_hand::{HandFilterConfig, HandFrame, Pose};
 use std::sync::Arc;
 
@@ -101,6 +101,7 @@ impl Corridor<'_> {
             filter: HandFilterConfig::simulated(),
             sees_head: true,
             arm_minus_tracker_s: 0.0,
+            policy: PolicyConfig::default(),
         };
         settings.session(self.predictors.for_another_person())
     }

@@ -14,6 +14,7 @@ use crate::run::stage::SessionSettings;
 use crate::setting::load_scene;
 use anyhow::Context;
 use clap::ValueEnum;
+use hwall::PolicyConfig;
 use hwall::geometry::Pose;
 use hwall::hand::HandFilterConfig;
 use hwall_bridge::{BridgeConfig, Certificate, FollowedHand};
@@ -148,6 +149,7 @@ impl LedArmFlags {
             sees_head: !self.no_head,
             // Frames already use the arm's clock.
             arm_minus_tracker_s: 0.0,
+            policy: PolicyConfig::default(),
         }
     }
 }

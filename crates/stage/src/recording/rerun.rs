@@ -7,7 +7,7 @@ use crate::person::predictors::Predictors;
 use crate::person::responses::{self, Scenery};
 use crate::run::stage::SessionSettings;
 use anyhow::Context;
-use hwall::{Session, Walls};
+use hwall::{PolicyConfig, Session, Walls};
 use hwall_record::{ArmSource, Run, Setup};
 use hwall_scene::Scene;
 
@@ -80,6 +80,7 @@ impl Rebuilt {
             filter,
             sees_head,
             arm_minus_tracker_s,
+            policy: PolicyConfig::default(),
         };
         settings.session(self.predictors.for_another_person())
     }

@@ -251,8 +251,8 @@ mod tests {
     use crate::input::arms::BoardArm;
     use crate::recording::runs::{run_from, run_of};
     use crate::run::stage::SessionSettings;
-    use hwall::Walls;
     use hwall::haptics::Board;
+    use hwall::{PolicyConfig, Walls};
     use hwall_hand::HandFilterConfig;
     use hwall_record::Run;
     use hwall_scene::Scene;
@@ -351,6 +351,7 @@ mod tests {
             filter: HandFilterConfig::default(),
             sees_head: false,
             arm_minus_tracker_s: -0.1,
+            policy: PolicyConfig::default(),
         };
         // Regression: a hand with values of two decimals could not be recorded.
         for value_step_m in [0.0, 0.01, 0.1 + 0.2] {

@@ -45,6 +45,7 @@ pub fn run(
         filter: hand.filter(),
         sees_head: hand.sees_head(),
         arm_minus_tracker_s: -start_s,
+        policy: stage.policy,
     };
     let mut session = settings.session(stage.predictors.for_another_person())?;
     let explanations = Explanations::default();

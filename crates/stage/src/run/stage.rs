@@ -6,7 +6,7 @@ use crate::run::simulated_arm::ArmLevel;
 use hwall::haptics::RendererConfig;
 use hwall::haptics::body::Room;
 use hwall::haptics::safety::PersonPart;
-use hwall::{Session, SessionConfig, session_supervisor};
+use hwall::{PolicyConfig, Session, SessionConfig, session_supervisor};
 use hwall_contact::Predictor;
 use hwall_fri::controller::FaultConfig;
 use hwall_hand::HandFilterConfig;
@@ -23,6 +23,8 @@ pub struct Stage<'a> {
     pub level: ArmLevel,
     /// Faults of FRI; `None`: the arm is not behind FRI.
     pub fri: Option<FaultConfig>,
+    /// When the board is sent.
+    pub policy: PolicyConfig,
     /// Decisions of the policy are told: that of the frame at a time, s, or each that changes.
     pub explain: Option<Option<f64>>,
     /// Control period, s.
@@ -32,12 +34,13 @@ pub struct Stage<'a> {
 impl<'a> Stage<'a> {
     /// At servo level, the default for many touches.
     #[must_use]
-    pub const fn of(scenery: &Scenery<'a>, predictors: &'a Predictors, period_s: f64) -> Self {
+    pub fn of(scenery: &Scenery<'a>, predictors: &'a Predictors, period_s: f64) -> Self {
         Self {
             scenery: *scenery,
             predictors,
             level: ArmLevel::Servo,
             fri: None,
+            policy: PolicyConfig::default(),
             explain: None,
             period_s,
         }
@@ -60,6 +63,8 @@ pub struct SessionSettings<'a> {
     pub sees_head: bool,
     /// Offset from the tracker's time to the arm's, s.
     pub arm_minus_tracker_s: f64,
+    /// When the board is sent.
+    pub policy: PolicyConfig,
 }
 
 impl SessionSettings<'_> {
@@ -80,6 +85,7 @@ impl SessionSettings<'_> {
             renderer: RendererConfig::default(),
             hand: self.filter,
             arm_minus_tracker_s: self.arm_minus_tracker_s,
+            policy: self.policy,
             texture: self.scenery.textured,
             object_command: self.level.object_command(arm)?,
             ..SessionConfig::default()
