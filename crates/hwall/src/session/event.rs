@@ -67,7 +67,7 @@ pub enum EventKind {
     /// The touched board starts to move, to feel as rough as the surface that it represents.
     #[cfg(feature = "texture")]
     TextureStarted(crate::texture::TexturedTouch),
-    /// That motion ends by itself: the end of the stroke or of the face is near.
+    /// The motion of the texture ends by itself: the end of the stroke or of the face is near.
     #[cfg(feature = "texture")]
     TextureEnded,
 }

@@ -53,7 +53,7 @@ use waiting::Waiting;
 use worker::Worker;
 use world::World;
 
-/// A tracked hand goes in, commands for the arm that carries the board come out.
+/// Turns a tracked hand into commands for the arm that carries the board.
 ///
 /// Works with any [`ArmKinematics`] (closed form for S-R-S arms, numeric for any other chain of up to seven joints) and any [`Predictor`].
 /// The session sees the arm only through [`ArmState`], so a simulated and a real arm look the same. Nothing reads a clock; all times come
@@ -71,7 +71,7 @@ pub struct Session<P> {
 impl<P: Predictor> Session<P> {
     /// Takes an arm (its tool is replaced by the face of the board), a scene in the arm's base frame, prior knowledge of the walls, and a
     /// contact predictor. [`Walls::of`] computes that knowledge; [`Walls::default`] is empty, so that the arm's solver decides alone; maps
-    /// alone will do too.
+    /// without an atlas are enough, too.
     ///
     /// # Errors
     /// A setting outside its range; more roughnesses in the scene than the board has levels;
@@ -321,7 +321,7 @@ impl<P: Predictor> Session<P> {
         self
     }
 
-    /// How many times a step received new results, if frames are processed on their own thread: for a recording.
+    /// For a recording: how many times a step received new results; `None` unless frames are processed on their own thread.
     #[must_use]
     pub fn perceived(&self) -> Option<u64> {
         match &self.perceiving {
@@ -359,7 +359,8 @@ impl<P: Predictor> Session<P> {
         Ok(self)
     }
 
-    /// Step that the planner's newest result is for, and number of the surfaces it used, if it runs on its own thread: for a recording.
+    /// For a recording: the step that the planner's newest result is for, and the number of the set of surfaces it used; `None` unless the
+    /// planner runs on its own thread.
     #[must_use]
     pub const fn planned(&self) -> Option<[u64; 2]> {
         match self.planning {

@@ -75,7 +75,7 @@ pub(super) struct Newest {
     unfamiliar: bool,
 }
 
-/// What the board is for.
+/// What the board is to do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Intent {
     Wait,
@@ -422,8 +422,8 @@ impl<P: Predictor> Perception<P> {
         self.events.missed()
     }
 
-    /// Is a hand at the surface that the board represents, in the frame of the scene? Otherwise someone or something else pressed the
-    /// board.
+    /// Is the hand, given in the frame of the scene, at the surface that the board represents? Otherwise someone or something else
+    /// pressed the board.
     fn is_at_served(&self, at_m: DVec3) -> bool {
         self.newest.contact.is_some_and(|contact| {
             let closest = self.scene.project_on(contact.surface, at_m);

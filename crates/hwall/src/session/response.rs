@@ -49,7 +49,7 @@ pub(in crate::session) const SHORT_M: f64 = 0.03;
 impl Answer {
     /// The given angles, unless the face would be in front of a surface: it is then retracted along its own normal by the excess. Surfaces
     /// only limit the angles; they are never targets. A configuration that cannot be retracted stays as it is, and no path will lead there;
-    /// so does one outside the joint limits, for which the arm holds.
+    /// one outside the joint limits also stays as it is, and the arm holds.
     pub(in crate::session) fn of(
         q: &JointPositions,
         surfaces: (&BarrierTree, &Board),

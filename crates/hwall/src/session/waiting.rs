@@ -20,7 +20,7 @@ pub(super) struct Waiting {
 }
 
 impl Waiting {
-    /// For a person of whom nothing is known.
+    /// For an unknown person.
     pub(super) fn of(walls: &Walls) -> Self {
         let others = walls.others.iter();
         let others = others.map(|other| (other.budget_s, Some(Arc::clone(&other.atlas))));
@@ -48,7 +48,7 @@ impl Waiting {
         self.atlases[self.present].1.as_ref()
     }
 
-    /// Waiting posture, rad; `None`: where it is.
+    /// Waiting posture, rad; `None`: the arm stays where it is.
     pub(super) fn posture(&self) -> Option<JointPositions> {
         match self.present {
             0 => self.usual,

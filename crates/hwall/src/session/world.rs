@@ -111,7 +111,7 @@ impl World {
         (pose != Pose::IDENTITY).then(|| pose.inverse())
     }
 
-    /// The state of a tracked hand in the world: if the person is steered along, a resting hand moves, too.
+    /// The state of a tracked hand in the world: if the person is carried along in it, a resting hand moves, too.
     pub(super) fn hand_in_world(&self, hand: &HandState, world_from_base: &Pose) -> HandState {
         let mut there = hand.transformed(world_from_base);
         let Some(motion) = self.motion.filter(|motion| hand.t_s <= motion.until_s) else {

@@ -17,7 +17,7 @@ pub(in crate::session) struct Safety {
     last: Option<SupervisorStep>,
     /// The fault as reported by the renderer and by the supervisor.
     named: Option<(HoldReason, SafeState)>,
-    /// As in the last guidance.
+    /// How many people were tracked before, as of the last guidance.
     people_before: u64,
 }
 
@@ -197,7 +197,7 @@ impl Safety {
                 self.named = None;
                 return None;
             }
-            // Without a sound state of the arm, the renderer cannot withdraw, but stands still.
+            // Without a sound state of the arm, the renderer cannot withdraw: it stands still.
             _ => !last.latched && last.command == ArmCommand::Hold,
         };
         if let Phase::Hold(reason) = phase

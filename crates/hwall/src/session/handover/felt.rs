@@ -33,7 +33,7 @@ pub(in crate::session) struct FeltTouches {
 
 /// Most time between a touch and a frame of the tracker, s; beyond it one of the clocks is wrong.
 const APART_S: f64 = 0.1;
-/// A hand that has not been this far away since the last touch presses again, m; that is no new reach.
+/// A hand that has stayed closer than this since the last touch presses again without a new reach, m.
 const AWAY_M: f64 = 0.05;
 
 /// Both ends.

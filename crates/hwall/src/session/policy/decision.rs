@@ -44,7 +44,7 @@ const SLOWS_DOWN: f64 = 3.0;
 const SLOWEST_M_PER_S: f64 = 0.1;
 /// Standard deviation of a time to contact that states none, as a share of the mean.
 const USUAL_SD_SHARE: f64 = 0.25;
-/// The arm waits until all predictions have been finite for this time, s; as the default recovery time of the supervisor.
+/// The arm waits until all predictions have been finite for this time, s; the same as the supervisor's default recovery time.
 const RECOVERY_S: f64 = 0.25;
 /// Standard deviation of a person's time from reveal to touch, s.
 const WITHIN_PERSON_S: f64 = 0.12;
@@ -63,7 +63,8 @@ pub(in crate::session) struct Policy {
     told: Option<ContactPrediction>,
     /// When the hand last reached, s.
     reached_s: f64,
-    /// While it reaches for the goal: the most probable place on its surface and the time until the touch there, m and s, in the last frame.
+    /// While the hand reaches for the goal: the most probable place on its surface and the time until the touch there, m and s, in the last
+    /// frame.
     left: Option<(DVec3, f64)>,
     /// When the hand was last not at rest, s.
     moved_s: f64,
@@ -75,7 +76,7 @@ pub(in crate::session) struct Policy {
     /// Time from when the motion of the hand reveals the place to the touch.
     revealed_time: AvailableTime,
     course: HandMotion,
-    /// Why it decided as it did in the last frame, if somebody asks.
+    /// Reasons for the decision in the last frame, if requested.
     explanation: Option<Option<Explanation>>,
 }
 
@@ -266,7 +267,7 @@ impl Policy {
     /// Updates what is known of hand and eyes.
     fn watch(&mut self, t_s: f64, ranked: &[ContactPrediction], hand: Option<&HandState>) {
         let still_m_per_s = self.config.still_m_per_s;
-        // The mean does not count the noise of the tracker.
+        // The mean suppresses the noise of the tracker.
         let mean = self.course.velocity().map(|course| course.mean_m_per_s);
         let velocity = mean.or(hand.map(|hand| hand.velocity_m_per_s));
         let is_still = velocity.is_none_or(|velocity| velocity.length() < still_m_per_s);
@@ -290,13 +291,13 @@ impl Policy {
         });
     }
 
-    /// Begin of the fixation on a place, s, unless it only follows the last touch.
+    /// Start of the fixation on a place, s, unless it only follows the last touch.
     fn chosen_since_s(&self, contact: &ContactPrediction) -> Option<f64> {
         let since_s = contact.looked_at_since_s?;
         (since_s >= self.moved_s + RESTED_S).then_some(since_s)
     }
 
-    /// Time of the next touch if nothing is known of it.
+    /// Time of the next touch if nothing is known about it.
     const fn usual(&self) -> TouchTime {
         TouchTime {
             median_s: self.budget_s(),
@@ -375,7 +376,7 @@ impl Policy {
         matches!(self.choice, Choice::Present(goal) if goal.contact.surface == contact.surface)
     }
 
-    /// A held place as known now: the newest prediction on its surface, at the point that is held.
+    /// A place that is kept, updated: the newest prediction on its surface, at the point that is kept.
     fn newest(&self, held: &ContactPrediction, hypotheses: &[Hypothesis]) -> ContactPrediction {
         let near = hypotheses.iter().map(|hypothesis| &hypothesis.contact);
         let near = near.filter(|contact| contact.surface == held.surface);
@@ -419,7 +420,7 @@ impl Policy {
         }
         let way = (contact.point_m - hand.point_m).normalize_or_zero();
         let closing_m_per_s = mean_m_per_s.dot(way);
-        // A hand that comes to rest after a touch also approaches something.
+        // A hand that comes to rest after a touch also approaches some place, but it loses speed.
         let gains = |course: MeanVelocity| course.gained_m_per_s.dot(way) >= 0.0;
         let sets_off = is_goal || is_fast || course.is_none_or(gains);
         // A hand that retracts upwards approaches a point above it, but not its surface.
@@ -434,7 +435,7 @@ impl Policy {
     }
 }
 
-/// Caps the time to contact at that of the end of a minimum-jerk reach: a time learnt from all people is too late for fast ones.
+/// Caps the time to contact at that of the end of a minimum-jerk reach: a time learnt from all people is too late for fast people.
 fn expected_soon(mut contact: ContactPrediction, hand: Option<&HandState>) -> ContactPrediction {
     if let (Some(hand), Some(time)) = (hand, &mut contact.time_to_contact_s) {
         let way = contact.point_m - hand.point_m;

@@ -16,7 +16,7 @@ pub(super) struct Hypothesis {
     pub(super) sds_m: [f64; 2],
     /// Probability that the next touch is there and comes soon.
     pub(super) chance: f64,
-    /// When.
+    /// Time of that touch.
     pub(super) time: TouchTime,
     /// Does the hand move towards it?
     pub(super) reaches: bool,
@@ -24,7 +24,7 @@ pub(super) struct Hypothesis {
     pub(super) stand: Option<Stand>,
 }
 
-/// Time of a touch: a logistic distribution, of which some time has passed.
+/// Time of a touch: a logistic distribution, given the time already waited.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct TouchTime {
     pub(super) median_s: f64,
@@ -89,7 +89,7 @@ pub(super) struct Goal {
 const IN_PLANE_M: f64 = 0.02;
 /// if the normals agree to this, as a cosine: 5 degrees.
 const SAME_COSINE: f64 = 0.996;
-/// Time to move a board that stands beside the touch: 0.3 s for 0.15 m, growing with the root of the distance.
+/// Time to move a board that stands next to the touch: 0.3 s for 0.15 m, growing with the root of the distance.
 const MOVES_S_PER_ROOT_M: f64 = 0.77;
 
 /// Weighs the choices of one frame.
@@ -169,7 +169,7 @@ impl<A: Presenting> Chooser<'_, A> {
         }
     }
 
-    /// Probability that no hypothesis takes.
+    /// Probability that the next touch fits no hypothesis.
     fn elsewhere(&self) -> f64 {
         let chances: f64 = self.possible().map(|hypothesis| hypothesis.chance).sum();
         (1.0 - chances).max(0.0)
@@ -209,7 +209,7 @@ impl<A: Presenting> Chooser<'_, A> {
             Choice::Wait | Choice::Preposition(_) => None,
         };
         let (mut late, mut there) = (0.0, 0.0);
-        // Elsewhere the arm goes on from where the choice leads.
+        // For a touch elsewhere, the arm continues from where the choice leads.
         let left_s = way.left_s(self.t_s);
         for hypothesis in self.possible() {
             let covered = goal.map_or(0.0, |goal| self.covered_share(goal, hypothesis));
@@ -233,17 +233,17 @@ impl<A: Presenting> Chooser<'_, A> {
             late += hypothesis.chance * (covered * here + (1.0 - covered) * elsewhere);
             there += hypothesis.chance * covered;
         }
-        // The touch may come where none is predicted. The arm turns when the eyes show that. Places lie all around the waiting posture, so the way back
-        // and the way on add as if perpendicular.
+        // The touch may come where none is predicted. The arm turns when the eyes show that. Places lie all around the waiting posture, so the times
+        // for the way back and the way on add like perpendicular distances.
         let by_then = way.now(self.t_s + self.glance_s);
         let back_s = travel_s(self.arm, by_then.as_ref(), self.arm.waits_at().as_ref());
         late += self.elsewhere() * self.too_late(&self.unknown, 0.0, USUAL_S.hypot(back_s));
         late + goal.map_or(0.0, |_| self.config.false_dispatch * (1.0 - there))
     }
 
-    /// Probability that a touch comes before the arm, which has `left_s` to go, has gone on for `onwards_s`, or less than `onwards_s` after the motion of
-    /// the hand reveals the place. The two times are taken as independent, because the person's time from reveal to touch hardly depends on when the
-    /// reach begins.
+    /// Probability that the arm is too late: the touch comes within `left_s + onwards_s` (the rest of the current motion and the motion after it), or
+    /// within `onwards_s` after the motion of the hand reveals the place. The two times are taken as independent, because the person's time from
+    /// reveal to touch hardly depends on when the reach begins.
     fn too_late(&self, time: &TouchTime, left_s: f64, onwards_s: f64) -> f64 {
         let in_time = |time: &TouchTime, s: f64| 1.0 - time.comes_within(s);
         1.0 - in_time(time, left_s + onwards_s) * in_time(&self.revealed, onwards_s)

@@ -39,7 +39,7 @@ pub struct WeighedChoice {
 pub struct Explanation {
     /// Time of the frame, s.
     pub t_s: f64,
-    /// The places.
+    /// The places that may be touched next.
     pub places: Vec<WeighedPlace>,
     /// Probability that the next touch is elsewhere, or does not come soon.
     pub elsewhere: f64,
@@ -49,7 +49,7 @@ pub struct Explanation {
     pub others: Vec<WeighedChoice>,
     /// A change must save at least this loss, touches.
     pub least_gain: f64,
-    /// The place in `others` of the choice taken; `None`: the arm goes on with the last one.
+    /// Index in `others` of the choice taken; `None`: the arm continues with the last one.
     pub taken: Option<usize>,
 }
 
@@ -80,7 +80,7 @@ impl fmt::Display for WeighedChoice {
     }
 }
 
-/// Several lines: the choice, the places, what else there was.
+/// Several lines: the choice, the places and the alternatives.
 impl fmt::Display for Explanation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{:9.3} s  {}", self.t_s, self.choice())?;

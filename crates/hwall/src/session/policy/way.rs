@@ -17,7 +17,7 @@ pub(in crate::session) struct Stand {
 
 /// What the arm can do.
 pub(in crate::session) trait Presenting {
-    /// Waiting posture, rad; `None`: where it is.
+    /// Waiting posture, rad; `None`: the arm stays where it is.
     fn waits_at(&self) -> Option<JointPositions>;
 
     /// How it presents a place in the frame of the scene; `None` if it cannot.
@@ -88,7 +88,7 @@ pub(super) struct Way {
     from: Option<JointPositions>,
     to: Option<JointPositions>,
     since_s: f64,
-    /// Time of the whole motion, s; and without reaction and braking.
+    /// Time of the whole motion, s, and the same without reaction and braking.
     takes_s: f64,
     travels_s: f64,
 }
@@ -132,7 +132,8 @@ impl Way {
         Some(part_way(&self.from?, &self.to?, share.clamp(0.0, 1.0)))
     }
 
-    /// The motion to another place. The current motion must end first: braking takes as long as it has lasted or would still last.
+    /// The motion to another place. The current motion must end first: braking takes as long as the motion has lasted or would still last,
+    /// whichever is shorter, and less if the new direction is similar.
     pub(super) fn to(&self, arm: &impl Presenting, to: Option<JointPositions>, t_s: f64) -> Self {
         let from = self.now(t_s);
         let left_s = self.left_s(t_s);
@@ -147,7 +148,7 @@ impl Way {
         }
     }
 
-    /// How far the direction to another place is off the current motion: 0 along it, 1 back.
+    /// How much a motion to another place turns: 0 continues the current motion, 1 reverses it.
     fn turned(&self, to: Option<&JointPositions>, now: Option<&JointPositions>) -> f64 {
         let cosine = || {
             let (to, now, goal) = (to?, now?, self.to?);
