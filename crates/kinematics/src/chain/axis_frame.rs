@@ -34,7 +34,7 @@ impl Axis {
     };
 }
 
-/// Position of a joint as the frames use it: `(sin q, cos q)`, or `(q, 0)` for a slide.
+/// Joint position in the form that the frames use: `(sin q, cos q)`, or `(q, 0)` for a slide.
 pub(super) type Setting = (f64, f64);
 
 /// Joints whose sines are computed together.

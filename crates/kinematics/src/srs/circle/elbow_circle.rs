@@ -63,7 +63,7 @@ pub(in crate::srs) struct Verdicts {
     pub(in crate::srs) wrist: u8,
     /// True if `q2` or `q6` is so small that its two neighbours must be checked together.
     pub(in crate::srs) near_singular: bool,
-    /// True if it is so small that only the sum of the pair is defined.
+    /// True if `q2` or `q6` is so small that only the sum of its two neighbours is defined.
     pub(super) singular: bool,
 }
 
@@ -151,7 +151,7 @@ impl ElbowCircle {
         self.verdicts_within(windows, psi, Slack::both(CROSS_TOLERANCE))
     }
 
-    /// With every limit widened by a slack (narrowed if negative).
+    /// As [`verdicts`](Self::verdicts), with every limit widened by a slack (narrowed if negative).
     #[inline(always)]
     pub(in crate::srs) fn verdicts_within(
         &self,
