@@ -13,7 +13,8 @@ use hwall_numeric::check::{all_finite, finite, non_negative, positive};
 use serde::{Deserialize, Serialize};
 
 /// An overlap shallower than this, relative to the distances involved, counts as none: a few
-/// hundred roundings, so that bodies placed face to face by other formulas only touch.
+/// hundred roundings, so that bodies placed face to face count as touching even if their positions
+/// come from other formulas.
 const ROUNDING: f64 = 1e-13;
 
 /// A solid box, fixed in the base frame, that the load must not overlap.
@@ -176,7 +177,7 @@ impl KeepOutBox {
     }
 }
 
-/// Bodies fixed to the tool frame; by default none, and the tool point itself is tested.
+/// Bodies fixed to the tool frame; by default none, so that only the tool point is tested.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Carried {
     /// The board, if it counts.
@@ -279,7 +280,7 @@ pub struct KeepOut {
     pub carried: Carried,
 }
 
-/// Where some box is overlapped on a line, at any of these rolls.
+/// Where the load overlaps some box on a line, at any of these rolls.
 pub(super) fn blocked(
     keep_out: &[KeepOut],
     line: &WallLine,

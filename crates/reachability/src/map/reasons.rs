@@ -30,7 +30,7 @@ const MOST_SAMPLES: u128 = 100_000_000;
 impl ReachabilityReasons {
     /// Samples verdicts at points `spacing_m` apart, over the intervals `s` along the wall and `z` of heights.
     ///
-    /// With several rolls the first one gives the reason; a point that is reachable at any of them counts as reachable.
+    /// With several rolls, a point that is reachable at any of them counts as reachable; otherwise the first roll gives the reason.
     ///
     /// # Errors
     /// NaN or infinity, a spacing that is not positive, or more than 1e8 points.

@@ -53,7 +53,7 @@ pub enum Presented {
     Reachable,
     /// Not there, but at this point of the same wall, the nearest on its lines; m.
     Nearest(DVec3),
-    /// Nowhere on that wall, or the point is on none of the walls, or above or below everything reachable on them.
+    /// Nowhere on that wall; or the point is on none of the walls, or above or below all reachable points on them.
     Unknown,
 }
 
