@@ -15,7 +15,7 @@ const SIZES: [f64; 2] = [1e-9, 1e9];
 /// The roughness levels that are wanted, in any order.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Wanted {
-    /// Only the ratios count, as in magnitude estimation: 1, 2, 4 equals 3, 6, 12.
+    /// Only the ratios count, as in magnitude estimation: 1, 2, 4 is the same as 3, 6, 12.
     Ratios(Vec<f64>),
     /// Magnitudes in the scale of a study.
     Magnitudes(Vec<f64>),

@@ -56,7 +56,7 @@ impl Texton {
 }
 
 /// Largest multiple of the fundamental wave number along each axis: for bumps of a millimetre, waves of a micrometre. Without
-/// it an infinite wave number would never end.
+/// this bound the sum for an infinite wave number would never end.
 const MOST_MULTIPLES: i64 = 1000;
 
 impl Texture {

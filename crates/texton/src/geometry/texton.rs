@@ -174,7 +174,7 @@ impl Texton {
     }
 
     /// Height of the surface above the plate, mm, at a place relative to the middle of the bump, mm;
-    /// zero beside the bump.
+    /// zero outside the bump.
     #[must_use]
     pub fn height_at_mm(&self, at_mm: DVec2) -> f64 {
         let DVec2 { x: x_mm, y: y_mm } = at_mm;

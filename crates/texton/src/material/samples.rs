@@ -128,7 +128,7 @@ fn spread(mut i: usize, base: usize) -> f64 {
     sum
 }
 
-/// Grains as halves of balls of 0.8 to 1.2 times the mean size, half of the backing covered, evenly scattered: an assumption; mm.
+/// Heights of grains, mm: half balls of 0.8 to 1.2 times the mean size, evenly scattered, that cover half of the backing (an assumption).
 fn grains(pitch_mm: f64, seed: usize) -> Vec<f64> {
     let mut heights = vec![0.0_f64; SIDE * SIDE];
     let side = SIDE as f64;
@@ -147,7 +147,7 @@ fn grains(pitch_mm: f64, seed: usize) -> Vec<f64> {
     heights
 }
 
-/// Grooves along y between flat ridges, mm. Other walls would change the series' own unit of magnitude only.
+/// Grooves along y between flat ridges, mm. Other walls would change only the series' own unit of magnitude.
 fn grooves(groove_mm: f64, ridge_mm: f64, pitch_mm: f64) -> Vec<f64> {
     let height = |k: usize| {
         let at = ((k % SIDE) as f64 + 0.5) * pitch_mm % (groove_mm + ridge_mm);

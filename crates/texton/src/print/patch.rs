@@ -27,7 +27,7 @@ pub struct PatchSpec {
     pub first_mm: Option<DVec2>,
     /// Bumps closer than this to a border or hole are left out, mm; printers resolve 50 µm.
     pub margin_mm: f64,
-    /// Size of the tiles in which it is made, mm; `None` for one piece. The last ones may be smaller.
+    /// Size of the tiles in which the patch is made, mm; `None` for one piece. The last ones may be smaller.
     pub tile_mm: Option<[f64; 2]>,
     /// Does the grid start anew on each tile, so that tiles are equal? Otherwise it continues across tiles, and
     /// bumps that a tile border would cut are left out.
@@ -263,7 +263,7 @@ impl Patch {
         &self.spec
     }
 
-    /// How many bumps there are, and how many were left out.
+    /// Numbers of bumps placed and left out.
     #[must_use]
     pub const fn counts(&self) -> BumpCounts {
         self.counts
@@ -388,7 +388,7 @@ impl Patch {
         let plate = Rectangle::plate(self.spec.size_mm);
         let span = |i: usize| area.high[i] - area.low[i] - first[i];
         let [columns, rows] = [0, 1].map(|i| (span(i) / pitch[i]).ceil().max(0.0) as i64);
-        // Start one before the first inside, for shifted rows.
+        // Start one column and row before the first one inside, for shifted rows.
         let before = |i: usize| ((-first[i] / pitch[i]).floor() - 1.0).max(0.0) as i64;
         // Tiles have their own grid.
         let tile_mm = self.spec.tile_mm.unwrap_or(self.spec.size_mm);
