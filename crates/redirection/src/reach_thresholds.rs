@@ -40,7 +40,7 @@ pub struct ReachShift {
 }
 
 impl ReachShift {
-    /// The hands are the same.
+    /// No shift: both hands coincide.
     pub const NONE: Self = Self {
         horizontal_rad: 0.0,
         vertical_rad: 0.0,

@@ -56,7 +56,7 @@ pub(crate) const MAX_TRIANGLES: u64 = 1 << 29;
 #[derive(Clone)]
 pub(super) struct Tree {
     nodes: Vec<Node>,
-    /// For each child of each node the surfaces below it, as bits that surfaces may share.
+    /// For each child of each node, the surfaces below that child, as bits that surfaces may share.
     surfaces: Vec<[u64; CHILDREN]>,
     /// Maximum stack depth of a traversal.
     stack: usize,
@@ -88,7 +88,7 @@ impl Tree {
             stack: 0,
         };
         let mut depth = 0;
-        // Node here, node there, level.
+        // Index in this tree, index in the binary tree, level.
         let mut open = vec![(0_usize, 0_u32, 1)];
         while let Some((index, binary, level)) = open.pop() {
             depth = depth.max(level);
@@ -121,7 +121,7 @@ impl Tree {
             }
             tree.nodes[index] = node;
         }
-        // Each level leaves at most seven pending; the last one writes eight.
+        // Each level leaves at most seven children pending; the last one writes eight.
         tree.stack = (CHILDREN - 1) * depth + CHILDREN;
         tree.mark(bits, &leaves);
         (tree, leaves)
@@ -313,7 +313,7 @@ impl Tree {
             if child & LEAF == 0 {
                 let keys = boxes(child as usize, max);
                 let next = machine.next(keys, &self.nodes[child as usize].children);
-                // Always all: a branch on their number would be mispredicted half of the time.
+                // Copies all of them: a branch on their number would be mispredicted half of the time.
                 open_keys[top..top + CHILDREN].copy_from_slice(&next.keys);
                 open[top..top + CHILDREN].copy_from_slice(&next.children);
                 if next.count != 0 {
@@ -358,7 +358,7 @@ fn boxes(triangles: &[[Vec3; 3]]) -> Vec<Aabb> {
         .collect()
 }
 
-/// Between 1 and 2 on each axis, different for each box.
+/// Factor for the padding of a box: between 1 and 2 on each axis, different for each box.
 ///
 /// The builder pairs the two boxes with the smallest union. If thousands of boxes coincide, all unions tie
 /// and it merges one pair per round, so that time and tree depth explode; unequal padding breaks the ties.
