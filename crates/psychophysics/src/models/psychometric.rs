@@ -84,8 +84,8 @@ impl Sigmoid {
 
 /// Steps of Fisher's scoring, at most.
 const MOST_STEPS: usize = 200;
-/// Relative size of the last step of a fit: the target, and the largest accepted if rounding of the sums stops
-/// the fit earlier.
+/// Relative size of the last step of a fit: the target, and the largest value accepted if rounding of the sums
+/// stops the fit earlier.
 const BEST_STEP: f64 = 1e-13;
 const LAST_STEP: f64 = 1e-8;
 
