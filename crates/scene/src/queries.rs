@@ -40,9 +40,9 @@ impl Scene {
     /// Nearest surface along a ray, untouchable ones included, both sides of every face.
     ///
     /// `direction` may have any length; a hit at the origin itself counts. No ray passes between
-    /// two triangles that share an edge. Everything except the search is f64: the error of the
-    /// point is about 1e-15 of the scene's size plus 1e-16 of the distance to the origin, divided
-    /// by the sine of the angle to the face for grazing rays.
+    /// two triangles that share an edge. Everything except the search is f64. The error of the
+    /// point is about 1e-15 of the scene's size plus 1e-16 of the distance to the origin; for
+    /// grazing rays it is divided by the sine of the angle to the face.
     ///
     /// # Errors
     /// NaN, infinity, or a direction of zero length.

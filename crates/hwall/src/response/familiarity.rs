@@ -2,9 +2,9 @@
 
 /// Evidence against the mixture in reaches of held-out people, as a function of the time since each reach began.
 ///
-/// The evidence of a sample is `-2 ln p` under the mixture of all components, in excess of a perfect prediction, and per value, so that
-/// missing points do not count as agreement. It is averaged over the reach so far: an unusual start counts against the reach for as long as
-/// an unusual path.
+/// The evidence of a sample is `-2 ln p` under the mixture of all components, in excess of a perfect prediction. It is divided by the
+/// number of values, so that missing points do not count as agreement. It is averaged over the reach so far, so an unusual start continues
+/// to count against the reach.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Familiarity {
     /// Median of the held-out reaches after 1, 2, 4, 8 ... sampling periods.

@@ -26,8 +26,8 @@ pub struct ResponseConfig {
     /// Components of fewer demonstrations are merged into others. Default 12.
     pub least: usize,
     /// Standard deviation of each coordinate of a sample from the demonstrated range, m. Default 0.1. It is the same for all components, so
-    /// that they can be weighed against each other, and larger than the noise of a tracker: a new person deviates in the same direction for
-    /// many samples, each of which counts as new evidence.
+    /// that they can be weighed against each other. It is larger than the noise of a tracker, because a new person deviates in the same
+    /// direction for many samples, and each of these counts as new evidence.
     pub noise_m: f64,
     /// Hypotheses of the bank after the first tenth of a motion; before, there are two for each component. Default 12.
     pub hypotheses: usize,

@@ -56,8 +56,8 @@ use world::World;
 /// Turns a tracked hand into commands for the arm that carries the board.
 ///
 /// Works with any [`ArmKinematics`] (closed form for S-R-S arms, numeric for any other chain of up to seven joints) and any [`Predictor`].
-/// The session sees the arm only through [`ArmState`], so a simulated and a real arm look the same. Nothing reads a clock; all times come
-/// with the inputs.
+/// The session sees the arm only through [`ArmState`], so a simulated and a real arm look the same. The session reads no clock; all times
+/// come with the inputs.
 ///
 /// Call [`Session::frame`] at the rate of the tracker, [`Session::step`] at that of the control loop, and [`Session::plan`] after each
 /// step, once the command has been sent: a step alone never searches for a path. [`Session::split`] gives the three parts, one for each
@@ -108,7 +108,7 @@ impl<P: Predictor> Session<P> {
         let safety = match config.supervisor {
             Some(mut supervisor) => {
                 if supervisor.room.is_none() {
-                    // People stand on the scene's floor, and so does whatever carries the arm.
+                    // People and the support of the arm stand on the scene's floor.
                     let lowest_m = scene.bounds().min_m.z;
                     supervisor.room = Some(Room::with_floor(lowest_m.min(0.0))?);
                 }
@@ -466,7 +466,7 @@ impl<P: Predictor> Session<P> {
     }
 
     /// Splits the session into three parts, one for each thread. Results of the tracker's part reach the arm's by a hand-over in which the
-    /// newest wins and neither side waits; so do door openings, world poses and plans.
+    /// newest wins and neither side waits. Door openings, world poses and plans are handed over in the same way.
     #[must_use]
     pub fn split(self) -> (Perception<P>, Planner, Control) {
         let planner = match self.planning {

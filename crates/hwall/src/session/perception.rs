@@ -142,8 +142,9 @@ impl Presenting for Presentable<'_> {
 impl<P: Predictor> Perception<P> {
     /// Takes one frame of the tracker, with points in the base frame of the arm.
     ///
-    /// Frames come in order of time. If one is out of order, holds NaN or jumps, the hand is lost with a reason ([`EventKind::Frame`]);
-    /// this is never an error. Nothing is allocated unless the predictor does so, or the world jumped or tilted since the last frame.
+    /// Frames come in order of time. If a frame is out of order, contains NaN or jumps, the hand counts as lost, with a reason
+    /// ([`EventKind::Frame`]); this is never an error. Allocates only if the predictor does, or if the world jumped or tilted since the
+    /// last frame.
     pub fn frame(&mut self, frame: &HandFrame) {
         self.listen();
         self.perceive(frame);
@@ -445,8 +446,8 @@ impl<P: Predictor> Perception<P> {
 
     /// Does the surface of a contact still lie where the maps have it, at a point of the base frame?
     ///
-    /// In a world that has not moved, a surface leaves its map only if its plane changes, as that of a door does. In a world that moved,
-    /// the surface itself must be there.
+    /// In a world that has not moved, a surface disagrees with its map only if its plane has changed, as with an opened door. In a world
+    /// that moved, the surface itself must be there.
     fn lies_on(&self, contact: &ContactPrediction, point_m: DVec3) -> bool {
         let off_plane_m = (point_m - contact.point_m).dot(contact.normal);
         let Some(world_from_base) = self.world.world_from_base() else {

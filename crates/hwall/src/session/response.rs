@@ -4,7 +4,7 @@ use hwall_contact::ContactPrediction;
 use hwall_haptics::{BarrierTree, Board, BoardTarget};
 use hwall_kinematics::{ArmKinematics, ArmScratch, JointPositions, NearestConfig};
 
-/// A response belongs to the policy's contact if its own contact is within this distance, m: the policy holds a place while its prediction
+/// A response belongs to the policy's contact if its own contact is within this distance, m: the policy keeps a place while the prediction
 /// moves by less.
 const SAME_M: f64 = 0.06;
 

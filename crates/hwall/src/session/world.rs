@@ -9,7 +9,7 @@ use hwall_hand::HandState;
 /// The pose of the virtual world at one time: an input like the hand.
 ///
 /// A pose stays valid until the next one, so a static world needs none. While the world moves, send poses as often as frames: a frame is
-/// interpreted in the newest pose, whatever the time between them.
+/// interpreted in the newest pose, however old that pose is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WorldPose {
     /// Time on the clock of the tracker, s.

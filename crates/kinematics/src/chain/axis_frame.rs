@@ -76,7 +76,7 @@ impl AxisFrame {
         self.moved(self.rotation, self.translation, setting)
     }
 
-    /// Pose in the base frame, given that of the previous frame.
+    /// Pose in the base frame, given the pose of the previous frame.
     // Inlined by hand: otherwise LLVM passes the matrix through memory, 2.5 times slower.
     #[inline(always)]
     pub(super) fn after(

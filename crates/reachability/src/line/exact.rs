@@ -2,10 +2,11 @@
 //!
 //! A line is divided into cells. For each cell the kinematics prove "reachable throughout" or
 //! "unreachable throughout" ([`SrsArm::region_verdict_between`]), or leave the cell undecided; an
-//! undecided cell is subdivided. If the verdicts at its two ends differ, an interval ends between
-//! them: the end is bisected with the point verdict, and the proof is extended away from it on both
-//! sides in cells that widen with the distance, as the margin to the limits grows. What is
-//! undecided at the requested accuracy is reported as a band, never guessed.
+//! undecided cell is subdivided. If the verdicts at the two ends of a cell differ, an interval ends
+//! between them. That end is bisected with the point verdict, and the proof is extended away from
+//! it on both sides. The cells widen with the distance from the end, because the margin to the
+//! limits grows. Parts that are undecided at the requested accuracy are reported as bands, never
+//! guessed.
 
 use super::config::ExactConfig;
 use super::family::ArmFamily;

@@ -1,7 +1,8 @@
 //! Boxes that the carried load must not enter: a pedestal, a table, the person's safety zone.
 //!
 //! The load moves along a [`WallLine`] without rotation, so it overlaps a box exactly while the tool point
-//! is inside their Minkowski difference: a zonotope, for a capsule extended by a ball (`zonotope.rs`).
+//! is inside their Minkowski difference. This is a zonotope, and for a capsule a zonotope extended by a
+//! ball (`zonotope.rs`).
 
 use super::zonotope::{Path, Zonotope, hull};
 use crate::error::{ReachabilityError, Result};
@@ -12,7 +13,7 @@ use hwall_kinematics::Pose;
 use hwall_numeric::check::{all_finite, finite, non_negative, positive};
 use serde::{Deserialize, Serialize};
 
-/// An overlap shallower than this, relative to the distances involved, counts as none: a few
+/// An overlap shallower than this, relative to the distances involved, counts as none. It is a few
 /// hundred roundings, so that bodies placed face to face count as touching even if their positions
 /// come from other formulas.
 const ROUNDING: f64 = 1e-13;

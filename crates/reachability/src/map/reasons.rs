@@ -81,8 +81,8 @@ impl ReachabilityReasons {
         self.counts.iter().sum()
     }
 
-    /// Names (as in [`Unreachable::name`](hwall_kinematics::Unreachable::name)) and counts, for tables: reachable, too far, too near, out of reach by the limits of
-    /// elbow, shoulder or wrist, shoulder and wrist not at the same arm angle, and any other reason.
+    /// Names (as in [`Unreachable::name`](hwall_kinematics::Unreachable::name)) and counts, for tables: reachable, too far, too near, out of reach
+    /// because of the limits of elbow, shoulder or wrist, shoulder and wrist limits not satisfied at the same arm angle, and any other reason.
     #[must_use]
     pub fn rows(&self) -> [(&'static str, usize); NAMES.len()] {
         std::array::from_fn(|i| (NAMES[i], self.counts[i]))

@@ -19,7 +19,7 @@ use crate::wall::WallPoint;
 /// Tolerance of the chord tests as a fraction of the accuracy; strips lower than this are not halved.
 ///
 /// With tests at one third and two thirds, the error is at most 3/2 of this for an outline with one
-/// corner and 9/8 for an arc: with the error of the ends this is less than the accuracy.
+/// corner and 9/8 for an arc. Together with the error of the ends, this is less than the accuracy.
 const CHORD_SHARE: f64 = 0.6;
 
 /// Chords are tested at two or more points, this many accuracies apart: spikes with a narrower base

@@ -18,11 +18,11 @@ use std::ops::Range;
 
 /// Minimum padding of every box, in units of the part.
 ///
-/// Rounding of the corners (1/2 epsilon), of the origin of a ray (1/2), of the inverse of its
-/// direction (1/2 over a length below 4), of a component of the direction that is raised to epsilon
-/// (4) and of the box test itself (3 epsilon of a distance below 2) add up to less than 13 epsilon.
-/// For a point within [`NEAR`], its rounding (2 epsilon) and that of its distance to a box (2
-/// epsilon of a distance below 6) add up to less than 15.
+/// For a ray, the roundings add up to less than 13 epsilon: of the corners (1/2 epsilon), of the
+/// origin (1/2), of the inverse of the direction (1/2 over a length below 4), of a component of the
+/// direction that is raised to epsilon (4), and of the box test itself (3 epsilon of a distance
+/// below 2). For a point within [`NEAR`], its rounding (2 epsilon) and that of its distance to a
+/// box (2 epsilon of a distance below 6) add up to less than 15.
 pub(super) const PADDING: f32 = 16.0 * f32::EPSILON;
 
 /// Largest coordinate of points for which distances to boxes are computed in single precision.

@@ -1,4 +1,4 @@
-//! Material libraries beside an OBJ: the colours of materials by name.
+//! Material libraries of an OBJ: the colours of materials by name.
 
 use super::text::{LoadLimits, read_text};
 use std::collections::{HashMap, HashSet};

@@ -154,8 +154,8 @@ pub struct DesignRequest<'a> {
     pub printer: ProcessLimits,
     /// What the device can present.
     pub device: DeviceLimits,
-    /// Just noticeable difference of magnitudes, relative; 0.1 by default, an assumption: published fractions for the spatial
-    /// period of gratings are about half of that (Morley, Goodwin, Darian-Smith 1983), and estimates for whole
+    /// Just noticeable difference of magnitudes, relative. The default of 0.1 is an assumption: published fractions for the
+    /// spatial period of gratings are about half of that (Morley, Goodwin, Darian-Smith 1983), and estimates for whole
     /// textures scatter more.
     pub weber_fraction: f64,
     /// What happens to ratios that are too wide.

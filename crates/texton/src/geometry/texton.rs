@@ -213,8 +213,8 @@ impl Texton {
 
     /// Steepest angle of the sides against the plate, rad: π/2 at the foot of a hemiellipsoid.
     ///
-    /// A cone's is `atan(tan(side) (c + d) / (2 √(c d)))`, `c` and `d` the radii of its top: both radii of the ellipse shrink by
-    /// the same length, but between the axes the ellipse shrinks less, least of all at the top.
+    /// For a cone it is `atan(tan(side) (c + d) / (2 √(c d)))`, where `c` and `d` are the radii of its top: both radii of the
+    /// ellipse shrink by the same length, but between the axes the ellipse shrinks less, and least at the top.
     #[must_use]
     pub fn steepest_rad(&self) -> f64 {
         match self.shape {

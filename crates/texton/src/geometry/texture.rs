@@ -129,8 +129,8 @@ impl Texture {
     ///
     /// From [`Texture::least_spaced_rad`] on it is `p_short / sin θ`, to the next row; along the long axis it is `p_long`.
     /// Between these angles it is `None`, because the scan passes the ends of the bumps (the dissertation uses no such
-    /// angle). In a staggered grid: `p_short / sin θ` if the scan meets the shifted bump of the next row, else `2 p_short /
-    /// sin θ` if it meets the row after that, else `None`.
+    /// angle). In a staggered grid it is `p_short / sin θ` if the scan meets the shifted bump of the next row, `2 p_short /
+    /// sin θ` if it only meets the row after that, and otherwise `None`.
     #[must_use]
     pub fn spacing_mm(&self, scan: ScanAngle) -> Option<f64> {
         let [long_mm, short_mm] = self.layout.pitch_mm();

@@ -61,9 +61,9 @@ type Neighbours<'a> = NaturalNeighbor<'a, Mesh>;
 
 /// A table from orientation and speed to magnitude, interpolated between its nodes and inverted.
 ///
-/// Orientation and speed are scaled by their ranges, then interpolated by natural neighbours (Sibson):
-/// exact at the nodes, exact for magnitudes that are linear in both, linear along the border,
-/// continuous, and never outside the range of the surrounding nodes. Undefined outside the convex hull of the
+/// Orientation and speed are scaled by their ranges, then interpolated by natural neighbours (Sibson). The
+/// interpolation is continuous, exact at the nodes and for magnitudes that are linear in both, linear along
+/// the border, and never outside the range of the surrounding nodes. Undefined outside the convex hull of the
 /// nodes.
 #[derive(Debug, Clone)]
 pub struct Calibration {

@@ -181,10 +181,10 @@ impl Safety {
     }
 
     /// The state that replaces the session's; `None` while commands go through. A fault that the renderer has reported keeps its name until
-    /// the arm stands still for another one.
+    /// the arm stands still because of another one.
     pub(super) fn in_force(&mut self, phase: Phase) -> Option<SessionState> {
         let last = self.last?;
-        // The first states of an arm that has nothing to do yet.
+        // At the start, inputs are still unproven or unseen. If the renderer holds anyway, its own reason is reported.
         let begins = matches!(
             last.state.reason(),
             Some(SafeReason::Unproven | SafeReason::Unseen(_))

@@ -16,7 +16,7 @@ use hwall_hand::HandState;
 /// What the board does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::session) enum Decision {
-    /// Nothing is about to be touched.
+    /// No touch is expected.
     Wait,
     /// Something may be touched: the arm waits closer to it.
     Preposition(ContactPrediction),
@@ -42,7 +42,7 @@ const ALONG_SHARE: f64 = 0.2;
 const SLOWS_DOWN: f64 = 3.0;
 /// Below this speed the direction of motion is dominated by noise, m/s.
 const SLOWEST_M_PER_S: f64 = 0.1;
-/// Standard deviation of a time to contact that states none, as a share of the mean.
+/// Standard deviation assumed for a time to contact that states none, as a share of the mean.
 const USUAL_SD_SHARE: f64 = 0.25;
 /// The arm waits until all predictions have been finite for this time, s; the same as the supervisor's default recovery time.
 const RECOVERY_S: f64 = 0.25;
@@ -61,7 +61,7 @@ pub(in crate::session) struct Policy {
     way: Option<Way>,
     /// The contact reported after the last frame.
     told: Option<ContactPrediction>,
-    /// When the hand last reached, s.
+    /// When the hand was last reaching, s.
     reached_s: f64,
     /// While the hand reaches for the goal: the most probable place on its surface and the time until the touch there, m and s, in the last
     /// frame.
@@ -108,7 +108,7 @@ impl Policy {
         })
     }
 
-    /// Drops the current choice and reach, for a world that jumped; what was learnt of the person stays.
+    /// Drops the current choice and reach, for a world that jumped; what was learnt about the person stays.
     pub(in crate::session) fn reset(&mut self) {
         self.choice = Choice::Wait;
         (self.way, self.told, self.left) = (None, None, None);
@@ -134,7 +134,7 @@ impl Policy {
         self.available_time.budget_s()
     }
 
-    /// The contact that counts after a frame, and the decision about it. Ranked contacts and hand are in one frame. `None` if no contact is
+    /// The contact to report after a frame, and the decision about it. Ranked contacts and hand are in one frame. `None` if no contact is
     /// predicted.
     pub(in crate::session) fn step(
         &mut self,
@@ -264,7 +264,7 @@ impl Policy {
         }
     }
 
-    /// Updates what is known of hand and eyes.
+    /// Updates what is known about hand and eyes.
     fn watch(&mut self, t_s: f64, ranked: &[ContactPrediction], hand: Option<&HandState>) {
         let still_m_per_s = self.config.still_m_per_s;
         // The mean suppresses the noise of the tracker.
@@ -406,7 +406,7 @@ impl Policy {
         let is_goal = self.is_goal(contact);
         let is_fast = hand.velocity_m_per_s.length() >= self.config.still_m_per_s;
         let course = self.course.velocity();
-        // Without a history, only fast motion can be told from noise.
+        // Without a history, only fast motion can be distinguished from noise.
         let found_m_per_s = hand.velocity_m_per_s * f64::from(u8::from(is_fast));
         let mean_m_per_s = course.map_or(found_m_per_s, |course| course.mean_m_per_s);
         let off_m_per_s = mean_m_per_s.dot(contact.normal);
@@ -435,7 +435,7 @@ impl Policy {
     }
 }
 
-/// Caps the time to contact at that of the end of a minimum-jerk reach: a time learnt from all people is too late for fast people.
+/// Caps the time to contact at its value for the end of a minimum-jerk reach: a time learnt from all people is too late for fast people.
 fn expected_soon(mut contact: ContactPrediction, hand: Option<&HandState>) -> ContactPrediction {
     if let (Some(hand), Some(time)) = (hand, &mut contact.time_to_contact_s) {
         let way = contact.point_m - hand.point_m;

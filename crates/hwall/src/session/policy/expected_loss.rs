@@ -62,7 +62,7 @@ pub(super) enum Choice {
 }
 
 impl Choice {
-    /// For an explanation.
+    /// As an entry of an explanation.
     fn weighed(&self, arrival_s: f64, loss: f64) -> WeighedChoice {
         let (kind, goal) = match self {
             Self::Wait => ("wait", None),
@@ -85,9 +85,9 @@ pub(super) struct Goal {
     pub(super) stand: Stand,
 }
 
-/// A face also covers places on other surfaces that lie this close to its plane, m,
+/// A face also covers a place on another surface if that place is this close to the plane of the face, m.
 const IN_PLANE_M: f64 = 0.02;
-/// if the normals agree to this, as a cosine: 5 degrees.
+/// The two normals must then agree to within 5 degrees; as a cosine.
 const SAME_COSINE: f64 = 0.996;
 /// Time to move a board that stands next to the touch: 0.3 s for 0.15 m, growing with the root of the distance.
 const MOVES_S_PER_ROOT_M: f64 = 0.77;
@@ -233,8 +233,8 @@ impl<A: Presenting> Chooser<'_, A> {
             late += hypothesis.chance * (covered * here + (1.0 - covered) * elsewhere);
             there += hypothesis.chance * covered;
         }
-        // The touch may come where none is predicted. The arm turns when the eyes show that. Places lie all around the waiting posture, so the times
-        // for the way back and the way on add like perpendicular distances.
+        // The touch may come where none is predicted. The arm turns back when the eyes show that. Places lie all around the waiting posture, so the
+        // times for the way back and the way on add like perpendicular distances.
         let by_then = way.now(self.t_s + self.glance_s);
         let back_s = travel_s(self.arm, by_then.as_ref(), self.arm.waits_at().as_ref());
         late += self.elsewhere() * self.too_late(&self.unknown, 0.0, USUAL_S.hypot(back_s));

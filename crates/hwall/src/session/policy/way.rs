@@ -23,7 +23,7 @@ pub(in crate::session) trait Presenting {
     /// How it presents a place in the frame of the scene; `None` if it cannot.
     fn stand(&self, contact: &ContactPrediction) -> Option<Stand>;
 
-    /// Least time from rest to rest, s.
+    /// Least time from rest at one configuration to rest at another, s; `None` if unknown.
     fn travel_s(&self, from: &JointPositions, to: &JointPositions) -> Option<f64>;
 
     /// Middle of the board at a configuration, in the frame of the scene, m; `None` if unknown.
@@ -32,7 +32,7 @@ pub(in crate::session) trait Presenting {
 
 /// Travel time assumed if it is unknown, s.
 pub(super) const USUAL_S: f64 = 0.5;
-/// Delay from a decision to the motion, s: of the arm and of the frame.
+/// Delay from a decision to the start of the motion, s: the delays of the arm and of the frame.
 const REACTION_S: f64 = 0.03;
 
 /// Extra time of a path that leads around an edge, s: 0.1 to 0.2 s at the shelf of the built-in room.
@@ -82,7 +82,7 @@ pub(super) fn part_way(from: &JointPositions, to: &JointPositions, share: f64) -
     JointPositions(std::array::from_fn(|i| from[i] + share * (to[i] - from[i])))
 }
 
-/// The last motion of the arm that was decided.
+/// The last motion that was decided for the arm.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Way {
     from: Option<JointPositions>,

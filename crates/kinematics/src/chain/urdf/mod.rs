@@ -20,12 +20,12 @@ use std::path::Path;
 impl Chain {
     /// From URDF text, from link `base` to its descendant `tip`.
     ///
-    /// Default `base`: the root of the tree (the root above `tip`, if given); of several roots, the only one with moving joints below it. Default
-    /// `tip`: the end of the longest chain of moving joints. Among the links fixed to that end, the tip is `tool0`, else a flange, else the link
-    /// that carries a gripper, else the only leaf, else `ee_link`, else the last moving link. A gripper is assumed after six joints, if the chain
-    /// branches or the next joint of a short remainder is prismatic or mimicked; and after three joints, if the last joint has the name of a
-    /// finger, or only short chains of equal length follow. [`Chain::ends`] returns the chosen links. Fixed joints are merged into their
-    /// neighbours. Links attached through fixed joints add their mass; links behind other movable joints are omitted and listed in
+    /// Default `base`: the root of the tree (the root above `tip`, if given); if there are several roots, the only one with moving joints below
+    /// it. Default `tip`: the end of the longest chain of moving joints. Among the links fixed to that end, the tip is `tool0`, else a flange,
+    /// else the link that carries a gripper, else the only leaf, else `ee_link`, else the last moving link. A gripper is assumed after six
+    /// joints, if the chain branches or the next joint of a short remainder is prismatic or mimicked; and after three joints, if the last joint
+    /// has the name of a finger, or only short chains of equal length follow. [`Chain::ends`] returns the chosen links. Fixed joints are merged
+    /// into their neighbours. Links attached through fixed joints add their mass; links behind other movable joints are omitted and listed in
     /// [`Chain::links_left_out`].
     ///
     /// URDF rules: rpy is roll about x, then pitch about y, then yaw about z, all in fixed axes; the

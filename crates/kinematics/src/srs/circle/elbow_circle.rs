@@ -2,10 +2,10 @@
 //!
 //! For a flange pose the wrist centre `w` (from the shoulder) is fixed, so shoulder, elbow and
 //! wrist form a rigid triangle that can only turn about the line `u = w/|w|`, by the arm angle ψ.
-//! With `F(ψ) = exp([u]ψ) Rz(φ) Ry(θ)` (columns `v'`, `y'`, `u`), `β` the triangle's angle at the
-//! shoulder and `η` the one at the wrist (both ≥ 0): `R03 = F Ry(-β)`, `R04 = F Ry(η)`, `R47 = R04ᵀ
-//! R`. Every entry is `A sin ψ + B cos ψ + C`. [Shimizu 2008], [Faria 2018]; here the elbow is
-//! highest at ψ = 0, for either sign of joint 4.
+//! With `F(ψ) = exp([u]ψ) Rz(φ) Ry(θ)` (columns `v'`, `y'`, `u`), and the triangle's angles `β` at
+//! the shoulder and `η` at the wrist (both ≥ 0): `R03 = F Ry(-β)`, `R04 = F Ry(η)`, `R47 = R04ᵀ R`.
+//! Every entry is `A sin ψ + B cos ψ + C`. [Shimizu 2008], [Faria 2018]; here the elbow is highest
+//! at ψ = 0, for either sign of joint 4.
 
 use super::sinusoid::{Direction, Sinusoid};
 use super::triangle::Triangle;

@@ -12,11 +12,12 @@
 //! - every row and column of `R47` by at most `|u' - u| + chord(η' - η) + chord(P)`.
 //!
 //! The limits are tested as cross products of such vectors with fixed unit vectors (`window.rs`), which
-//! change by at most the same bounds. Hence: if some arm angle passes all tests *narrowed* by these bounds
-//! the whole region is reachable; if none passes them *widened* by the bounds, no pose of the region is
-//! (moving the arm is a bijection of the arm angles). The bounds need no safety factor; `ROUNDING` covers
-//! the arithmetic. β and η are functions of L alone, monotone but for one turning point, so their extremes
-//! over the region's distances are exact, also at full stretch where their slope is infinite.
+//! change by at most the same bounds. Hence: if some arm angle passes all tests *narrowed* by these
+//! bounds, the whole region is reachable; if none passes them *widened* by the bounds, no pose of the
+//! region is reachable (moving the arm is a bijection of the arm angles). The bounds need no safety
+//! factor; `ROUNDING` covers the arithmetic. β and η are functions of L alone and monotone except for
+//! one turning point. Their extremes over the region's distances are therefore exact, also at full
+//! stretch, where their slope is infinite.
 
 use super::pose_region::PoseRegion;
 use super::region_bounds::{LARGEST_SLACK, Triangles, Wrists};
@@ -273,11 +274,11 @@ impl Cell {
 
     /// Branches for which a joint with very narrow limits passes through its middle.
     ///
-    /// With such limits, no single arm angle serves the whole region. But suppose the joint is on one side of
-    /// its middle by more than the slack at one arm angle and on the other side at another, and all other
-    /// limits hold with the slack plus the change between the two. Then by the intermediate value theorem
-    /// every pose of the region has an arm angle between the two with the joint exactly in the middle and all
-    /// others inside.
+    /// With such limits, no single arm angle serves the whole region. But suppose that the joint is on one
+    /// side of its middle by more than the slack at one arm angle, and on the other side at another. Suppose
+    /// also that all other limits are satisfied with the slack plus the change between the two angles. Then
+    /// by the intermediate value theorem every pose of the region has an arm angle between the two with the
+    /// joint exactly in the middle and all others inside.
     #[inline]
     fn held_on_the_way(&self, arm: &SrsArm, wanted: u8) -> u8 {
         let Some(pinched) = &arm.pinched else {

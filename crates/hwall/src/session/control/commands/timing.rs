@@ -19,8 +19,8 @@ const SAME_PLANE_M: f64 = 1e-3;
 const SLOW_S: f64 = 0.2;
 
 impl Control {
-    /// The slack of a target. If there is no time to correct the goal before the hand arrives, the whole face is slack: keeping a goal that
-    /// covers the touch is better than reaching a better one too late.
+    /// The slack of a target. If there is no time to correct the goal before the hand arrives, the whole face is slack: a goal that covers
+    /// the touch is better than one that is reached too late.
     pub(super) fn slack_m(&self, now_s: f64, target: &BoardTarget) -> [f64; 2] {
         let left_s = self.step.and_then(|step| step.left_s);
         let (Some(contact_s), Some(left_s)) = (self.guidance.contact_s, left_s) else {
