@@ -188,7 +188,7 @@ impl Presenter {
 pub struct TexturedTouch {
     /// The surface that the board represents.
     pub surface: SurfaceId,
-    /// Its roughness in the scene.
+    /// Roughness of that surface in the scene.
     pub roughness: f64,
     /// The orientation and speed that are presented for it.
     pub level: Level,

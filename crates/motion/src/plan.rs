@@ -13,9 +13,9 @@ pub struct MotionPlan {
     goal: JointPositions,
     by_way_of: Option<JointPositions>,
     planned_share: f64,
-    /// The solver found nothing: each joint moves on its own.
+    /// The solver found no motion: each joint moves on its own.
     is_alone: bool,
-    /// Where it begins, on the previous motion.
+    /// Where the plan begins on the previous motion.
     begins: UnderWay,
 }
 

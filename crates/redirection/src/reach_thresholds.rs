@@ -177,7 +177,7 @@ impl ReachFrame {
         self.start_m
     }
 
-    /// Its length, m.
+    /// Length of the reach, m.
     #[must_use]
     pub const fn length_m(&self) -> f64 {
         self.length_m

@@ -16,11 +16,11 @@ pub struct JointPosterior {
     /// Mean of the most probable component, rad. It may lie outside the joint limits. It is not averaged over components, because the
     /// average would belong to none of them.
     pub q: JointPositions,
-    /// Its covariance, rad².
+    /// Covariance of `q`, rad².
     pub covariance_rad2: [[f64; 7]; 7],
     /// The most probable component.
     pub component: usize,
-    /// Its probability.
+    /// Probability of that component.
     pub probability: f64,
     /// Probability of each task, in the order of [`Task::ALL`].
     pub tasks: [f64; 3],

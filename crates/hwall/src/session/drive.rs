@@ -59,7 +59,7 @@ pub trait Controller {
 /// What one cycle of [`drive`] did.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cycle {
-    /// Its time on the clock of the arm, s.
+    /// Time of the cycle on the clock of the arm, s.
     pub t_s: f64,
     /// The state that the command answers.
     pub state: ArmState,

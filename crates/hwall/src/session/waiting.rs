@@ -14,7 +14,7 @@ const CLEARLY_S: f64 = 0.04;
 #[derive(Debug, Clone)]
 pub(super) struct Waiting {
     usual: Option<JointPositions>,
-    /// By available time, s, the default first; `None` if no atlas was built.
+    /// Atlases with their available times, s, the default first; `None` if no atlas was built.
     atlases: Vec<(f64, Option<Arc<Atlas>>)>,
     present: usize,
 }

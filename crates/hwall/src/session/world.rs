@@ -37,9 +37,9 @@ const MOVING_S: f64 = 0.1;
 pub(super) enum WorldChange {
     /// The world has not moved.
     None,
-    /// It moved.
+    /// The world moved.
     Moved,
-    /// It jumped: positions seen before are invalid.
+    /// The world jumped: positions seen before are invalid.
     Leapt,
 }
 

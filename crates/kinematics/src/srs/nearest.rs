@@ -70,11 +70,11 @@ impl Default for NearestConfig {
 pub struct NearestSolution {
     /// Joint angles within all limits, rad.
     pub q: JointPositions,
-    /// Its branch.
+    /// Branch of `q`.
     pub branch: Branch,
-    /// Its arm angle, rad.
+    /// Arm angle of `q`, rad.
     pub arm_angle_rad: f64,
-    /// True if it lies on a branch that does not connect to the reference's branch.
+    /// True if `q` lies on a branch that does not connect to the reference's branch.
     pub branch_changed: bool,
     /// Largest joint difference to the reference, rad.
     pub largest_move_rad: f64,

@@ -28,7 +28,7 @@ impl std::error::Error for NotConverged {}
 pub struct Svd {
     /// `rows × k`; columns are orthonormal.
     pub left: Matrix,
-    /// Not negative, largest first.
+    /// Singular values, not negative, largest first.
     pub singular: Vec<f64>,
     /// `columns × k`; columns are orthonormal.
     pub right: Matrix,

@@ -37,7 +37,7 @@ pub enum ErrorModel {
 /// One effect tested.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Effect {
-    /// Its factors, joined by colons: `a:b`.
+    /// Factors of the effect, joined by colons: `a:b`.
     pub name: String,
     /// Error model it is tested with.
     pub errors: ErrorModel,

@@ -31,17 +31,17 @@ pub enum Sigmoid {
 /// A psychometric function fitted to answers.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Psychometric {
-    /// Its form.
+    /// Form of the function.
     pub sigmoid: Sigmoid,
     /// Point of subjective equality: half of the answers are "greater". Unit of the stimulus.
     pub pse: f64,
-    /// Its standard error.
+    /// Standard error of `pse`.
     pub pse_se: f64,
     /// Scale of the sigmoid; for the Gaussian its standard deviation.
     pub scale: f64,
     /// Just noticeable difference: from the 50 % to the 75 % point.
     pub jnd: f64,
-    /// Its standard error.
+    /// Standard error of `jnd`.
     pub jnd_se: f64,
     /// Deviance from the answers.
     pub deviance: f64,

@@ -113,7 +113,7 @@ pub struct QuestPlus {
 pub struct QuestEstimate {
     /// Mean of the threshold.
     pub threshold: f64,
-    /// Its standard deviation.
+    /// Standard deviation of `threshold`.
     pub threshold_sd: f64,
     /// Credible interval of the threshold, with equal tails and ends at grid points.
     pub threshold_ci: [f64; 2],

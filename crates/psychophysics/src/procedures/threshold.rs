@@ -16,7 +16,7 @@ pub struct Threshold {
     pub jnd_ci: [f64; 2],
     /// Just noticeable difference divided by the reference.
     pub weber: f64,
-    /// Its interval.
+    /// Interval of `weber`.
     pub weber_ci: [f64; 2],
 }
 

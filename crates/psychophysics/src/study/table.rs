@@ -102,7 +102,7 @@ impl Study {
     /// Reads a file as [`Study::from_csv_str`] reads text.
     ///
     /// # Errors
-    /// The same, and a file that cannot be read.
+    /// As [`Study::from_csv_str`], and a file that cannot be read.
     pub fn from_csv_path(path: impl AsRef<Path>, columns: &Columns) -> Result<Self> {
         let path = path.as_ref();
         let bytes = std::fs::read(path);
@@ -114,7 +114,7 @@ impl Study {
     /// Reads a stream as [`Study::from_csv_str`] reads text.
     ///
     /// # Errors
-    /// The same, and a stream that cannot be read.
+    /// As [`Study::from_csv_str`], and a stream that cannot be read.
     pub fn read_csv(mut source: impl Read, columns: &Columns) -> Result<Self> {
         let mut bytes = Vec::new();
         source

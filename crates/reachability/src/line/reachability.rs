@@ -6,7 +6,7 @@ use hwall_kinematics::BranchSet;
 /// A reachable part of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReachableInterval {
-    /// Its ends, within the accuracy.
+    /// Ends of the interval, within the accuracy.
     pub span: Interval,
     /// Branches that provably hold every proven point of the interval at one roll, so that a motion along it need not change
     /// branch; the arm angles of neighbouring points need not be connected. Contains only the branches found during the search,

@@ -83,7 +83,7 @@ impl KeepOutBox {
         )
     }
 
-    /// Its name, for messages.
+    /// Name of the box, for messages.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name

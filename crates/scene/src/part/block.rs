@@ -19,7 +19,7 @@ const NO_SURFACE: u32 = u32::MAX;
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 pub(super) struct Block {
-    /// By axis and corner, m; NaN in lanes without a triangle, so that nothing hits them.
+    /// Coordinates by axis and corner, m; NaN in lanes without a triangle, so that no ray hits them.
     pub(super) corners_m: [[Lanes; 3]; 3],
     surfaces: [u32; LANES],
 }

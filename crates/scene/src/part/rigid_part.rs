@@ -40,7 +40,7 @@ pub(crate) struct PartHit {
 pub(crate) struct Part {
     /// One per leaf.
     pub(super) blocks: Vec<Block>,
-    /// By surface: its bit in the hierarchy, zero for surfaces of other parts.
+    /// Bit of each surface in the hierarchy; zero for surfaces of other parts.
     bits: Vec<u64>,
     pub(super) tree: Tree,
     unit_m: f64,

@@ -11,7 +11,7 @@ pub enum LevelPath {
     Speed,
     /// The angle alone: all levels at one speed.
     Angle,
-    /// Both.
+    /// Angle and speed.
     Both,
 }
 

@@ -16,7 +16,7 @@ pub enum PrintProcess {
 }
 
 impl PrintProcess {
-    /// Its typical limits.
+    /// Typical limits of the process.
     ///
     /// Sources: design rules of two printing services, read in 2026: Protolabs Network ("3D printing design rules": clearance,
     /// smallest feature, tolerance) and Fathom ("Additive technologies design guidelines": the same, and layer thickness). Where

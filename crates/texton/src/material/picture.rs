@@ -17,7 +17,7 @@ pub enum PictureKind {
 }
 
 impl PictureKind {
-    /// Both.
+    /// Both kinds.
     pub const ALL: [Self; 2] = [Self::Height, Self::Albedo];
 }
 
@@ -100,7 +100,7 @@ impl MaterialPicture {
         )
     }
 
-    /// What its values are.
+    /// What the values are.
     #[must_use]
     pub const fn kind(&self) -> PictureKind {
         self.kind

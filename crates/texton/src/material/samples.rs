@@ -40,10 +40,10 @@ pub enum MaterialSeries {
 }
 
 impl MaterialSeries {
-    /// Both.
+    /// Both series.
     pub const ALL: [Self; 2] = [Self::Sandpaper, Self::Grating];
 
-    /// Its name in tables.
+    /// Name of the series in tables.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -56,9 +56,9 @@ impl MaterialSeries {
 /// A material of the calibration: a synthesized surface, its pictures, and its published roughness.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MaterialSample {
-    /// Its name.
+    /// Name of the material.
     pub name: String,
-    /// Where it was published.
+    /// Series in which it was published.
     pub series: MaterialSeries,
     /// Published roughness, in the unit of its series.
     pub magnitude: f64,

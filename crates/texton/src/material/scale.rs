@@ -191,7 +191,7 @@ fn left_out(rows: &[MaterialSample], index: usize) -> [Vec<f64>; 2] {
 pub struct RoughnessProposal {
     /// What the picture shows.
     pub kind: PictureKind,
-    /// Its relief, for an albedo under the assumption that its contrast is shading.
+    /// Relief in the picture; for an albedo, under the assumption that its contrast is shading.
     pub relief: Relief,
     /// Magnitude on a ratio scale: 1 is sandpaper P80.
     pub roughness: f64,

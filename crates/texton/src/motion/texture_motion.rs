@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 pub struct FingerState {
     /// Point of touch, m, from the middle of the board at displacement zero.
     pub point_m: DVec2,
-    /// Its velocity along the surface, m/s.
+    /// Velocity of the finger along the surface, m/s.
     pub velocity_m_per_s: DVec2,
 }
 

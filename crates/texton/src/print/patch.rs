@@ -8,7 +8,7 @@ use hwall_numeric::check::{finite, positive, that};
 /// A round hole through the plate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MountingHole {
-    /// Its middle on the plate, mm.
+    /// Middle of the hole on the plate, mm.
     pub centre_mm: DVec2,
     /// Diameter, mm.
     pub diameter_mm: f64,
@@ -161,7 +161,7 @@ pub struct BumpCounts {
 /// A piece of a patch that is printed separately.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tile {
-    /// Its lower left corner on the whole patch, mm.
+    /// Lower left corner of the tile on the whole patch, mm.
     pub corner_mm: DVec2,
     /// The piece, its own lower left corner at the origin.
     pub patch: Patch,

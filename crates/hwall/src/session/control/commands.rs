@@ -47,7 +47,7 @@ pub struct Control {
     pub(in crate::session) objects: Vec<SurfaceId>,
     /// The object on which the current touch began.
     pub(in crate::session) touched_object: Option<usize>,
-    /// Its position when the touch began, rad or m.
+    /// Position of that object when the touch began, rad or m.
     #[cfg(feature = "texture")]
     pub(in crate::session) touched_at: f64,
     pub(in crate::session) safety: Safety,
@@ -88,7 +88,7 @@ pub(in crate::session) struct Contact {
 pub struct MovingSurface {
     /// The surface.
     pub surface: SurfaceId,
-    /// Its opening, rad or m.
+    /// Opening of the surface, rad or m.
     pub position: f64,
     /// Velocity of the opening, rad/s or m/s.
     pub velocity: f64,

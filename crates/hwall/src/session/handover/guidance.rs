@@ -14,7 +14,7 @@ pub(in crate::session) struct Guidance {
     pub(in crate::session) target: Option<BoardTarget>,
     /// The surface that the board represents.
     pub(in crate::session) surface: Option<SurfaceId>,
-    /// Its roughness in the scene.
+    /// Roughness of that surface in the scene.
     pub(in crate::session) roughness: Option<f64>,
     /// The hand, while it is tracked.
     pub(in crate::session) fingertip: Option<Fingertip>,

@@ -217,7 +217,7 @@ impl<A: Presenting> Chooser<'_, A> {
             let onwards_s = match hypothesis.stand {
                 Some(stand) => {
                     let beside_m = a_m.hypot(b_m).max(2.0 * self.reach_m);
-                    // By then the place is known.
+                    // By the time of this motion, the place is known.
                     arrival_s(self.arm, to.as_ref(), &stand, self.reach_m)
                         .max(MOVES_S_PER_ROOT_M * beside_m.sqrt())
                 }

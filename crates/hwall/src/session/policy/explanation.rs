@@ -7,7 +7,7 @@ use std::fmt;
 /// A place that may be touched next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WeighedPlace {
-    /// Its surface.
+    /// Surface of the place.
     pub surface: SurfaceId,
     /// The predicted point, frame of the scene, m.
     pub point_m: DVec3,

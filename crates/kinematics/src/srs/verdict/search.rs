@@ -39,9 +39,9 @@ impl Verdict {
 pub struct Witness {
     /// Joint angles within all limits, rad.
     pub q: JointPositions,
-    /// Its branch.
+    /// Branch of `q`.
     pub branch: Branch,
-    /// Its arm angle, rad.
+    /// Arm angle of `q`, rad.
     pub arm_angle_rad: f64,
 }
 
