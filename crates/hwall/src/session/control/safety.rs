@@ -184,7 +184,8 @@ impl Safety {
     /// the arm stands still because of another one.
     pub(super) fn in_force(&mut self, phase: Phase) -> Option<SessionState> {
         let last = self.last?;
-        // At the start, inputs are still unproven or unseen. If the renderer holds anyway, its own reason is reported.
+        // At the start, too few states of the arm agree, or an input has not been seen yet. If the renderer holds anyway, its own reason is
+        // reported.
         let begins = matches!(
             last.state.reason(),
             Some(SafeReason::Unproven | SafeReason::Unseen(_))
