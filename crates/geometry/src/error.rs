@@ -26,7 +26,7 @@ pub enum GeometryError {
     NoDirection {
         /// Name of the argument.
         what: &'static str,
-        /// Its length.
+        /// Length of the vector.
         length: f64,
     },
 }

@@ -6,7 +6,7 @@ use hwall_numeric::check::{all_finite, finite};
 
 /// Largest deviation from orthonormality that [`Pose::new`] repairs; larger ones are errors.
 ///
-/// Quaternions converted through `f32` are off by about 1e-7, calibrations printed with six digits by about 1e-6.
+/// Quaternions converted through `f32` deviate by about 1e-7, calibrations printed with six digits by about 1e-6.
 pub const ROTATION_TOLERANCE: f64 = 1e-5;
 
 /// Position and orientation of one frame in another, named `a_from_b`.

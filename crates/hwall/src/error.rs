@@ -35,7 +35,7 @@ pub enum SessionError {
     /// No point of the hand was seen in all demonstrations.
     #[error("no point of the hand was seen in each of the {count} demonstrations")]
     UnseenHand {
-        /// How many there are.
+        /// Number of demonstrations.
         count: usize,
     },
     /// Limits of the motion.
@@ -50,9 +50,9 @@ pub enum SessionError {
          serve as well, and what is out of the arm's reach may be left out"
     )]
     TooManyUprightPieces {
-        /// How many it has.
+        /// Number of pieces in the scene.
         count: usize,
-        /// How many it may have.
+        /// Largest number allowed.
         most: usize,
     },
     /// The walls of the scene cannot be mapped.
@@ -68,7 +68,7 @@ pub enum SessionError {
     /// The pose of the virtual world is older than the one before.
     #[error("the place of the world is {by_s} s older than the one before")]
     WorldTimeReversed {
-        /// By how much, s.
+        /// Difference, s.
         by_s: f64,
     },
 }

@@ -15,7 +15,7 @@ pub struct SceneObject {
     pub path: ObjectPath,
 }
 
-/// Mechanics of an object if its sidecar states none.
+/// Default mechanics, for an object whose sidecar states none.
 struct Defaults {
     /// kg m² or kg.
     inertia: f64,

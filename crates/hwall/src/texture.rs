@@ -124,7 +124,7 @@ impl TextureLevels {
 pub(crate) struct Presenter {
     arm: Arc<dyn ArmKinematics>,
     scratch: ArmScratch,
-    /// Start of the next search; if it fails, the search restarts at `first`, as it must on the other side of a stroke.
+    /// Start of the next search; if it fails, the search restarts at `first`, which is necessary on the other side of a stroke.
     reference: JointPositions,
     first: JointPositions,
     policy: BranchPolicy,
@@ -188,7 +188,7 @@ impl Presenter {
 pub struct TexturedTouch {
     /// The surface that the board represents.
     pub surface: SurfaceId,
-    /// Its roughness in the scene.
+    /// Roughness of that surface in the scene.
     pub roughness: f64,
     /// The orientation and speed that are presented for it.
     pub level: Level,
@@ -214,7 +214,7 @@ struct Touched {
     began_s: f64,
     /// Middle of the board at zero displacement, m; on a moving object, where this point was when the touch began.
     origin_m: DVec3,
-    /// Start of its stroke, m, the normal of its face there, and its roll on it, rad.
+    /// Where its stroke starts, m; the normal of the face and the roll of the board there, rad.
     stroke_from_m: DVec3,
     normal: DVec3,
     roll_rad: f64,
@@ -251,7 +251,7 @@ pub(crate) struct TextureStep {
     pub(crate) slide: Option<Slide>,
     /// The touch that begins with this step.
     pub(crate) started: Option<TexturedTouch>,
-    /// The motion starts to end with this step: the end of the stroke or of the face is near.
+    /// From this step on the motion comes to an end: the end of the stroke or of the face is near.
     pub(crate) ended: bool,
 }
 

@@ -108,7 +108,7 @@ pub struct BudgetAtlas {
 pub struct Walls {
     /// Where the arm can present the board.
     pub maps: WallMaps,
-    /// With which configuration, and how soon; `None`: the solver decides alone.
+    /// In which configuration, and how soon; `None`: the solver decides alone.
     pub atlas: Option<Arc<Atlas>>,
     /// Waiting posture while nothing is about to be touched, rad; `None`: the arm stays where it is.
     pub waiting: Option<JointPositions>,
@@ -182,7 +182,7 @@ impl Walls {
             ) => return Ok(maps.into()),
             Err(error) => return Err(error.into()),
         };
-        // The arm changes to this posture between two touches of a person in a hurry, so it must be close.
+        // The arm changes to this posture between two touches of a person in a hurry, so it must be close to the default posture.
         let posture_for = |budget_s: f64| {
             let waiting = WaitingConfig {
                 budget_s,

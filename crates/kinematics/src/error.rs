@@ -171,7 +171,7 @@ pub enum KinematicsError {
         joint: usize,
         /// What does not fit.
         what: &'static str,
-        /// By how much: sine of the angle for directions, metres for distances.
+        /// Size of the deviation: sine of the angle for directions, metres for distances.
         deviation: f64,
         /// Largest allowed deviation.
         most: f64,

@@ -127,7 +127,7 @@ impl JointLimit {
     /// No limit at all.
     pub const FREE: Self = Self::new(f64::NEG_INFINITY, f64::INFINITY);
 
-    /// `[-half_range, +half_range]`, given in degrees.
+    /// `[-half_range, +half_range]`, from degrees.
     #[must_use]
     pub fn symmetric_deg(half_range: f64) -> Self {
         let h = half_range.to_radians();
@@ -168,7 +168,7 @@ impl JointLimit {
     #[must_use]
     pub fn nearest_turn(&self, angle: f64, reference: f64) -> f64 {
         if self.max_rad - self.min_rad < TAU {
-            // At most one candidate fits; prefer the least outside.
+            // At most one candidate fits; otherwise take the one closest to the limit.
             return nearest_turn(angle, self.middle_rad());
         }
         let mut best = nearest_turn(angle, reference);

@@ -1,9 +1,10 @@
 //! Sines, cosines and directions of all joints at once.
 //!
-//! Forward kinematics of a seven-joint arm spends most of its time in seven calls of the platform's `sin_cos`,
-//! its inverse in seven of `atan2`. Computing them on eight lanes without branches lets the compiler vectorise.
+//! Forward kinematics of a seven-joint arm spends most of its time in seven calls of the platform's `sin_cos`;
+//! inverse kinematics, in seven calls of `atan2`. Computing them on eight lanes without branches lets the
+//! compiler vectorise.
 
-/// Angles up to this (rad) are reduced here: up to it the products of the reduction are exact.
+/// Angles up to this (rad) are reduced here, because the products of the reduction are then exact.
 const LARGEST_RAD: f64 = 1e5;
 
 /// π/2 in two parts: the first has 33 bits, so that its product with a 20-bit count is exact
@@ -33,8 +34,8 @@ const C: [f64; 6] = [
     -1.135_964_755_778_819_5e-11,
 ];
 
-/// Sines and cosines. Error: below 2.5e-16 absolute for angles up to 1e5 rad; beyond, and for NaN
-/// or infinity, the platform's `sin_cos`.
+/// Sines and cosines. Error: below 2.5e-16 absolute for angles up to 1e5 rad; for larger angles,
+/// NaN and infinity it calls the platform's `sin_cos`.
 #[inline]
 pub(crate) fn sin_cos(angles: &[f64; 7]) -> [(f64, f64); 7] {
     if !angles.iter().all(|x| x.abs() <= LARGEST_RAD) {

@@ -108,7 +108,7 @@ fn eliminated(gram: &[[f64; 6]; 6], damping: f64, rhs: &[f64; 6]) -> Option<[f64
     Some(x)
 }
 
-/// The same by eigenvectors, zero in directions that the arm cannot sense.
+/// As [`eliminated`], by eigenvectors; zero in directions that the arm cannot sense.
 fn by_eigenvectors(gram: &[[f64; 6]; 6], damping: f64, rhs: &[f64; 6]) -> [f64; 6] {
     let eigen = symmetric_eigen(gram);
     let mut x = [0.0; 6];
@@ -131,7 +131,7 @@ mod tests {
     use crate::srs::SrsArm;
     use hwall_testkit::Sampler;
 
-    /// Jacobians anywhere, and with elbow, wrist or both at or beside zero, where they are singular.
+    /// Jacobians at random configurations, and with elbow, wrist or both at or near zero, where they are singular.
     fn jacobians() -> impl Iterator<Item = Jacobian> {
         let arm = SrsArm::iiwa7();
         let mut sampler = Sampler::new(7);

@@ -26,7 +26,7 @@ pub struct JointBounds {
     jerk: f64,
 }
 
-/// Least acceleration that a moving frame leaves a joint, as a share of its full range.
+/// Least acceleration that remains for a joint in a moving frame, as a share of its full range.
 const LEAST_SHARE: f64 = 1e-9;
 
 impl JointBounds {
@@ -71,21 +71,21 @@ impl JointBounds {
         self.jerk
     }
 
-    /// The same at a share of the speed.
+    /// These bounds with the speed multiplied by a share.
     pub(crate) fn at_share(mut self, share: f64) -> Self {
         self.velocity = self.velocity.map(|v| v * share);
         self
     }
 
-    /// The same with the acceleration increased in both directions by a share of itself; negative shares count as 0.
+    /// These bounds with the acceleration increased in both directions by a share of itself; negative shares count as 0.
     #[must_use]
     pub fn with_more_acceleration(mut self, share: f64) -> Self {
         self.acceleration = self.acceleration.map(|a| a * (1.0 + share.max(0.0)));
         self
     }
 
-    /// The bounds that remain for motion relative to a frame with this velocity and an acceleration between these two. A minimal acceleration always
-    /// remains.
+    /// The bounds that remain for motion relative to a frame that has this velocity and an acceleration between these two values. A minimal
+    /// acceleration always remains.
     #[must_use]
     pub fn beside(&self, velocity_rad_per_s: f64, acceleration_rad_per_s2: [f64; 2]) -> Self {
         let [lo, hi] = self.acceleration;
@@ -206,7 +206,7 @@ impl JointPoint {
         }
     }
 
-    /// The same under a time scale `pace` that changes at a rate, 1/s.
+    /// This state under a time scale `pace` that changes at a rate, 1/s.
     pub(crate) fn at_pace(self, pace: f64, rate_per_s: f64) -> Self {
         let acceleration = pace * pace * self.qdd_rad_per_s2 + rate_per_s * self.qd_rad_per_s;
         Self {
@@ -281,11 +281,11 @@ impl JointPoint {
         SpeedChange::new(self, velocity, bounds).after(self, dt_s)
     }
 
-    /// The state `dt_s` later, time-optimal to rest at `goal_rad`.
+    /// The state `dt_s` later on the time-optimal motion to rest at `goal_rad`.
     ///
     /// The joint moves towards the goal as hard as the bounds allow until its stopping point is the goal, and then brakes. Both parts have a closed
-    /// form; the switching time is the root of a monotone function. So the result does not depend on how time is divided into steps, the goal is
-    /// reached exactly, and a goal at rest is overshot only if the joint cannot stop before it. A joint beyond its bounds first returns to within
+    /// form; the switching time is the root of a monotone function. The result therefore does not depend on how time is divided into steps, the
+    /// goal is reached exactly, and it is overshot only if the joint cannot stop before it. A joint that exceeds its bounds first returns within
     /// them.
     ///
     /// A step of zero or less changes nothing. Error: about 1e-15 of the angles.
@@ -294,8 +294,8 @@ impl JointPoint {
         self.towards_braking(goal_rad, bounds, bounds, dt_s)
     }
 
-    /// As [`towards`](Self::towards), with other bounds for the final braking: for a goal in a frame whose own motion will leave more or less braking
-    /// than now.
+    /// As [`towards`](Self::towards), with other bounds for the final braking: for a goal in a frame whose own motion will then leave more or less
+    /// acceleration for braking than now.
     #[must_use]
     pub fn towards_braking(
         &self,

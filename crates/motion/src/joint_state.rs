@@ -17,7 +17,7 @@ pub struct JointState {
 }
 
 impl JointState {
-    /// Standing still.
+    /// All joints standing still.
     #[must_use]
     pub fn at_rest(q: JointPositions) -> Self {
         Self {

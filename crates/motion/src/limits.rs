@@ -16,7 +16,7 @@ pub const IIWA7_ACCELERATION_RAD_PER_S2: [f64; MOST_JOINTS] =
 pub struct MotionConfig {
     /// Share of the arm's joint speeds that is used, in (0, 1]; default 1.
     pub speed_share: f64,
-    /// Largest joint accelerations of an arm without its own, rad/s²; default those of the iiwa 7, [`IIWA7_ACCELERATION_RAD_PER_S2`].
+    /// Largest joint accelerations for an arm that states none, rad/s²; default those of the iiwa 7, [`IIWA7_ACCELERATION_RAD_PER_S2`].
     pub acceleration_rad_per_s2: [f64; MOST_JOINTS],
     /// Time in which a joint at rest reaches its full acceleration, s: jerk is acceleration divided by it. Default 0.02, an assumption; no jerk limit
     /// of the iiwa is published.
@@ -134,8 +134,8 @@ impl MotionLimits {
         })
     }
 
-    /// The largest distance of every joint from rest to rest in a time, rad: a configuration is within `time_s` of another if no joint differs by
-    /// more, so a nearest-in-time search needs only comparisons.
+    /// The largest distance that each joint can move from rest to rest in a time, rad. A configuration is within `time_s` of another if no joint
+    /// differs by more, so a search for the nearest in time needs only comparisons.
     ///
     /// The inverse of [`travel_time_s`](Self::travel_time_s) for each joint, with a relative error of 1e-9. A time of zero or less gives zeros; NaN
     /// in gives NaN.

@@ -13,9 +13,9 @@ pub struct MotionPlan {
     goal: JointPositions,
     by_way_of: Option<JointPositions>,
     planned_share: f64,
-    /// The solver found nothing: each joint moves on its own.
+    /// The solver found no motion: each joint moves on its own.
     is_alone: bool,
-    /// Where it begins, on the previous motion.
+    /// Where the plan begins on the previous motion.
     begins: UnderWay,
 }
 
@@ -61,8 +61,8 @@ impl ReferenceMotion {
         self.now
     }
 
-    /// Updates a planner's copy to the executed motion, and advances it by `steps` of `dt_s`. The copy has the trajectory: the executor runs the
-    /// copy's last plan or, if that was not taken, the one before.
+    /// Sets a planner's copy to the executed motion, and advances it by `steps` of `dt_s`. The copy already contains the trajectory, because the
+    /// executor runs the copy's last plan or, if that was not taken, the one before.
     pub fn follow(&mut self, under_way: &UnderWay, steps: u32, dt_s: f64) {
         if under_way.course == Course::Planned && under_way.plan != self.now.plan {
             std::mem::swap(&mut self.way, &mut self.next);
@@ -75,13 +75,13 @@ impl ReferenceMotion {
         }
     }
 
-    /// Has a motion begun here since [`follow`](Self::follow)?
+    /// Has a motion begun on this copy since [`follow`](Self::follow)?
     #[must_use]
     pub const fn is_begun(&self) -> bool {
         self.now.plan == NEW
     }
 
-    /// Copies the motion that has just begun here for the executor. `begins`: where it begins, taken before it began.
+    /// Copies the motion that has just begun on this copy, for the executor. `begins`: the snapshot from before it began.
     pub fn offer(&mut self, begins: &UnderWay, number: u64, plan: &mut MotionPlan) {
         self.now.plan = number;
         plan.number = number;
@@ -105,7 +105,7 @@ impl ReferenceMotion {
         (is_ahead && left_s > 0.0).then_some(left_s)
     }
 
-    /// Begins a plan if the state matches its beginning. Returns whether it did; the plan then holds the previous motion.
+    /// Begins a plan if the state matches its beginning. Returns whether it did; `plan` then contains the previous motion.
     pub fn take(&mut self, plan: &mut MotionPlan) -> bool {
         if !self.now.state.is_near(&plan.begins.state, SAME_STATE) {
             return false;

@@ -21,13 +21,14 @@ pub(crate) struct Considered {
 
 /// A jerk-limited, time-optimal motion of all joints to a goal at rest, which may be replaced at any time.
 ///
-/// It is planned once for each goal, then only evaluated. It respects the limits of speed, acceleration, jerk and position from every state that
-/// allows it; a state beyond a limit first returns to within it. For braking, and for the rare states for which the solver finds nothing (about one
-/// in 250,000), each joint moves on its own ([`JointPoint`]), which always finds a motion.
+/// The motion is planned once for each goal, then only evaluated. It keeps the limits of speed, acceleration, jerk and position from every state
+/// that allows it; from a state beyond a limit it first returns within the limit. For braking, and for the rare states for which the solver finds
+/// no motion (about one in 250,000), each joint moves on its own ([`JointPoint`]), which always finds a motion.
 ///
 /// Nothing is allocated after construction, except the message of a solver failure. Planning: [Berscheid and Kröger 2021], by the crate `rsruckig`.
-/// Error: a plan ends up to 1e-8 rad from the goal, which is then set exactly; durations are the minimum of the slowest joint to 1e-9 s
-/// (tests/it/reference.rs). From speeds above the limit, after a smaller share was set, they are up to 20 ms longer: the joint slows down first.
+/// Error: a plan ends up to 1e-8 rad from the goal, which is then set exactly; durations equal the minimum of the slowest joint to 1e-9 s
+/// (tests/it/reference.rs). From speeds above the limit, after a smaller share was set, they are up to 20 ms longer, because the joint slows down
+/// first.
 #[derive(Clone)]
 pub struct ReferenceMotion {
     solver: Solver,
@@ -43,7 +44,7 @@ pub struct ReferenceMotion {
     pub(crate) now: UnderWay,
 }
 
-/// The number of a plan without a number.
+/// Marks a plan that has no number yet.
 pub(crate) const NEW: u64 = u64::MAX;
 
 impl std::fmt::Debug for ReferenceMotion {
@@ -231,7 +232,8 @@ impl ReferenceMotion {
         self.now.by_way_of.as_ref()
     }
 
-    /// Sets the share of the speeds that may be used, from 0.001 to 1; if it changes, a motion to a goal is planned again. Accelerations stay.
+    /// Sets the share of the speeds that may be used, from 0.001 to 1; if it changes, a motion to a goal is planned again. Acceleration
+    /// limits stay the same.
     ///
     /// # Errors
     /// A share outside its range; the current motion then continues.

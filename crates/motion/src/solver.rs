@@ -17,7 +17,7 @@ pub enum JointTiming {
     /// All arrive at the same time, determined by the slowest.
     #[default]
     Together,
-    /// As [`Together`](Self::Together), on a straight line between configurations where the start allows it.
+    /// As [`Together`](Self::Together), and on a straight line between configurations if the start allows it.
     Straight,
     /// Each as soon as it can, independently.
     Soonest,
@@ -51,7 +51,7 @@ impl Way {
     }
 }
 
-/// The planner of [Berscheid and Kröger 2021], by the crate `rsruckig`, with its memory.
+/// The planner of [Berscheid and Kröger 2021] from the crate `rsruckig`, with its memory.
 #[derive(Clone)]
 pub(crate) struct Solver {
     otg: Ruckig<MOST_JOINTS, ThrowErrorHandler>,
@@ -81,7 +81,7 @@ impl Solver {
         };
     }
 
-    /// Plans a trajectory from a state within bounds and, if possible, within ranges, rad; was one found?
+    /// Plans a trajectory from a state, within bounds and, if possible, within ranges, rad. Returns whether one was found.
     pub(crate) fn plan(
         &mut self,
         from: &JointState,

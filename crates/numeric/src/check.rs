@@ -1,6 +1,6 @@
 //! Argument checks: each error names the argument, its value and the requirement.
 //!
-//! NaN passes none of them.
+//! NaN passes none of these checks.
 
 use std::fmt;
 use std::ops::RangeBounds;
@@ -13,7 +13,7 @@ pub enum ArgumentError {
     NonFinite {
         /// Name of the argument.
         what: &'static str,
-        /// Its index in an argument of several numbers, from 0.
+        /// Index of the value in an argument of several numbers, from 0.
         index: Option<usize>,
         /// NaN or the infinity.
         value: f64,

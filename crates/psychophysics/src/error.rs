@@ -41,7 +41,7 @@ pub enum PsychophysicsError {
     /// A column that is not in the header.
     #[error("no column {column:?} in the header {header:?}")]
     UnknownColumn { column: String, header: String },
-    /// A name that several columns of the header have.
+    /// A name that occurs for several columns of the header.
     #[error("column {column:?} occurs {count} times in the header")]
     AmbiguousColumn { column: String, count: usize },
     /// A column that is given two roles.
@@ -114,7 +114,7 @@ pub enum PsychophysicsError {
     /// All values are the same: there is no variance to analyse.
     #[error("all {count} values are {value}")]
     Constant { count: usize, value: f64 },
-    /// A negative (or zero) answer where ratios or logarithms are formed; `line` as for [`Scale`](Self::Scale).
+    /// A negative (or zero) answer although ratios or logarithms are needed; `line` as for [`Scale`](Self::Scale).
     #[error("line {line}: subject {subject:?}, {cell}: {value} is not {wanted}")]
     NotPositive {
         line: u64,

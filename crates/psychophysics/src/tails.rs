@@ -1,8 +1,8 @@
 //! Tail probabilities with full relative accuracy down to 1e-300 and below.
 //!
 //! The prefactor of the incomplete beta function is computed as a logarithm from both `x` and `1 − x`:
-//! computing one from the other, as statrs does, loses digits in thin tails. The error function is
-//! libm's, because that of statrs has only eleven correct digits.
+//! computing one of them from the other, as statrs does, loses digits in thin tails. The error
+//! function comes from libm, because that of statrs has only eleven correct digits.
 
 use libm::{erfc, lgamma as ln_gamma};
 use statrs::function::erf::erfc_inv;
@@ -72,7 +72,7 @@ pub fn t_quantile_two_sided(p: f64, df: f64) -> f64 {
 /// `P(χ² > x)` with `df` degrees of freedom.
 ///
 /// Error: below 1e-11 relative down to 1e-300 for up to 1e4 degrees of freedom, then growing with them, to 1e-6 at
-/// 1e8. NaN for degrees of freedom below 1e-6 or above 1e8, where the terms of the fraction no longer end.
+/// 1e8. NaN for degrees of freedom below 1e-6 or above 1e8, for which the continued fraction does not terminate.
 #[must_use]
 pub fn chi2_tail(x: f64, df: f64) -> f64 {
     if x.is_nan() || !(1e-6..=1e8).contains(&df) {
@@ -220,7 +220,7 @@ pub fn normal_quantile(p: f64) -> f64 {
 /// `I_x(a, b)` from `ln x` and `ln (1 − x)`.
 fn incomplete_beta(a: f64, b: f64, ln_x: f64, ln_y: f64) -> f64 {
     let (x, y) = (ln_x.exp(), ln_y.exp());
-    // The fraction converges fast on this side of the mean. On the other side use the complement, which is not small,
+    // The fraction converges fast on this side of the mean. On the other side, use the complement: it is not small,
     // so nothing cancels.
     if x > (a + 1.0) / (a + b + 2.0) {
         return 1.0 - beta_fraction(b, a, y, ln_y, ln_x);

@@ -14,7 +14,7 @@ const CHECKSUM: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 pub struct BinaryFormat {
     /// First bytes of the file.
     pub magic: [u8; 8],
-    /// Format number, from 1: this one is written; this and earlier ones are read.
+    /// Format number, from 1: files are written in this format and read in this and earlier ones.
     pub format: u16,
 }
 
@@ -46,7 +46,7 @@ pub enum BinaryFileError {
     Damaged {
         /// Checksum in the file.
         expected: u32,
-        /// Checksum of its bytes.
+        /// Checksum computed from the file's bytes.
         found: u32,
     },
     /// The bytes are intact, but their content is invalid.

@@ -42,7 +42,7 @@ impl Plane {
         Self::with_along(origin_m, normal, along)
     }
 
-    /// The same with a given `along`; its component in the plane is used.
+    /// As [`through`](Self::through), with a given `along`; its component in the plane is used.
     ///
     /// # Errors
     /// NaN or infinity, a zero normal, an `along` without a component in the plane.

@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::walking_thresholds::WalkingThresholds;
 use hwall_numeric::check::{finite, non_negative, that};
 
-/// Motion of a person at an instant: real, and by joystick.
+/// Motion of a person at an instant: of the real body, and by joystick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PersonMotion {
     /// Turn of the real body or head about the vertical, rad/s, counter-clockwise from above.
@@ -23,7 +23,8 @@ pub struct TurnConfig {
     /// Detection thresholds for a moving person.
     pub thresholds: WalkingThresholds,
     /// Share of a steered movement that counts as real, 0 to 1. Default 1, an assumption: the thresholds were measured
-    /// with real movements, none exist for a joystick, but the visual motion is the same. 0 is the conservative choice.
+    /// with real movements and none exist for a joystick, but the visual motion is the same. 0 is the conservative
+    /// choice.
     pub steered_share: f64,
     /// Largest rate, rad/s; default 15 degrees/s, an assumption.
     pub most_rad_per_s: f64,
@@ -138,7 +139,7 @@ impl AvatarTurn {
         })
     }
 
-    /// Smallest and largest unnoticed rate, rad/s: at most 0 and at least 0.
+    /// Smallest (at most 0) and largest (at least 0) unnoticed rate, rad/s.
     ///
     /// # Errors
     /// NaN or infinity.

@@ -18,8 +18,8 @@ pub struct SampledOrientations {
 pub struct Snapped {
     /// The sampled heading, rad.
     pub heading_rad: f64,
-    /// Turn from it to the requested heading, rad, in `(-π, π]`: the avatar must turn by this (counter-clockwise from
-    /// above) for the wall to appear at the sampled heading.
+    /// Turn from the sampled to the requested heading, rad, in `(-π, π]`. The avatar must turn by this
+    /// (counter-clockwise from above) for the wall to appear at the sampled heading.
     pub turn_rad: f64,
     /// Is the heading at most half a step away? Otherwise it lies beyond the last sampled one.
     pub sampled: bool,
@@ -54,7 +54,7 @@ impl SampledOrientations {
             end_rad,
             "0 to half a turn",
         )?;
-        // An end that is a multiple except for rounding counts.
+        // An end that is a multiple up to rounding is included.
         let each_side = (end_rad / step_rad + 1e-9).floor();
         Ok(Self {
             step_rad,
@@ -83,7 +83,7 @@ impl SampledOrientations {
         self.each_side * self.step_rad
     }
 
-    /// The sampled heading nearest to a heading of a wall's normal in the base frame, rad; ties give the
+    /// The sampled heading nearest to a heading of a wall's normal in the base frame, rad; on ties, the
     /// one farther from 0.
     ///
     /// # Errors

@@ -16,8 +16,8 @@ const HALVINGS: usize = 40;
 /// meets the board.
 ///
 /// Board and virtual surface are parallel. The shift grows in proportion to the progress towards the board along its normal:
-/// zero at the start, full at the board. A hand on another path, or to another place of the board,
-/// therefore also meets both surfaces at the same instant. Source of the growing shift: body warping, [Azmandian 2016], who use
+/// zero at the start, full at the board. A hand that takes another path, or reaches for another place on the board, therefore
+/// also meets both surfaces at the same instant. Source of the growing shift: body warping in [Azmandian 2016], which uses
 /// distances from the start instead of planes.
 ///
 /// ```
@@ -49,7 +49,7 @@ pub struct RedirectedReach {
 pub struct VirtualHand {
     /// Displayed position, m.
     pub position_m: DVec3,
-    /// Vector from the real hand to it, m.
+    /// Vector from the real hand to the virtual one, m.
     pub shift_m: DVec3,
     /// The shift is smaller than the reach requires, because the full shift would be noticed here: the hand is not at the
     /// intended position.

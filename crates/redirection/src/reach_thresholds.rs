@@ -40,7 +40,7 @@ pub struct ReachShift {
 }
 
 impl ReachShift {
-    /// The hands are the same.
+    /// No shift: both hands coincide.
     pub const NONE: Self = Self {
         horizontal_rad: 0.0,
         vertical_rad: 0.0,
@@ -177,7 +177,7 @@ impl ReachFrame {
         self.start_m
     }
 
-    /// Its length, m.
+    /// Length of the reach, m.
     #[must_use]
     pub const fn length_m(&self) -> f64 {
         self.length_m

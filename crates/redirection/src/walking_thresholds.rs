@@ -3,7 +3,7 @@
 use crate::error::Result;
 use hwall_numeric::check::{finite, non_negative, positive, that};
 
-/// Detection thresholds of redirected walking: half of the people do not notice this much.
+/// Detection thresholds of redirected walking: half of the people notice this much.
 ///
 /// Defaults: [Steinicke 2010], 12 people who turned and walked with a headset; numbers of its abstract. Confirm them for
 /// your display and your users before relying on them.
@@ -13,8 +13,8 @@ pub struct WalkingThresholds {
     pub real_turn_more: f64,
     /// Allowed deficit of the real turn against the virtual one, as a share of the virtual one, below 1; default 0.20.
     pub real_turn_less: f64,
-    /// Radius of the real circle for a virtual straight line, m; default 22. [Grechkin 2016] finds 11.6 m with another method of
-    /// asking.
+    /// Radius of the real circle for a virtual straight line, m; default 22. [Grechkin 2016] finds 11.6 m with another
+    /// psychophysical method.
     pub least_radius_m: f64,
 }
 
@@ -53,9 +53,9 @@ impl WalkingThresholds {
     /// Smallest and largest rate of an unnoticed turn of the avatar beyond the person's own, rad/s, counter-clockwise positive,
     /// for a person who turns at a rate (rad/s) and moves at a speed (m/s).
     ///
-    /// With a real turn ω the virtual one lies between `ω / (1 + more)` and `ω / (1 - less)`; a straight walk at
-    /// speed v may be bent by `v / radius`. The wider of the two ends applies, not their sum: no study measured both together. A
-    /// person at rest is not turned.
+    /// With a real turn ω the virtual one lies between `ω / (1 + more)` and `ω / (1 - less)`; a straight walk at speed v may be
+    /// bent by `v / radius`. The wider of the two ranges applies at each end, not their sum, because no study measured both
+    /// together. A person at rest is not turned.
     ///
     /// # Errors
     /// NaN or infinity.

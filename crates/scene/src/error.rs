@@ -49,7 +49,7 @@ pub enum SceneError {
     #[error("OBJ line {line}: face index {index}, but {vertices} vertices are defined so far")]
     ObjIndex {
         line: usize,
-        /// As written: from 1, or counted back from the latest if negative.
+        /// As written in the file: from 1, or counted back from the latest vertex if negative.
         index: i64,
         vertices: usize,
     },
@@ -111,7 +111,7 @@ pub enum SceneError {
 }
 
 impl SceneError {
-    /// Prefixes the file name: the sidecar's, if there is one and the error can only come from it, else the OBJ's.
+    /// Prefixes the name of the sidecar if there is one and the error can only come from it, and otherwise that of the OBJ.
     pub(crate) fn in_files(self, obj: &Path, sidecar: Option<&Path>) -> Self {
         let sidecar = sidecar.filter(|_| {
             matches!(

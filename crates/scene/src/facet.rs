@@ -92,8 +92,8 @@ impl Plane {
         }
     }
 
-    /// Same direction, and all corners within the plane tolerance for files with four decimals
-    /// (relative to the seed, for small scenes).
+    /// True if the triangle faces the same way and all its corners are within the plane's
+    /// tolerance: that of files with four decimals (relative to the seed, for small scenes).
     fn holds(&self, other: &Triangle) -> bool {
         let off = other
             .iter()

@@ -46,7 +46,7 @@ pub struct SurfaceClick {
     pub start: f64,
     /// Opening at which the resistance vanishes, m; above `start`.
     pub snap: f64,
-    /// Opening at which it is re-armed on return, m; from `start` to `snap`.
+    /// Opening at which the resistance is re-armed on return, m; from `start` to `snap`.
     pub release: f64,
     /// Resistance at `snap`, N.
     pub force: f64,

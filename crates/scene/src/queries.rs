@@ -21,7 +21,7 @@ pub struct Ray {
     pub direction: DVec3,
 }
 
-/// A point of a surface: where a ray meets it, or the one closest to some point.
+/// A point of a surface: where a ray hits it, or the point closest to a query point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
     /// The surface.
@@ -30,7 +30,7 @@ pub struct Hit {
     pub point_m: DVec3,
     /// Unit normal of the triangle, towards the ray origin or query point (outward if that lies in its plane).
     pub normal: DVec3,
-    /// True if that side is the outside, by the winding of the file.
+    /// True if the normal points outward, according to the winding of the file.
     pub outside: bool,
     /// Distance from the origin of the ray, or from the query point, m.
     pub distance_m: f64,
@@ -40,9 +40,9 @@ impl Scene {
     /// Nearest surface along a ray, untouchable ones included, both sides of every face.
     ///
     /// `direction` may have any length; a hit at the origin itself counts. No ray passes between
-    /// two triangles that share an edge. Everything except the search is f64: the error of the
-    /// point is about 1e-15 of the scene's size plus 1e-16 of the distance to the origin, divided
-    /// by the sine of the angle to the face for grazing rays.
+    /// two triangles that share an edge. Everything except the search is f64. The error of the
+    /// point is about 1e-15 of the scene's size plus 1e-16 of the distance to the origin; for
+    /// grazing rays it is divided by the sine of the angle to the face.
     ///
     /// # Errors
     /// NaN, infinity, or a direction of zero length.
@@ -262,7 +262,8 @@ fn unit(direction: DVec3) -> Result<DVec3> {
     if largest == 0.0 {
         return Err(SceneError::ZeroDirection);
     }
-    // Squares of 1e-200 underflow and those of 1e200 overflow; then scale the largest component to one first.
+    // The square of 1e-200 underflows and that of 1e200 overflows, so very small or large directions are first scaled to a largest
+    // component of one.
     Ok(if (1e-100..1e100).contains(&largest) {
         direction.normalize()
     } else {

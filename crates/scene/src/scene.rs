@@ -83,7 +83,7 @@ impl Geometry {
 }
 
 impl Scene {
-    /// Reads an OBJ file and its sidecar; by default `room.toml` beside `room.obj`, if it exists.
+    /// Reads an OBJ file and its sidecar; by default `room.toml` next to `room.obj`, if it exists.
     /// Limits: [`LoadLimits::default`].
     ///
     /// # Errors

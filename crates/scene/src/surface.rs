@@ -29,7 +29,7 @@ pub enum SurfaceKind {
         min_rad: f64,
         /// Largest opening, rad; not negative.
         max_rad: f64,
-        /// Its mechanics.
+        /// Mechanics of the door.
         mechanics: Mechanics,
     },
     /// Slides along a line; the opening is a distance, zero as modelled in the file.
@@ -42,7 +42,7 @@ pub enum SurfaceKind {
         min_m: f64,
         /// Largest opening, m; not negative.
         max_m: f64,
-        /// Its mechanics, including the click of a button.
+        /// Mechanics of the part, including the click of a button.
         mechanics: Mechanics,
     },
     /// Fixed; rays hit it, but it is not touchable (floor, pedestal).
@@ -128,7 +128,7 @@ impl SurfaceKind {
         }
     }
 
-    /// Its mechanics; `None` for fixed surfaces.
+    /// Mechanics of the surface; `None` for fixed surfaces.
     #[must_use]
     pub const fn mechanics(&self) -> Option<&Mechanics> {
         match self {

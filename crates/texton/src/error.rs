@@ -99,12 +99,12 @@ pub enum TextonError {
         row: usize,
         value: f64,
     },
-    /// A picture without relief or contrast; `least`: what its steps could hide.
+    /// A picture without relief or contrast; `least`: the largest variation that its steps could hide.
     #[error(
         "the picture is uniform: its values vary by {rms:.1e}, and its steps could hide {least:.1e}"
     )]
     Uniform { rms: f64, least: f64 },
-    /// A picture too coarse for what a finger feels as texture.
+    /// A picture too coarse to resolve what a finger feels as texture.
     #[error(
         "the finest period that the picture resolves is {finest_mm:.2} mm, and a finger feels relief below {most_mm} mm as texture: take it from nearer"
     )]
@@ -129,7 +129,7 @@ pub enum TextonError {
         is_mm: f64,
         needs_mm: f64,
     },
-    /// Fewer levels than wanted, or none wanted.
+    /// Fewer levels than wanted, or no level wanted.
     #[error("{wanted} levels wanted, there are {levels}")]
     TooFewLevels { wanted: usize, levels: usize },
 }

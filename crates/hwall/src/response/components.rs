@@ -2,7 +2,7 @@
 
 use super::demonstration::Task;
 
-/// Rounds of k-means; a few hundred configurations converge long before.
+/// Maximum rounds of k-means; a few hundred configurations need far fewer.
 const ROUNDS: usize = 50;
 
 /// The component of each demonstration, from 0, and the task of each component.

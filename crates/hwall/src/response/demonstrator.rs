@@ -76,8 +76,8 @@ impl Demonstrator {
         Ok(None)
     }
 
-    /// The arm in step with a reach: at each share of the duration of the reach it has completed the same share of the duration of its
-    /// path, so that both arrive together. `None` as for [`way`](Self::way).
+    /// Configurations of the arm in step with a reach: after each fraction of the reach's duration, the arm has completed the same
+    /// fraction of its path's duration, so hand and arm arrive together. `None` as for [`way`](Self::way).
     ///
     /// # Errors
     /// As for [`way`](Self::way).

@@ -1,15 +1,15 @@
 //! Is a reach like the training reaches?
 
-/// Evidence against the mixture that reaches of held-out people accumulate, by the time since they began.
+/// Evidence against the mixture in reaches of held-out people, as a function of the time since each reach began.
 ///
-/// The evidence of a sample is `-2 ln p` under the mixture of all components, in excess of a perfect prediction, and per value, so that
-/// missing points do not count as agreement. It is averaged over the reach so far: an unusual start counts against the reach for as long as
-/// an unusual path.
+/// The evidence of a sample is `-2 ln p` under the mixture of all components, in excess of a perfect prediction. It is divided by the
+/// number of values, so that missing points do not count as agreement. It is averaged over the reach so far, so an unusual start continues
+/// to count against the reach.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Familiarity {
     /// Median of the held-out reaches after 1, 2, 4, 8 ... sampling periods.
     usual: Vec<f64>,
-    /// Limit as a multiple of the median: the allowance times what only one in a hundred of them exceeds at some time.
+    /// Limit as a multiple of the median: the allowance times the ratio that only one in a hundred held-out reaches exceeds at some time.
     limit: f64,
 }
 
@@ -24,7 +24,7 @@ const AGAIN: f64 = 0.6;
 
 impl Familiarity {
     /// From the evidence of held-out reaches, one list each: pairs of the time since the beginning, in sampling periods, and the mean
-    /// evidence by then. `None` if too few lists hold any.
+    /// evidence by then. `None` if too few lists have entries.
     pub(super) fn of(reaches: &[Vec<(f64, f64)>]) -> Option<Self> {
         let told = || reaches.iter().filter(|reach| !reach.is_empty());
         if told().count() < LEAST {
@@ -44,7 +44,8 @@ impl Familiarity {
                 median.filter(|median| *median > 0.0 && median.is_finite())
             })
             .collect();
-        // Empty bins take the median of the one before, leading ones the first median; without any median there is no test.
+        // An empty bin takes the median of the bin before it; leading empty bins take the first median. Without any median there is no
+        // test.
         let mut last = *medians.iter().flatten().next()?;
         let usual = medians
             .into_iter()
@@ -72,7 +73,7 @@ impl Familiarity {
         mean / self.usual[number]
     }
 
-    /// Is the reach still familiar, given whether it was?
+    /// Is the reach familiar, given whether it was before this sample?
     pub(super) fn is_familiar(&self, was: bool, periods: f64, mean: f64) -> bool {
         let limit = match was {
             true => self.limit,
@@ -123,7 +124,7 @@ mod tests {
         for nothing in [0.0, f64::NAN, f64::INFINITY] {
             assert_eq!(Familiarity::of(&vec![vec![(1.0, nothing)]; LEAST]), None);
         }
-        // Reaches that were seen late only.
+        // Reaches that were first seen late.
         let late = vec![vec![(9.0, 0.2)]; LEAST];
         assert!(Familiarity::of(&late).unwrap().is_familiar(true, 1.0, 0.2));
     }

@@ -13,14 +13,14 @@ use std::f64::consts::TAU;
 /// The joints at the end of a reach, as inferred from the hand so far.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointPosterior {
-    /// Mean of the most probable component, rad. It may lie outside the limits of an arm. A mean over components would be a configuration
-    /// of none of them.
+    /// Mean of the most probable component, rad. It may lie outside the joint limits. It is not averaged over components, because the
+    /// average would belong to none of them.
     pub q: JointPositions,
-    /// Its covariance, rad².
+    /// Covariance of `q`, rad².
     pub covariance_rad2: [[f64; 7]; 7],
     /// The most probable component.
     pub component: usize,
-    /// Its probability.
+    /// Probability of that component.
     pub probability: f64,
     /// Probability of each task, in the order of [`Task::ALL`].
     pub tasks: [f64; 3],
@@ -31,7 +31,7 @@ pub struct JointPosterior {
 }
 
 impl JointPosterior {
-    /// The moments of its component.
+    /// The moments of the most probable component.
     pub(super) const fn moments(&self) -> JointMoments {
         JointMoments {
             q: self.q,
@@ -40,7 +40,7 @@ impl JointPosterior {
     }
 }
 
-/// The joints at the end of a reach by one component.
+/// The joints at the end of a reach according to one component.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct JointMoments {
     /// Mean, rad.
@@ -118,7 +118,7 @@ impl ResponseFilter {
 
     /// Starts a new reach: forgets the samples of the previous one.
     pub fn begin(&mut self) {
-        // Both are of one model, so their sizes agree.
+        // Both banks belong to one model, so their sizes agree.
         if self.bank.restart_from(&self.fresh).is_err() {
             self.bank.clone_from(&self.fresh);
         }
@@ -196,8 +196,9 @@ impl ResponseFilter {
         Ok(all)
     }
 
-    /// Is the reach like the training reaches, under at least one component? If not, its joints are unreliable, too. The test compares the
-    /// likelihood of all samples so far with that of held-out demonstrations, with hysteresis. `true` if too few were demonstrated.
+    /// Is the reach like the training reaches, under at least one component? If not, the inferred joints are unreliable. The test compares
+    /// the likelihood of all samples so far with that of held-out demonstrations, with hysteresis. `true` if there are too few
+    /// demonstrations for a test.
     #[must_use]
     pub const fn is_familiar(&self) -> bool {
         self.seen.familiar
@@ -235,7 +236,7 @@ impl ResponseFilter {
         })
     }
 
-    /// The joints at the end by one component; `None` if the component is ruled out.
+    /// The joints at the end of the reach according to one component; `None` if the component is ruled out.
     ///
     /// # Errors
     /// Arithmetic that overflowed.

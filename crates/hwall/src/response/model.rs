@@ -16,18 +16,18 @@ use hwall_numeric::check::positive;
 pub struct ResponseConfig {
     /// Basis functions of the phase for each coordinate of the hand. Default: 7 Legendre polynomials.
     pub hand: Basis,
-    /// The same for each joint. Default: 7 Legendre polynomials.
+    /// Basis functions of the phase for each joint. Default: 7 Legendre polynomials.
     pub joints: Basis,
     /// Directions kept for each component. Default 22, which with the phase and its velocity fill three wide vectors; the time of a step
-    /// grows with the square.
+    /// grows with the square of this number.
     pub rank: usize,
-    /// Average number of demonstrations for each component. Default 25: with fewer, components are more local and know fewer people.
+    /// Average number of demonstrations for each component. Default 25: with fewer, components are more local but represent fewer people.
     pub per_component: usize,
     /// Components of fewer demonstrations are merged into others. Default 12.
     pub least: usize,
     /// Standard deviation of each coordinate of a sample from the demonstrated range, m. Default 0.1. It is the same for all components, so
-    /// that they can be weighed against each other, and larger than the noise of a tracker: a new person deviates in the same direction for
-    /// many samples, each of which counts as new evidence.
+    /// that they can be weighed against each other. It is larger than the noise of a tracker, because a new person deviates in the same
+    /// direction for many samples, and each of these counts as new evidence.
     pub noise_m: f64,
     /// Hypotheses of the bank after the first tenth of a motion; before, there are two for each component. Default 12.
     pub hypotheses: usize,
@@ -95,12 +95,12 @@ impl ResponseModel {
         let (mut rest, mut others) = (Vec::new(), Vec::new());
         for task in Task::ALL {
             let of_task: Vec<_> = all.iter().filter(|d| d.task == task).copied().collect();
-            // Take the last ones: demonstrations of one person stand together, so these are of other people.
+            // Take the last ones: demonstrations of one person are consecutive, so the last ones are from other people.
             let (known, other) = of_task.split_at(of_task.len() - of_task.len() / OTHERS);
             rest.extend_from_slice(known);
             others.extend_from_slice(other);
         }
-        // Uses the same points, so that the evidence is comparable. Too few for a model of the rest are too few for this.
+        // Uses the same points, so that the evidence is comparable. If the rest is too small for a model, there is no test.
         let without_others = match others.len() < LEAST {
             true => None,
             false => Self::of(&rest, &points, config).ok(),
@@ -179,7 +179,7 @@ impl ResponseModel {
         &self.tasks
     }
 
-    /// Points of the hand that it learnt from.
+    /// Points of the hand that the model learnt from.
     #[must_use]
     pub fn points(&self) -> &[HandPoint] {
         &self.points

@@ -13,12 +13,13 @@ use hwall_kinematics::ArmKinematics;
 use hwall_scene::Scene;
 use std::sync::Arc;
 
-/// A hand that rests within this distance of the presented board is at it, m.
+/// A hand that rests within this distance of the presented board counts as being at the board, m.
 const AT_IT_M: f64 = 0.12;
-/// A face within this distance of a surface represents it, m. The surface is only named: point and normal come from the face.
+/// A face within this distance of a surface represents that surface, m. Point and normal of the prediction come from the face, not from the
+/// surface.
 const STANDS_FOR_M: f64 = 0.3;
 
-/// Hysteresis: a response that was outside the joint limits must be inside by this, rad.
+/// Hysteresis: after being outside the joint limits, a response must be inside by this much to count again, rad.
 const INSIDE_RAD: f64 = 0.03;
 
 /// What an [`EndToEnd`] predictor does with the hand.
@@ -37,8 +38,8 @@ pub enum ResponseState {
 
 /// Leads the arm by the posterior over its joints; see [`Predictor::response_rad`].
 ///
-/// For the policy it predicts a contact at the face of the board by forward kinematics, with the covariance of the posterior: an uncertain
-/// response moves nothing.
+/// For the policy it predicts a contact at the face of the board by forward kinematics, with the covariance of the posterior, so an
+/// uncertain response does not move the arm.
 #[derive(Debug, Clone)]
 pub struct EndToEnd {
     stream: StreamEstimator<ResponseEstimator>,
@@ -53,7 +54,7 @@ impl EndToEnd {
     /// For the arm that was demonstrated, with the face of the board as its tool.
     ///
     /// # Errors
-    /// None with the settings built in.
+    /// None with the built-in settings.
     pub fn new(model: &ResponseModel, arm: Arc<dyn ArmKinematics>) -> Result<Self, SessionError> {
         let estimator = ResponseEstimator::new(model, arm);
         Ok(Self {
@@ -71,7 +72,7 @@ impl EndToEnd {
         self.state
     }
 
-    /// What to do with a posterior, given what was done with the one before.
+    /// What to do with a posterior, given the state before it.
     fn state_with(&self, posterior: &JointPosterior) -> ResponseState {
         let estimator = self.stream.estimator();
         if !estimator.is_familiar() {

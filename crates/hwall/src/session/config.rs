@@ -56,8 +56,8 @@ impl Default for SessionConfig {
 ///
 /// - Points of the hand may stand still: [`HandFilterConfig::freeze`] detects frozen ones and reports the hand as lost. A head may stand
 ///   still, too, because a simulated head does; if your headset always shows tremor, set `head.frozen_s`.
-/// - The edge of the face is 15 mm wide, because a touch in place keeps 20 mm away from it ([`PlaceTolerance`]); only pushes above 20 N are
-///   located, to within a few millimetres.
+/// - The edge of the face is 15 mm wide, because a touch on a board in place is at least 20 mm from the border ([`PlaceTolerance`]); only
+///   pushes above 20 N are located, to within a few millimetres.
 /// - Inputs count as sound again after 0.1 s: a board that returns later meets a hand that is already in the wall.
 #[must_use]
 pub fn session_supervisor() -> SupervisorConfig {

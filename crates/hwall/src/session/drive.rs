@@ -59,7 +59,7 @@ pub trait Controller {
 /// What one cycle of [`drive`] did.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cycle {
-    /// Its time on the clock of the arm, s.
+    /// Time of the cycle on the clock of the arm, s.
     pub t_s: f64,
     /// The state that the command answers.
     pub state: ArmState,
@@ -71,9 +71,9 @@ pub struct Cycle {
 /// cycle: to take events, to write a recording, to advance a simulated arm.
 ///
 /// # Errors
-/// The first error of the arm, its surroundings or `after`. A command that the arm temporarily does not take is no error: the session
-/// holds. Before the loop ends, the arm is commanded to hold. It may no longer receive that, so a driver must stop its arm by itself when
-/// no commands come.
+/// The first error of the arm, its surroundings or `after`. A command that the arm temporarily does not take is not an error: the session
+/// then holds. Before the loop ends, the arm is commanded to hold. The arm may no longer receive that command, so a driver must stop its
+/// arm by itself when no commands come.
 pub fn drive<C, R, S>(
     controller: &mut C,
     arm: &mut R,

@@ -46,7 +46,7 @@ pub enum EventKind {
     /// The arm holds still because an input is missing or wrong.
     Held(HoldReason),
     /// The supervisor has taken over, or has changed its action or reason. A fault that the renderer has reported ([`EventKind::Held`]) is
-    /// not reported again while the arm stands still for it.
+    /// not reported again while it is the reason that the arm stands still.
     Safe(SafeState),
     /// The reason to hold, or for the supervisor to act, is gone.
     Resumed,
@@ -67,7 +67,7 @@ pub enum EventKind {
     /// The touched board starts to move, to feel as rough as the surface that it represents.
     #[cfg(feature = "texture")]
     TextureStarted(crate::texture::TexturedTouch),
-    /// That motion ends by itself: the end of the stroke or of the face is near.
+    /// The motion of the texture ends by itself: the end of the stroke or of the face is near.
     #[cfg(feature = "texture")]
     TextureEnded,
 }

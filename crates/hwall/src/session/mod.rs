@@ -55,11 +55,11 @@ use waiting::Waiting;
 use worker::Worker;
 use world::World;
 
-/// A tracked hand goes in, commands for the arm that carries the board come out.
+/// Turns a tracked hand into commands for the arm that carries the board.
 ///
 /// Works with any [`ArmKinematics`] (closed form for S-R-S arms, numeric for any other chain of up to seven joints) and any [`Predictor`].
-/// The session sees the arm only through [`ArmState`], so a simulated and a real arm look the same. Nothing reads a clock; all times come
-/// with the inputs.
+/// The session sees the arm only through [`ArmState`], so a simulated and a real arm look the same. The session reads no clock; all times
+/// come with the inputs.
 ///
 /// Call [`Session::frame`] at the rate of the tracker, [`Session::step`] at that of the control loop, and [`Session::plan`] after each
 /// step, once the command has been sent: a step alone never searches for a path. [`Session::split`] gives the three parts, one for each
@@ -73,7 +73,7 @@ pub struct Session<P> {
 impl<P: Predictor> Session<P> {
     /// Takes an arm (its tool is replaced by the face of the board), a scene in the arm's base frame, prior knowledge of the walls, and a
     /// contact predictor. [`Walls::of`] computes that knowledge; [`Walls::default`] is empty, so that the arm's solver decides alone; maps
-    /// alone will do too.
+    /// without an atlas are enough, too.
     ///
     /// # Errors
     /// A setting outside its range; more roughnesses in the scene than the board has levels;
@@ -110,7 +110,7 @@ impl<P: Predictor> Session<P> {
         let safety = match config.supervisor {
             Some(mut supervisor) => {
                 if supervisor.room.is_none() {
-                    // People stand on the scene's floor, and so does whatever carries the arm.
+                    // People and the support of the arm stand on the scene's floor.
                     let lowest_m = scene.bounds().min_m.z;
                     supervisor.room = Some(Room::with_floor(lowest_m.min(0.0))?);
                 }
@@ -323,7 +323,7 @@ impl<P: Predictor> Session<P> {
         self
     }
 
-    /// How many times a step received new results, if frames are processed on their own thread: for a recording.
+    /// For a recording: how many times a step received new results; `None` unless frames are processed on their own thread.
     #[must_use]
     pub fn perceived(&self) -> Option<u64> {
         match &self.perceiving {
@@ -361,7 +361,8 @@ impl<P: Predictor> Session<P> {
         Ok(self)
     }
 
-    /// Step that the planner's newest result is for, and number of the surfaces it used, if it runs on its own thread: for a recording.
+    /// For a recording: the step that the planner's newest result is for, and the number of the set of surfaces it used; `None` unless the
+    /// planner runs on its own thread.
     #[must_use]
     pub const fn planned(&self) -> Option<[u64; 2]> {
         match self.planning {
@@ -467,7 +468,7 @@ impl<P: Predictor> Session<P> {
     }
 
     /// Splits the session into three parts, one for each thread. Results of the tracker's part reach the arm's by a hand-over in which the
-    /// newest wins and neither side waits; so do door openings, world poses and plans.
+    /// newest wins and neither side waits. Door openings, world poses and plans are handed over in the same way.
     #[must_use]
     pub fn split(self) -> (Perception<P>, Planner, Control) {
         let planner = match self.planning {

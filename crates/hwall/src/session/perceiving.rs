@@ -114,7 +114,7 @@ impl<P> Shared<P> {
 /// The tracker's half, which processes its inputs while the control loop continues.
 ///
 /// Inputs are handed over together with what the control loop knows at that time; results are taken at the start of a step. What a step
-/// knows depends only on the order of the two. A replay keeps that order without a thread.
+/// knows depends only on the order of hand-overs and results. A replay keeps that order without a thread.
 pub(super) struct Apart<P> {
     shared: Arc<Shared<P>>,
     /// `None` in a replay.
@@ -183,7 +183,7 @@ impl<P: Predictor> Apart<P> {
         self.give();
     }
 
-    /// Hands over the waiting inputs, unless earlier ones are still out.
+    /// Hands over the waiting inputs, unless earlier ones are still being processed.
     fn give(&mut self) {
         if self.is_away || self.inbox.is_empty() {
             return;
@@ -264,7 +264,7 @@ impl<P: Predictor> Apart<P> {
 }
 
 impl<P: Predictor> Apart<P> {
-    /// Ends the thread, and sends its results.
+    /// Ends the thread and sends its results.
     pub(super) fn end(mut self) -> Perception<P> {
         if let Some(mut worker) = self.worker.take() {
             worker.end();

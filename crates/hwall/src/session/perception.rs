@@ -75,7 +75,7 @@ pub(super) struct Newest {
     unfamiliar: bool,
 }
 
-/// What the board is for.
+/// What the board is to do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Intent {
     Wait,
@@ -142,8 +142,9 @@ impl Presenting for Presentable<'_> {
 impl<P: Predictor> Perception<P> {
     /// Takes one frame of the tracker, with points in the base frame of the arm.
     ///
-    /// Frames come in order of time. If one is out of order, holds NaN or jumps, the hand is lost with a reason ([`EventKind::Frame`]);
-    /// this is never an error. Nothing is allocated unless the predictor does so, or the world jumped or tilted since the last frame.
+    /// Frames come in order of time. If a frame is out of order, contains NaN or jumps, the hand counts as lost, with a reason
+    /// ([`EventKind::Frame`]); this is never an error. Allocates only if the predictor does, or if the world jumped or tilted since the
+    /// last frame.
     pub fn frame(&mut self, frame: &HandFrame) {
         self.listen();
         self.perceive(frame);
@@ -416,8 +417,8 @@ impl<P: Predictor> Perception<P> {
         self.events.missed()
     }
 
-    /// Is a hand at the surface that the board represents, in the frame of the scene? Otherwise someone or something else pressed the
-    /// board.
+    /// Is the hand, given in the frame of the scene, at the surface that the board represents? Otherwise someone or something else
+    /// pressed the board.
     fn is_at_served(&self, at_m: DVec3) -> bool {
         self.newest.contact.is_some_and(|contact| {
             let closest = self.scene.project_on(contact.surface, at_m);
@@ -439,8 +440,8 @@ impl<P: Predictor> Perception<P> {
 
     /// Does the surface of a contact still lie where the maps have it, at a point of the base frame?
     ///
-    /// In a world that has not moved, a surface leaves its map only if its plane changes, as that of a door does. In a world that moved,
-    /// the surface itself must be there.
+    /// In a world that has not moved, a surface disagrees with its map only if its plane has changed, as with an opened door. In a world
+    /// that moved, the surface itself must be there.
     fn lies_on(&self, contact: &ContactPrediction, point_m: DVec3) -> bool {
         let off_plane_m = (point_m - contact.point_m).dot(contact.normal);
         let Some(world_from_base) = self.world.world_from_base() else {

@@ -4,7 +4,7 @@ use hwall_contact::ContactPrediction;
 use hwall_haptics::{BarrierTree, Board, BoardTarget};
 use hwall_kinematics::{ArmKinematics, ArmScratch, JointPositions, NearestConfig};
 
-/// A response belongs to the policy's contact if its own contact is within this distance, m: the policy holds a place while its prediction
+/// A response belongs to the policy's contact if its own contact is within this distance, m: the policy keeps a place while the prediction
 /// moves by less.
 const SAME_M: f64 = 0.06;
 
@@ -49,7 +49,7 @@ pub(in crate::session) const SHORT_M: f64 = 0.03;
 impl Answer {
     /// The given angles, unless the face would be in front of a surface: it is then retracted along its own normal by the excess. Surfaces
     /// only limit the angles; they are never targets. A configuration that cannot be retracted stays as it is, and no path will lead there;
-    /// so does one outside the joint limits, for which the arm holds.
+    /// one outside the joint limits also stays as it is, and the arm holds.
     pub(in crate::session) fn of(
         q: &JointPositions,
         surfaces: (&BarrierTree, &Board),

@@ -14,13 +14,13 @@ const CLEARLY_S: f64 = 0.04;
 #[derive(Debug, Clone)]
 pub(super) struct Waiting {
     usual: Option<JointPositions>,
-    /// By available time, s, the default first; `None` if no atlas was built.
+    /// Atlases with their available times, s, the default first; `None` if no atlas was built.
     atlases: Vec<(f64, Option<Arc<Atlas>>)>,
     present: usize,
 }
 
 impl Waiting {
-    /// For a person of whom nothing is known.
+    /// For an unknown person.
     pub(super) fn of(walls: &Walls) -> Self {
         let others = walls.others.iter();
         let others = others.map(|other| (other.budget_s, Some(Arc::clone(&other.atlas))));
@@ -48,7 +48,7 @@ impl Waiting {
         self.atlases[self.present].1.as_ref()
     }
 
-    /// Waiting posture, rad; `None`: where it is.
+    /// Waiting posture, rad; `None`: the arm stays where it is.
     pub(super) fn posture(&self) -> Option<JointPositions> {
         match self.present {
             0 => self.usual,

@@ -9,7 +9,7 @@ use hwall_hand::HandState;
 /// The pose of the virtual world at one time: an input like the hand.
 ///
 /// A pose stays valid until the next one, so a static world needs none. While the world moves, send poses as often as frames: a frame is
-/// interpreted in the newest pose, whatever the time between them.
+/// interpreted in the newest pose, however old that pose is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WorldPose {
     /// Time on the clock of the tracker, s.
@@ -37,9 +37,9 @@ const MOVING_S: f64 = 0.1;
 pub(super) enum WorldChange {
     /// The world has not moved.
     None,
-    /// It moved.
+    /// The world moved.
     Moved,
-    /// It jumped: positions seen before are invalid.
+    /// The world jumped: positions seen before are invalid.
     Leapt,
 }
 
@@ -111,7 +111,7 @@ impl World {
         (pose != Pose::IDENTITY).then(|| pose.inverse())
     }
 
-    /// The state of a tracked hand in the world: if the person is steered along, a resting hand moves, too.
+    /// The state of a tracked hand in the world: if the person is carried along in it, a resting hand moves, too.
     pub(super) fn hand_in_world(&self, hand: &HandState, world_from_base: &Pose) -> HandState {
         let mut there = hand.transformed(world_from_base);
         let Some(motion) = self.motion.filter(|motion| hand.t_s <= motion.until_s) else {

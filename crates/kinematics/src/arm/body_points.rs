@@ -20,7 +20,8 @@ pub struct BodyPoints {
 }
 
 impl BodyPoints {
-    /// From points on the body in order, without base and tool. Drops points within 1 mm of the previous one and all after the seventh.
+    /// From points on the body in order, without base and tool. Drops points within 1 mm of the previous one, and all points after the
+    /// seventh.
     pub fn new(places_m: impl IntoIterator<Item = DVec3>, base_from_tool: Pose) -> Self {
         let mut points = Self {
             base_from_tool,
@@ -54,7 +55,7 @@ impl BodyPoints {
         });
         let feet = turning.filter_map(|joint| {
             let axis = jacobian.angular[joint];
-            // v = ω x r, so the axis passes the tool point at -(v x ω) from it.
+            // v = ω x r, so the axis passes through the point at -(v x ω) from the tool point.
             let on_axis = tool_m - jacobian.linear[joint].cross(axis);
             let (point, direction) = before.replace((on_axis, axis))?;
             last = foot_on_second(point, direction, on_axis, axis, last);

@@ -26,13 +26,14 @@ const RESTARTS_IN_A_STEP: usize = 8;
 /// The tip of the chain is the flange. Prismatic joints use metres where others use radians.
 ///
 /// [`ArmKinematics::nearest`] first descends from the reference. That solution is near the reference but not proven
-/// nearest, and has `branch_changed` false: a chain has no named branches, and a short descent stays on its own. If
-/// the descent fails, further attempts start from configurations drawn with a fixed seed. One descent takes about
-/// 10 µs (more if it fails slowly) in an `opt-level = 1` build. The policy bounds the number of descents:
+/// nearest, and has `branch_changed` false: a chain has no named branches, and a short descent stays on the branch
+/// where it starts. If the descent fails, further attempts start from configurations drawn with a fixed seed. One
+/// descent takes about 10 µs (more if it fails slowly) in an `opt-level = 1` build. The policy bounds the number of
+/// descents:
 ///
-/// - [`BranchPolicy::Keep`], [`BranchPolicy::Beside`]: the first only.
-/// - [`BranchPolicy::Prefer`]: nine; the nearest of the first four solutions wins. It fits into a control step of 1 ms and
-///   misses about 1 % of the reachable poses far from the reference.
+/// - [`BranchPolicy::Keep`], [`BranchPolicy::Beside`]: only the first descent.
+/// - [`BranchPolicy::Prefer`]: nine descents; the nearest of the first four solutions wins. It fits into a control step of
+///   1 ms and misses about 1 % of the reachable poses far from the reference.
 /// - [`BranchPolicy::Any`]: all 41 searches (the first and 40 restarts); the nearest solution wins. Not for a control step.
 ///
 /// Deterministic: the same input gives the same answer.

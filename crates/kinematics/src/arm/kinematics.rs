@@ -134,7 +134,7 @@ pub trait ArmKinematics: Debug + Send + Sync {
 pub struct ArmSolution {
     /// Joint positions within all limits, rad.
     pub q: JointPositions,
-    /// True if it lies on a branch that does not connect to the reference's branch.
+    /// True if the configuration lies on a branch that does not connect to the reference's branch.
     pub branch_changed: bool,
     /// Largest joint difference to the reference, rad.
     pub largest_move_rad: f64,

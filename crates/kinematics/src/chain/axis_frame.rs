@@ -34,7 +34,7 @@ impl Axis {
     };
 }
 
-/// Position of a joint as the frames use it: `(sin q, cos q)`, or `(q, 0)` for a slide.
+/// Joint position in the form that the frames use: `(sin q, cos q)`, or `(q, 0)` for a slide.
 pub(super) type Setting = (f64, f64);
 
 /// Joints whose sines are computed together.
@@ -76,7 +76,7 @@ impl AxisFrame {
         self.moved(self.rotation, self.translation, setting)
     }
 
-    /// Pose in the base frame, given that of the previous frame.
+    /// Pose in the base frame, given the pose of the previous frame.
     // Inlined by hand: otherwise LLVM passes the matrix through memory, 2.5 times slower.
     #[inline(always)]
     pub(super) fn after(

@@ -302,7 +302,7 @@ impl ChainDynamics {
         Ok(finite("potential energy", energy)?)
     }
 
-    /// Checks the length of an output: one value a joint, or one a pair of joints.
+    /// Checks the length of an output: one value per joint, or one per pair of joints.
     pub(super) fn check_length(
         what: &'static str,
         expected: usize,
@@ -389,8 +389,9 @@ impl ChainDynamics {
         }
     }
 
-    /// Mass matrix, row-major, from composite bodies and joint screws in base axes about the last joint's origin: there the wrist entries,
-    /// the smallest, do not suffer cancellation. Returns the tip relative to that origin, base axes; the screws stay in the scratch.
+    /// Mass matrix, row-major, from composite bodies and joint screws in base axes about the last joint's origin: with this choice the
+    /// wrist entries, which are the smallest, do not suffer cancellation. Returns the tip relative to that origin, base axes; the screws
+    /// stay in the scratch.
     pub(super) fn composite_bodies(&self, s: &mut DynamicsScratch, out: &mut [f64]) -> DVec3 {
         let n = self.bodies.len();
         let (mut r, mut p) = (DMat3::IDENTITY, DVec3::ZERO);

@@ -7,7 +7,8 @@ use crate::joints::{JointLimit, JointPositions, MOST_JOINTS};
 
 /// Number of postures examined.
 const POSTURES: u32 = 256;
-/// A computed time is taken to be within these, s: torque limits of descriptions are often placeholders, and some arms cannot hold every posture.
+/// A computed time is clamped to this range, s, because torque limits in descriptions are often placeholders, and some arms cannot hold
+/// every posture.
 const COMPUTED_S: [f64; 2] = [0.1, 1.0];
 /// Without masses or torque limits all joints reach their full speed in this time, s. An assumption.
 const FULL_SPEED_S: f64 = 0.3;
@@ -24,9 +25,9 @@ pub struct EstimatedAccelerations {
 }
 
 impl Chain {
-    /// Largest accelerations of the joints: those of the description, or else what lets all joints together reach their full speed within their
-    /// torques, carrying `payload` in the tip frame, in the worst of 256 postures, between 0.1 and 1 s. Without masses or torque limits full speed is
-    /// assumed to take 0.3 s.
+    /// Largest accelerations of the joints: those of the description, or else full speed divided by the time in which all joints together reach it.
+    /// That time is computed from the torque limits in the worst of 256 postures, with `payload` (given in the tip frame), and clamped to 0.1 to 1 s.
+    /// Without masses or torque limits it is assumed to be 0.3 s.
     #[must_use]
     pub fn estimated_accelerations(&self, payload: Option<&Inertial>) -> EstimatedAccelerations {
         let computed_s = full_speed_s(self, payload);

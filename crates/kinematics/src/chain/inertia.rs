@@ -93,7 +93,7 @@ impl Inertial {
             ("inertia", &inertia),
         ] {
             all_finite(what, values)?;
-            // Products of these stay finite.
+            // Products of values up to this bound stay finite.
             let most = largest(values);
             that(most <= MOST, what, most, "within 1e9 of zero")?;
         }
@@ -102,7 +102,7 @@ impl Inertial {
         let slack = PHYSICAL_TOLERANCE * scale;
         let asymmetry = largest(&(i - i.transpose()).to_cols_array());
         // Σ = tr(I)/2 − I, the second moment of the mass, is positive semi-definite exactly when
-        // the principal moments obey the triangle inequality, and then so is I = tr(Σ) − Σ.
+        // the principal moments obey the triangle inequality; I = tr(Σ) − Σ then is, too.
         let trace = i.x_axis.x + i.y_axis.y + i.z_axis.z;
         let second_moment = DMat3::from_diagonal(DVec3::splat(0.5 * trace + slack)) - i;
         let massless_with_inertia = self.mass_kg == 0.0 && scale > 0.0;

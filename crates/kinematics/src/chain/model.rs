@@ -168,7 +168,7 @@ impl Chain {
 pub(super) struct Extent {
     /// A point that only a first prismatic joint can move, base axes, m.
     pub(super) center_m: DVec3,
-    /// Largest distance of the tip from it, m.
+    /// Largest distance of the tip from that point, m.
     pub(super) radius_m: f64,
 }
 

@@ -176,7 +176,7 @@ impl Chain {
         (tip, jacobian)
     }
 
-    /// Joint origins, base frame, m, base to tip, and the tip pose. At most seven joints; entries beyond the last joint repeat it.
+    /// Joint origins, base frame, m, base to tip, and the tip pose. At most seven joints; entries beyond the last joint repeat its origin.
     pub(crate) fn joints_of_seven(&self, q: &[f64; MOST_JOINTS]) -> ([DVec3; MOST_JOINTS], Pose) {
         let mut at_m = [DVec3::ZERO; MOST_JOINTS];
         let mut joint = 0;

@@ -24,8 +24,8 @@ pub struct NumericConfig {
     pub tolerance_rad: f64,
     /// Maximum steps per attempt. Default 60; stalled attempts end earlier.
     pub max_iterations: usize,
-    /// Attempts after the first one, from other configurations. Default 200; use use zero for
-    /// servoing, where a jump to another branch is worse than no answer.
+    /// Attempts after the first one, from other configurations. Default 200; use zero for servoing,
+    /// where a jump to another branch is worse than no answer.
     pub max_restarts: usize,
     /// Seed of the restarts: same input and seed, same answer. Default 1.
     pub seed: u64,
@@ -44,7 +44,7 @@ impl Default for NumericConfig {
 }
 
 impl NumericConfig {
-    /// For a control loop: one attempt from the current configuration, so no jump to another branch.
+    /// For a control loop: one attempt from the current configuration, so the solution cannot jump to another branch.
     #[must_use]
     pub fn servo() -> Self {
         Self {
@@ -298,7 +298,7 @@ impl Descent<'_> {
         PoseError::between(&tip, self.target)
     }
 
-    /// Descends from `scratch.q` until solved, stalled or out of steps; leaves the best point there.
+    /// Descends from `scratch.q` until solved, stalled or out of steps; leaves the best point in `scratch.q`.
     fn run(&mut self, s: &mut NumericScratch) -> PoseError {
         let mut tip = self.chain.axes_into(&s.q, &mut s.axes);
         let mut error = PoseError::between(&tip, self.target);

@@ -45,7 +45,7 @@ pub struct FeasibleArmAngles {
     /// Angles at which some joint is at a limit, ascending, rad.
     breaks: [f64; CAPACITY],
     len: usize,
-    /// Feasible branches at each break, and between it and the next.
+    /// Feasible branches at each break, and between each break and the next.
     at: [u8; CAPACITY],
     after: [u8; CAPACITY],
 }

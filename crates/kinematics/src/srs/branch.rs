@@ -53,7 +53,7 @@ impl Branch {
         }
     }
 
-    /// 0..8.
+    /// Index in [`Branch::ALL`], 0 to 7.
     #[must_use]
     pub const fn index(self) -> usize {
         self.shoulder_negative as usize

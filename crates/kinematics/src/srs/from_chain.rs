@@ -28,7 +28,7 @@ impl SrsArm {
     ///
     /// At zero the chain must point straight up from its base frame, with the axes `z y z -y z y z` through one vertical
     /// line, as in descriptions of the KUKA LBR iiwa. Deviations below 1e-5 rad and 1e-5 m are accepted and become
-    /// errors of the arm. A joint without a torque limit gets 1e9 N m, which means none.
+    /// errors of the model. A joint without a torque limit gets 1e9 N m, which means none.
     ///
     /// # Errors
     /// [`KinematicsError::NotSrs`] with the first joint that does not fit, another number of joints, a joint without a
@@ -119,7 +119,7 @@ impl SrsArm {
     /// The S-R-S arm of a URDF text, from link `base` to link `tip`: [`Chain::from_urdf_str`], then [`SrsArm::from_chain`].
     ///
     /// # Errors
-    /// As these two.
+    /// As for these two functions.
     #[cfg(feature = "urdf")]
     pub fn from_urdf_str(
         text: &str,

@@ -10,7 +10,8 @@ use std::f64::consts::PI;
 
 impl SrsArm {
     /// The configurations that put the tool at `base_from_tool` with the given arm angle, one per branch,
-    /// in the order of [`Branch::ALL`]; `None` if a limit forbids it or the pose is too far or too near.
+    /// in the order of [`Branch::ALL`]; `None` for a branch that a limit forbids, or if the pose is too
+    /// far or too near.
     ///
     /// The arm angle ψ (rad) rotates the elbow about the line from shoulder to wrist; the elbow is
     /// highest at 0. Pose error: below 1e-12 m and rad. At a singularity (q2 or q6 zero) only the

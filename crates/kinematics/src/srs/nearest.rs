@@ -14,15 +14,15 @@ use hwall_numeric::check::{all_finite, positive};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum BranchPolicy {
-    /// Those connected to the reference's branch without a jump; if none holds the pose, any.
+    /// The branches connected to the reference's branch without a jump; if none of them holds the pose, any branch.
     #[default]
     Prefer,
-    /// Those connected to the reference's branch without a jump, else [`Unreachable::OtherBranch`].
+    /// Only branches connected to the reference's branch without a jump, else [`Unreachable::OtherBranch`].
     Keep,
-    /// All eight, the nearest wins.
+    /// All eight branches; the nearest solution wins.
     Any,
-    /// As `Keep`, but no joint moves by more than 0.3 rad, else [`Unreachable::OtherBranch`]. Only the arm angles next to the reference's own are
-    /// searched, which takes a few microseconds in any case, for control loops.
+    /// As `Keep`, but no joint moves by more than 0.3 rad, else [`Unreachable::OtherBranch`]. Searches only the arm angles next to the
+    /// reference's own, which always takes only a few microseconds: for control loops.
     Beside,
 }
 
@@ -70,11 +70,11 @@ impl Default for NearestConfig {
 pub struct NearestSolution {
     /// Joint angles within all limits, rad.
     pub q: JointPositions,
-    /// Its branch.
+    /// Branch of `q`.
     pub branch: Branch,
-    /// Its arm angle, rad.
+    /// Arm angle of `q`, rad.
     pub arm_angle_rad: f64,
-    /// True if it lies on a branch that does not connect to the reference's branch.
+    /// True if `q` lies on a branch that does not connect to the reference's branch.
     pub branch_changed: bool,
     /// Largest joint difference to the reference, rad.
     pub largest_move_rad: f64,
@@ -92,16 +92,16 @@ const FAR_RAD: f64 = 0.5;
 /// Spacing of the starting points on an arc, rad.
 const START_SPACING_RAD: f64 = 0.25;
 
-/// Skip a valley unless this many times the decrease predicted by a Newton step would make it the best.
+/// A minimum is skipped unless this multiple of the decrease that a Newton step predicts would make it the best.
 const PROMISE: f64 = 8.0;
 
 /// Refinement stops when the arm angle moves by less, rad: the cost is then within 1e-18 of its
 /// minimum. The pose is exact at every step.
 const STEP_TOLERANCE_RAD: f64 = 1e-9;
-/// The same relative to the square root of the cost: rounding of the cost hides the gain of shorter steps.
+/// The same tolerance relative to the square root of the cost: rounding of the cost hides the gain of shorter steps.
 const ROUNDING: f64 = 1e-8;
 
-/// Largest limit violation of a glance, rad: the ends of arcs are known better than this.
+/// Largest limit violation in a fast evaluation ([`Problem::glance`]), rad; the ends of arcs are more accurate than this.
 const BEYOND_RAD: f64 = 1e-9;
 
 impl SrsArm {
@@ -110,8 +110,9 @@ impl SrsArm {
     ///
     /// The arm angle is found by Gauss-Newton with the exact derivative, started at the reference's own arm
     /// angle; unless that ends within 0.1 rad of the reference on a connected branch, every feasible arc is
-    /// searched from starting points 0.25 rad apart. A narrower valley, near a singularity, can be missed; so
-    /// can one more than eight times as deep as a Newton step predicts. The pose is exact (1e-12) in any case.
+    /// searched from starting points 0.25 rad apart. This can miss a minimum that is narrower (near a
+    /// singularity) or more than eight times as deep as a Newton step predicts. The pose is exact (1e-12) in
+    /// any case.
     ///
     /// The reference may lie outside the limits (sensor readings at a limit do).
     ///
@@ -271,9 +272,10 @@ impl<'a> Problem<'a> {
         Some(self.solution(found, near))
     }
 
-    /// The best of this arc and of the earlier best. Refines each starting point that is better than its neighbours and may
-    /// improve the result. Starting points are evenly spaced, plus the one nearest to the reference's arm angle; if that is
-    /// an end of the arc it need not beat its neighbour, because narrow valleys lie at the ends, near singularities.
+    /// The better of the earlier best and the best of this arc. Refines each starting point that is better than its
+    /// neighbours and may improve the result. Starting points are evenly spaced, plus the one nearest to the reference's
+    /// arm angle; at an end of the arc that point need not beat its neighbour, because narrow minima lie at the ends, near
+    /// singularities.
     fn on_arc(
         &self,
         branch: Branch,
@@ -332,12 +334,12 @@ impl<'a> Problem<'a> {
         best
     }
 
-    /// True if the valley of a starting point could reach below a cost, judged by [`PROMISE`] times the decrease
-    /// predicted by a Newton step.
+    /// True if descending from a starting point could fall below a cost, judged by [`PROMISE`] times the
+    /// decrease that a Newton step predicts.
     fn may_beat(&self, start: &Candidate, cost: f64) -> bool {
         let (gradient, curvature) = self.slope(start);
         let promised = PROMISE * gradient * gradient / curvature;
-        // Not finite at a singularity: no prediction possible.
+        // Not finite at a singularity, where no prediction is possible.
         !promised.is_finite() || start.cost - promised <= cost
     }
 
@@ -357,7 +359,7 @@ impl<'a> Problem<'a> {
     fn refined(&self, start: Candidate, first: f64, last: f64) -> Option<Candidate> {
         let found = self.refine(start, first, last, |at, branch| self.glance(at, branch));
         self.evaluate(found.place, found.branch).or_else(|| {
-            // The glance did not notice a slight limit violation: search again exactly.
+            // The fast evaluation missed a slight limit violation: search again exactly.
             let start = self.evaluate(start.place, start.branch)?;
             Some(self.refine(start, first, last, |at, branch| self.evaluate(at, branch)))
         })
@@ -425,7 +427,7 @@ impl<'a> Problem<'a> {
                 _ => curvature,
             };
             before = Some((best.place.psi, gradient));
-            // Infinite on a singularity: stay there.
+            // On a singularity the step is infinite: stay there.
             let mut step = -gradient / curvature;
             if !step.is_finite() {
                 return best;

@@ -21,7 +21,7 @@ pub struct Dexterity {
 pub struct NearestLimit {
     /// The joint that is nearest to one of its limits, from 0.
     pub joint: usize,
-    /// Its distance to that limit, rad; negative outside.
+    /// Distance of that joint to the limit, rad; negative outside.
     pub distance_rad: f64,
 }
 

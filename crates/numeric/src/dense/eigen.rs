@@ -85,8 +85,8 @@ fn diagonalize(a: &mut [f64], v: &mut [f64], n: usize) {
 }
 
 /// One Jacobi rotation that clears entry `(p, q)` of `a`; rotates the rows of `v` along. `false`, without a
-/// rotation, if the entry is at the rounding level of its two diagonal entries, not of the largest entry: so small
-/// eigenvalues keep their digits.
+/// rotation, if the entry is at the rounding level of its two diagonal entries. The largest entry of the matrix
+/// does not matter here, so that small eigenvalues keep their digits.
 #[inline]
 fn rotate(a: &mut [f64], v: &mut [f64], n: usize, p: usize, q: usize) -> bool {
     let (pp, qq, pq) = (p * n + p, q * n + q, p * n + q);

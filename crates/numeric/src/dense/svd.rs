@@ -28,26 +28,26 @@ impl std::error::Error for NotConverged {}
 pub struct Svd {
     /// `rows × k`; columns are orthonormal.
     pub left: Matrix,
-    /// Not negative, largest first.
+    /// Singular values, not negative, largest first.
     pub singular: Vec<f64>,
     /// `columns × k`; columns are orthonormal.
     pub right: Matrix,
 }
 
-/// Maximum number of sweeps: ten suffice for any matrix seen; convergence is quadratic.
+/// Maximum number of sweeps. Convergence is quadratic; no tested matrix needed more than ten.
 const SWEEPS: usize = 60;
 
 /// Scale of the largest entry while rotating (2^480): its square is far from overflow, and small entries are far
 /// from underflow.
 const LARGEST: f64 = f64::from_bits((1023 + 480) << 52);
 
-/// Rows shorter than this count as zero: such numbers have few digits left.
+/// Rows shorter than this count as zero, because such small numbers have few digits left.
 const ZERO: f64 = 1e-290;
 
 /// A row shorter than this relative to another does not change it.
 const NEGLIGIBLE: f64 = 1e-100;
 
-/// Squares below this lose digits.
+/// Squared lengths below this have lost digits.
 const SMALL_SQUARE: f64 = 1e-280;
 
 impl Svd {
@@ -113,7 +113,7 @@ impl Svd {
 fn decomposed(mut vectors: Matrix) -> Option<(Matrix, Vec<f64>, Matrix)> {
     let (k, m) = (vectors.rows(), vectors.columns());
     let Reduction { reflectors, order } = reduce(&mut vectors);
-    // The rest is triangular, largest first. Rotations of its rows converge in few sweeps.
+    // The remaining matrix is triangular, with its largest rows first, so rotations of its rows converge in few sweeps.
     let mut work = Matrix::from_fn(k, k, |i, j| if i <= j { vectors[(j, i)] } else { 0.0 });
     let mut turned = Matrix::identity(k);
     let mut converged = k < 2;
@@ -172,7 +172,7 @@ fn complete(rows: &mut Matrix, at: usize) {
             add_multiple(row, -dot(other, row), other);
         }
         let norm = length(row);
-        // At least one unit vector keeps this much.
+        // At least one unit vector keeps this length.
         if norm * norm * columns as f64 > 0.5 {
             row.iter_mut().for_each(|x| *x /= norm);
             return;

@@ -16,7 +16,7 @@ pub struct AnalysisConfig {
     pub normalisation: Normalisation,
     /// Error models, one table each.
     pub errors: Vec<ErrorModel>,
-    /// Compute the aligned rank transform too.
+    /// Whether to compute the aligned rank transform, too.
     pub art: bool,
     /// Comparison of all pairs of levels of each factor; with `art` also by ART-C.
     pub posthoc: Option<Adjustment>,
@@ -50,16 +50,16 @@ pub struct Analysis {
     pub confidence: f64,
     /// Mean of every cell.
     pub cells: Vec<CellMean>,
-    /// Analysis of variance: all effects by the first error model, then by the next.
+    /// Analysis of variance: all effects with the first error model, then with the next.
     pub effects: Vec<Effect>,
     /// Aligned rank transform, in the same order; empty unless asked for.
     pub art: Vec<ArtEffect>,
     /// Pairs of levels; empty unless asked for.
     pub posthoc: Vec<Comparison>,
-    /// Pairs of levels on aligned ranks (ART-C), once for each error they are tested against; empty unless both were
-    /// asked for.
+    /// Pairs of levels on aligned ranks (ART-C), once for each error they are tested against; empty unless both
+    /// `art` and `posthoc` were requested.
     pub art_posthoc: Vec<Comparison>,
-    /// Which adjusted p value reports show.
+    /// The adjustment of the p values that reports show.
     pub adjustment: Option<Adjustment>,
     /// Diagnostics.
     pub assumptions: Assumptions,

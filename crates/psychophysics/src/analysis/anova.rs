@@ -1,10 +1,10 @@
 //! Repeated-measures analysis of variance, with or without a factor between subjects.
 //!
-//! For an effect within subjects with d orthonormal contrasts, let `z_s` be those of subject s, `z̄_g`
-//! their mean over the `n_g` subjects of group g, with N subjects in G groups. Then
+//! For an effect within subjects with d orthonormal contrasts, let `z_s` be the contrasts of subject
+//! s, `z̄_g` their mean over the `n_g` subjects of group g, with N subjects in G groups. Then
 //!
 //! - the effect has `SS = h |mean_g z̄_g|²`, `h = G² / Σ 1/n_g`, on d degrees of freedom,
-//! - its interaction with the groups `SS = Σ n_g |z̄_g − z̄|²` on d (G − 1),
+//! - its interaction with the groups has `SS = Σ n_g |z̄_g − z̄|²` on d (G − 1),
 //! - both are tested against `SS = Σ |z_s − z̄_g|²` on d (N − G); sphericity is a property of the
 //!   covariance of `z` within groups.
 //!
@@ -22,12 +22,12 @@ use crate::tails::f_tail;
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum ErrorModel {
-    /// Every effect against its own interaction with the subjects: A on S:A, B on S:B, A:B on S:A:B.
+    /// Tests every effect against its own interaction with the subjects: A on S:A, B on S:B, A:B on S:A:B.
     ///
     /// R's `aov(y ~ A*B + Error(S/(A*B)))`, statsmodels' `AnovaRM`. Needs sphericity only within
     /// each effect, for which it can be corrected.
     Strata,
-    /// All effects against all variation within subjects together.
+    /// Tests all effects against the whole variation within subjects.
     ///
     /// R's `aov(y ~ A*B + Error(S))`. Its many degrees of freedom are right only if subjects differ
     /// just by a constant. The dissertation's table is of this kind (df 4, 576).
@@ -37,7 +37,7 @@ pub enum ErrorModel {
 /// One effect tested.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Effect {
-    /// Its factors, joined by colons: `a:b`.
+    /// Factors of the effect, joined by colons: `a:b`.
     pub name: String,
     /// Error model it is tested with.
     pub errors: ErrorModel,
@@ -124,11 +124,11 @@ pub(crate) struct Design {
 
 /// Sums of squares of the coefficients of one effect within subjects.
 struct Stratum {
-    /// Of the mean over groups.
+    /// Sum of squares of the mean over groups.
     ss: f64,
-    /// Of the differences between groups.
+    /// Sum of squares of the differences between groups.
     ss_groups: f64,
-    /// Of the subjects within groups.
+    /// Sum of squares of the subjects within groups.
     ss_error: f64,
     df: usize,
     df_error: usize,
@@ -145,7 +145,7 @@ impl Design {
         let sizes: Vec<usize> = study.within().iter().map(|f| f.levels.len()).collect();
         let names: Vec<&str> = study.factors().map(|f| f.name.as_str()).collect();
         let mut masks: Vec<usize> = (1..1 << names.len()).collect();
-        // By the number of factors, then by the first factors, which have the lowest bits.
+        // Sort by the number of factors, then by the first factors, which have the lowest bits.
         masks.sort_by_key(|m| (m.count_ones(), usize::MAX - m.reverse_bits()));
         let name = |mask: usize| {
             let own = (0..names.len()).filter(|i| mask >> i & 1 == 1);

@@ -11,16 +11,16 @@ pub struct ArtEffect {
     /// The test, of ranks.
     #[serde(flatten)]
     pub effect: Effect,
-    /// Sum of the aligned values, relative to that of their sizes: 0 except for rounding.
+    /// Sum of the aligned values, relative to the sum of their absolute values: 0 except for rounding.
     pub aligned_sum: f64,
-    /// Largest F of the other effects on the aligned values: 0 except for rounding, else the alignment failed.
+    /// Largest F of the other effects on the aligned values: 0 except for rounding, unless the alignment failed.
     pub largest_other_f: f64,
 }
 
 /// Non-parametric factorial analysis: aligned rank transform, with one full analysis per effect.
 ///
 /// For each effect, all other fixed effects are removed from the values (subtract the cell mean, add the
-/// estimated effect). These are rounded to 8 decimal places, ranked over all subjects and
+/// estimated effect). The aligned values are rounded to 8 decimal places, ranked over all subjects and
 /// analysed; only this effect of the analysis is used. Differences between subjects are not removed.
 ///
 /// Its type I error rate is right only for roughly symmetric and continuous values:
@@ -89,8 +89,8 @@ impl Aligner {
         }
         means.iter_mut().for_each(|m| *m /= group_size as f64);
         let size = study.values().iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-        // Rounding makes values equal that differ only by rounding errors. The published 8 digits
-        // suit values near one; very small or large values need others.
+        // This rounding makes values equal that differ only by rounding errors. The published 8
+        // digits suit values near one; very small or large values need others.
         let digits = match size.log10().floor() {
             order @ (..-2.0 | 6.0..) if order.is_finite() => 10 - order as i32,
             _ => 8,

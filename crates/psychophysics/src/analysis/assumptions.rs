@@ -20,7 +20,7 @@ const DOUBT: f64 = 0.05;
 #[expect(missing_docs, reason = "the messages say what the fields hold")]
 pub enum Warning {
     /// Residuals are skewed (third standardised moment): aligned ranks then give false effects (Luepsen 2017,
-    /// Tsandilas and Casiez 2024). For magnitude estimates, logarithms or the geometric normalisation help.
+    /// Tsandilas and Casiez 2024). For magnitude estimates, use logarithms or the geometric normalisation.
     #[error("residuals are skewed ({skewness:.2}), aligned ranks find effects that are not there")]
     Skewed { skewness: f64 },
     /// Few different values (two are equal with probability `tied`): aligned ranks then give false effects.
@@ -52,11 +52,11 @@ pub enum Warning {
 /// Diagnostics of a study.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Assumptions {
-    /// Normality of the residuals; `None` where there are none, or above 5000.
+    /// Normality of the residuals; `None` without residuals or with more than 5000.
     pub normality: Option<ShapiroWilk>,
     /// Third standardised moment of the residuals; `None` where they are all zero.
     pub skewness: Option<f64>,
-    /// Different values.
+    /// Number of different values.
     pub distinct: usize,
     /// Probability that two values, drawn without replacement, are equal.
     pub tied: f64,
@@ -84,7 +84,7 @@ impl Assumptions {
         }
     }
 
-    /// Warnings about aligned ranks, whose type I error rate increases then.
+    /// Warnings that aligned ranks have an increased type I error rate.
     pub(super) fn against_aligned_ranks(&self, values: usize) -> Vec<Warning> {
         let mut warnings = Vec::new();
         if let Some(skewness) = self.skewness.filter(|s| s.abs() > MOST_SKEWED) {

@@ -2,8 +2,8 @@
 //!
 //! The cells of every subject are multiplied by an orthonormal matrix, the Kronecker product of one small
 //! matrix per factor: its first row is the mean (times √k), the others are Helmert contrasts. Each
-//! coefficient belongs to exactly one effect within subjects: that of the factors with a contrast row.
-//! All sums of squares of a balanced design are sums over such coefficients.
+//! coefficient belongs to exactly one effect within subjects: the effect of the factors for which it uses
+//! a contrast row. All sums of squares of a balanced design are sums over such coefficients.
 
 /// Sizes of a design, and the effect of each coefficient.
 #[derive(Debug, Clone, PartialEq)]

@@ -18,7 +18,7 @@ pub struct EffectSize {
     pub partial_eta2: f64,
     /// Partial omega squared: estimate for the population, corrected for chance; 0 for an F below 1.
     pub partial_omega2: f64,
-    /// Interval of the population's value; an end is zero where F is too small for the confidence. At
+    /// Interval of the population's value; an end is zero if F is too small for the confidence. At
     /// confidences of 0.8 and more it contains `partial_omega2`, but not always `partial_eta2`.
     pub ci: [f64; 2],
 }
@@ -37,8 +37,8 @@ impl EffectSize {
     /// `η² = λ / (λ + df1 + df2 + 1)` at the noncentralities λ at which the observed F has the two tail probabilities;
     /// `ω²` is the same at `λ = df1 (F − 1)`.
     ///
-    /// Error: 1e-8. Without sphericity the interval of an effect within subjects is too narrow, as its p is too small.
-    /// Source: Steiger 2004; Smithson 2003; Keren and Lewis 1979 for `ω²`.
+    /// Error: 1e-8. Without sphericity, the interval of an effect within subjects is too narrow, just as its p is too
+    /// small. Source: Steiger 2004; Smithson 2003; Keren and Lewis 1979 for `ω²`.
     ///
     /// # Errors
     /// A confidence outside (0, 1).

@@ -9,7 +9,7 @@ use crate::tails::t_quantile_two_sided;
 pub struct CellMean {
     /// Group, in studies with a factor between subjects.
     pub group: Option<String>,
-    /// Level of each factor within subjects; `None` where averaged over.
+    /// Level of each factor within subjects; `None` for factors that are averaged over.
     pub levels: Vec<Option<String>>,
     /// Subjects.
     pub count: usize,
@@ -19,8 +19,8 @@ pub struct CellMean {
     pub sd: f64,
     /// Half the confidence interval of the mean, from the variation between subjects.
     pub ci_half: f64,
-    /// The same after subtracting the subjects' means, for comparing cells within subjects
-    /// (Cousineau 2005, with Morey's 2008 correction).
+    /// Half the confidence interval after subtracting the subjects' means, for comparing cells
+    /// within subjects (Cousineau 2005, with Morey's 2008 correction).
     pub ci_half_within: f64,
     /// Median over subjects.
     pub median: f64,

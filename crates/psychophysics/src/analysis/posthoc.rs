@@ -26,7 +26,7 @@ pub enum PairTest {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Adjustment {
-    /// Times the number of comparisons.
+    /// Multiplies p by the number of comparisons.
     Bonferroni,
     /// Step-down, never above Bonferroni's: Holm 1979.
     #[default]
@@ -86,9 +86,8 @@ impl Comparison {
 
 /// Compares all pairs of levels of a factor, or of combinations of several.
 ///
-/// Each subject contributes its mean over all other factors. Tests pairs within subjects by
-/// paired t tests, pairs of groups by Welch's. `confidence`: of the
-/// intervals, for instance 0.95.
+/// Each subject contributes its mean over all other factors. Tests pairs within subjects by paired
+/// t tests, and pairs of groups by Welch's test. `confidence`: of the intervals, for instance 0.95.
 ///
 /// Error: below 1e-9 relative against pingouin (tests/it/reference.rs).
 ///
@@ -103,10 +102,10 @@ pub fn pairwise(study: &Study, factors: &[&str], confidence: f64) -> Result<Vec<
 ///
 /// The factors compared are treated as one factor with their combinations as levels. The values are
 /// aligned for its main effect and ranked, because ranks aligned for another effect must not be compared.
-/// `mean_diff` is in ranks. Strata: ranks are compared as in [`pairwise`]. Pooled: against the pooled
-/// variation within subjects, as in a mixed model with an intercept for each subject.
+/// `mean_diff` is in ranks. With strata, ranks are compared as in [`pairwise`]; with pooled errors,
+/// against the pooled variation within subjects, as in a mixed model with an intercept for each subject.
 ///
-/// Source, also of the alignment: Elkin et al. 2021, ART-C.
+/// Source of contrasts and alignment: Elkin et al. 2021, ART-C.
 ///
 /// # Errors
 /// As [`pairwise`]; groups of different size.
@@ -128,7 +127,7 @@ pub fn art_contrasts(
         df: e.df2 as f64,
     });
     let mut pairs = compared.compare(study, &ranks, pooled);
-    // A signed-rank test of differences of ranks adds nothing.
+    // A signed-rank test of differences of ranks adds no information.
     pairs.iter_mut().for_each(|p| p.wilcoxon = None);
     Ok(pairs)
 }

@@ -3,7 +3,7 @@
 use serde::{Serialize, Serializer};
 use std::fmt;
 
-/// An F or t ratio; the error of perfect data is zero.
+/// An F or t ratio; its denominator, the error, is zero for perfect data.
 ///
 /// In JSON a number, `"infinite"` or `"undefined"`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,7 +37,7 @@ impl Ratio {
         }
     }
 
-    /// Its tail probability: 0 at infinity, `None` where undefined.
+    /// The tail probability of the ratio: 0 at infinity, `None` if it is undefined.
     pub(super) fn tail(self, tail: impl Fn(f64) -> f64) -> Option<f64> {
         match self {
             Self::Finite(value) => Some(tail(value)),

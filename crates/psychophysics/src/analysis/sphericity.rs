@@ -53,9 +53,9 @@ impl Covariance<'_> {
     /// `ε_HF = ((n + 1) d ε − 2) / (d (n − d ε))`, at most 1. For one group n + 1 is the number of
     /// subjects, as in Huynh and Feldt's own formula; for several groups it is Lecoutre's.
     ///
-    /// Source: Greenhouse and Geisser 1959; Huynh and Feldt 1976; Lecoutre 1991; Mauchly 1940, p value after
-    /// Box 1949 as in Anderson 2003, sec. 10.7.4. Box's second-order term contains 3 d; R's `mauchly.test`, car and
-    /// pingouin use 3 times the number of cells instead. This follows them: p differs by less than
+    /// Source: Greenhouse and Geisser 1959; Huynh and Feldt 1976; Lecoutre 1991; Mauchly 1940, p value after Box
+    /// 1949 as in Anderson 2003, sec. 10.7.4. Box's second-order term contains 3 d; R's `mauchly.test`, car and
+    /// pingouin use 3 times the number of cells instead. This function follows them: p then differs by less than
     /// 1e-3 of itself unless it is tiny.
     pub(super) fn sphericity(&self) -> Sphericity {
         let (s, d) = (self.entries, self.dimension);

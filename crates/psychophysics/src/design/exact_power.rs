@@ -1,4 +1,4 @@
-//! Exact power of Wilcoxon's signed-rank test of ratings, by going through all outcomes of a study.
+//! Exact power of Wilcoxon's signed-rank test of ratings, by enumerating all outcomes of a study.
 
 use crate::error::{Result, inner_probability};
 use crate::samples::signings;
@@ -13,12 +13,12 @@ const MOST_SUBJECTS: usize = 500;
 
 /// The exact, two-sided signed-rank test of ratings against the middle of their scale.
 ///
-/// A rating in the middle says nothing. On a scale of three points it is the sign test.
+/// A rating in the middle does not count. On a scale of three points this is the sign test.
 #[derive(Debug, Clone)]
 pub struct RatingTest {
     points: usize,
     alpha: f64,
-    /// Largest smaller rank sum that is significant, by the numbers of ratings at each distance from the middle.
+    /// Critical value of the smaller rank sum (the largest significant one), by the numbers of ratings at each distance from the middle.
     critical: HashMap<Vec<usize>, Option<usize>>,
 }
 
@@ -54,10 +54,10 @@ impl RatingTest {
         critical.is_some_and(|most| below_sum.min(above_sum) <= most)
     }
 
-    /// Probability that a study of so many subjects is significant, if each answers with a point with these probabilities, one for
-    /// each point.
+    /// Probability that a study of this many subjects is significant, if each subject answers with these probabilities, one for
+    /// each point of the scale.
     ///
-    /// Exact but for rounding, below 1e-11.
+    /// Exact except for rounding, which is below 1e-11.
     ///
     /// # Errors
     /// Probabilities that are negative, do not add up to 1 within 1e-9, or are not one for each point; no subjects, more than 500, or so
@@ -95,9 +95,10 @@ impl RatingTest {
         Ok(power.min(1.0))
     }
 
-    /// The least number of subjects from which on, up to `most`, the power is at least `wanted`; `None` if it is not at `most`.
+    /// The least number of subjects from which the power stays at least `wanted` up to `most` subjects; `None` if it is below that at
+    /// `most`.
     ///
-    /// The power of an exact test does not grow steadily with the number of subjects, hence "from which on".
+    /// The power of an exact test is not monotone in the number of subjects, hence "stays".
     ///
     /// # Errors
     /// As [`RatingTest::power`] with `most` subjects; a wanted power outside (0, 1).
@@ -132,7 +133,7 @@ fn critical_sum(ties: &[usize], alpha: f64) -> Option<usize> {
     let half = ranks.iter().sum::<usize>() / 2;
     let most = 0.5 * alpha * 2_f64.powi(ranks.len() as i32);
     let mut ways = 0.0;
-    // The sum itself may be impossible; then the next smaller possible one is meant.
+    // This sum may be impossible; it then represents the next smaller possible one.
     let mut sums = signings(&ranks, half).into_iter();
     let below = sums.position(|more| {
         ways += more;
@@ -141,7 +142,7 @@ fn critical_sum(ties: &[usize], alpha: f64) -> Option<usize> {
     below.unwrap_or(half + 1).checked_sub(1)
 }
 
-/// Calls `each` with every way in which so many answers can fall on so many points: the number of answers at each point.
+/// Calls `each` with every possible distribution of the answers over the points: the number of answers at each point.
 ///
 /// # Errors
 /// No points or no answers; more than 2e7 of either, or of ways.
@@ -153,7 +154,7 @@ pub fn for_each_outcome(
     let least = points.min(answers);
     that(least > 0, "points, answers", least as f64, "at least 1")?;
     let ways = ln_choose(answers.saturating_add(points - 1) as u64, answers as u64).exp();
-    // The logarithm of huge numbers has no digits after the point.
+    // The logarithm of huge numbers has no digits left after the decimal point.
     let ways = ways.max(points.max(answers) as f64);
     that(
         ways <= MOST_OUTCOMES,
@@ -175,9 +176,9 @@ pub fn for_each_outcome(
     }
 }
 
-/// Probabilities of the points of a scale from 1 on with this mean: those that assume nothing else (of greatest entropy).
+/// Probabilities of the points of a scale that starts at 1, with this mean and otherwise greatest entropy, which assumes nothing else.
 ///
-/// From each point to the next they grow by the same factor; error of the mean below 1e-12. Source: Jaynes 1957.
+/// They grow by the same factor from each point to the next; error of the mean below 1e-12. Source: Jaynes 1957.
 ///
 /// # Errors
 /// Fewer than 2 points or more than 100; a mean that is not between the ends.
@@ -192,7 +193,7 @@ pub fn shares_of_mean(points: usize, mean: f64) -> Result<Vec<f64>> {
         "between the ends of the scale",
     )?;
     let shares = |tilt: f64| {
-        // Relative to the greatest, so that none overflows.
+        // Relative to the greatest weight, so that none overflows.
         let greatest = if tilt > 0.0 { last - 1.0 } else { 0.0 };
         let weights: Vec<f64> = (0..points)
             .map(|p| (tilt * (p as f64 - greatest)).exp())

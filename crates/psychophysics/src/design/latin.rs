@@ -7,8 +7,8 @@ use hwall_numeric::check::that;
 const MOST_CONDITIONS: usize = 2000;
 
 /// Orders of `conditions` in which every condition occurs equally often at every position and follows
-/// every other equally often: once for an even number (one square), twice for an odd number (a square
-/// and its mirror image, 2 n rows).
+/// every other condition equally often. This happens once for an even number of conditions (one
+/// square) and twice for an odd number (a square and its mirror image, 2 n rows).
 ///
 /// Each row is the order for one subject or session, conditions counted from 0. The first row is
 /// 0, 1, n − 1, 2, n − 2, …; each row is the previous one plus one, modulo n.

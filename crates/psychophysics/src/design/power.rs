@@ -16,7 +16,7 @@ const MOST_VALUES: usize = 10_000_000;
 /// A population, and the study to simulate repeatedly.
 ///
 /// `y = mean of the cell + subject's constant + subject's own deviation at each level + noise`, all
-/// normal. One value per subject and cell: with rounds, the mean over rounds.
+/// normal. There is one value per subject and cell; with rounds, it is the mean over rounds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PowerStudy {
     /// Factors within subjects.
@@ -28,7 +28,7 @@ pub struct PowerStudy {
     /// Standard deviation between subjects' means.
     pub between_sd: f64,
     /// Standard deviation between subjects of their own deviation at a level, for every level of every
-    /// factor; above zero, pooled errors are invalid.
+    /// factor; if it is above zero, pooled errors are invalid.
     pub level_sd: f64,
     /// Residual standard deviation: of a value about its subject's expectation.
     pub within_sd: f64,
@@ -36,7 +36,7 @@ pub struct PowerStudy {
     pub test: PowerTest,
     /// An effect counts as found below this p.
     pub alpha: f64,
-    /// Studies drawn.
+    /// Number of simulated studies.
     pub studies: usize,
     /// Seed; each study depends only on the seed and its own number.
     pub seed: u64,

@@ -31,17 +31,17 @@ pub enum Sigmoid {
 /// A psychometric function fitted to answers.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Psychometric {
-    /// Its form.
+    /// Form of the function.
     pub sigmoid: Sigmoid,
     /// Point of subjective equality: half of the answers are "greater". Unit of the stimulus.
     pub pse: f64,
-    /// Its standard error.
+    /// Standard error of `pse`.
     pub pse_se: f64,
     /// Scale of the sigmoid; for the Gaussian its standard deviation.
     pub scale: f64,
     /// Just noticeable difference: from the 50 % to the 75 % point.
     pub jnd: f64,
-    /// Its standard error.
+    /// Standard error of `jnd`.
     pub jnd_se: f64,
     /// Deviance from the answers.
     pub deviance: f64,
@@ -84,8 +84,8 @@ impl Sigmoid {
 
 /// Steps of Fisher's scoring, at most.
 const MOST_STEPS: usize = 200;
-/// Relative size of the last step of a fit: the target, and the largest accepted if rounding of the sums stops
-/// the fit earlier.
+/// Relative size of the last step of a fit: the target, and the largest value accepted if rounding of the sums
+/// stops the fit earlier.
 const BEST_STEP: f64 = 1e-13;
 const LAST_STEP: f64 = 1e-8;
 

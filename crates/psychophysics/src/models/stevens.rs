@@ -42,8 +42,8 @@ impl PowerLaw {
 
 /// Least squares of `ln magnitude` over `ln stimulus`, with intervals of the given confidence.
 ///
-/// `answers`: means over subjects, or those of one subject. Answers of several subjects are not
-/// independent; the intervals would be too narrow.
+/// `answers`: means over subjects, or the answers of one subject. Single answers of several
+/// subjects are not independent, so the intervals would be too narrow.
 ///
 /// Source: Stevens 1957.
 ///

@@ -5,7 +5,7 @@ use crate::models::Sigmoid;
 use hwall_numeric::check::{all_finite, finite, that};
 use std::sync::Arc;
 
-/// Largest size of the likelihood table: each answer processes all entries, in a few milliseconds.
+/// Largest size of the likelihood table: each answer updates all entries, which takes a few milliseconds.
 const MOST_ENTRIES: usize = 2_000_000;
 
 /// Possible stimuli, and possible parameters of the observer.
@@ -26,7 +26,7 @@ pub struct QuestGrid {
 }
 
 impl QuestGrid {
-    /// Equal steps over a range of stimuli, the same for thresholds; scales from a twentieth to a half of the range; 2 %
+    /// Equal steps over a range, for stimuli and thresholds alike; scales from a twentieth to a half of the range; 2 %
     /// lapses. `guess` as in [`QuestGrid::guess`].
     #[must_use]
     pub fn over(range: [f64; 2], steps: usize, guess: f64) -> Self {
@@ -113,9 +113,9 @@ pub struct QuestPlus {
 pub struct QuestEstimate {
     /// Mean of the threshold.
     pub threshold: f64,
-    /// Its standard deviation.
+    /// Standard deviation of `threshold`.
     pub threshold_sd: f64,
-    /// Its credible interval, with equal tails, ends at grid points.
+    /// Credible interval of the threshold, with equal tails and ends at grid points.
     pub threshold_ci: [f64; 2],
     /// Mean of the scale.
     pub scale: f64,

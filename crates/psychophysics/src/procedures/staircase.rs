@@ -11,7 +11,7 @@ pub struct StaircaseConfig {
     pub start: f64,
     /// Smallest and largest stimulus.
     pub range: [f64; 2],
-    /// Right answers in a row before it gets harder; typically 1, 2 or 3.
+    /// Right answers in a row before the stimulus gets harder; typically 1, 2 or 3.
     pub down_after: u32,
     /// Step to a harder stimulus.
     pub step_down: f64,
@@ -19,7 +19,7 @@ pub struct StaircaseConfig {
     pub step_up: f64,
     /// Steps are twice as large until this reversal.
     pub coarse_reversals: usize,
-    /// Ends at this reversal.
+    /// The staircase ends at this reversal.
     pub reversals: usize,
 }
 
@@ -76,7 +76,7 @@ pub struct Staircase {
     config: StaircaseConfig,
     stimulus: f64,
     right_in_a_row: u32,
-    /// Was the last step one down?
+    /// Was the last step downwards?
     going_down: Option<bool>,
     reversals: Vec<f64>,
     trials: usize,
@@ -88,7 +88,7 @@ pub struct StaircaseEstimate {
     /// Mean of an even number of fine reversals. With steps of a tenth of the observer's standard deviation, it lies within a
     /// tenth of that deviation of the stimulus of [`StaircaseConfig::target_share`] (tests/it/procedures.rs).
     pub threshold: f64,
-    /// Interval from the scatter of the reversals, by t; approximate, because successive reversals are dependent.
+    /// Interval from the scatter of the reversals, by the t distribution; approximate, because successive reversals are dependent.
     pub ci: [f64; 2],
     /// Reversals averaged.
     pub reversals: usize,

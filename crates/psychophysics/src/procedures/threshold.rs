@@ -5,7 +5,7 @@ use crate::models::{PairAnswers, Psychometric, Sigmoid, fit_psychometric};
 use crate::tails::normal_quantile;
 use hwall_numeric::check::positive;
 
-/// Results of constant stimuli in two intervals: was the reference or the stimulus greater?
+/// Results of the method of constant stimuli with two intervals: was the reference or the stimulus greater?
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Threshold {
     /// The function behind it.
@@ -16,15 +16,15 @@ pub struct Threshold {
     pub jnd_ci: [f64; 2],
     /// Just noticeable difference divided by the reference.
     pub weber: f64,
-    /// Its interval.
+    /// Interval of `weber`.
     pub weber_ci: [f64; 2],
 }
 
 /// Fits the answers to constant stimuli; `reference`: the stimulus present in every comparison.
 ///
-/// Intervals by the normal approximation of the maximum likelihood estimates: directly for the point of subjective equality, on the
-/// logarithm for the just noticeable difference, whose distribution is then closer to normal. Coverage of 95 % intervals is right
-/// within 3 % from seven stimuli of 20 trials on (tests/it/procedures.rs).
+/// Intervals come from the normal approximation of the maximum likelihood estimates: directly for the point of subjective equality,
+/// and on the logarithm for the just noticeable difference, because the logarithm is closer to normal. With at least seven stimuli
+/// of 20 trials, the coverage of 95 % intervals is right within 3 % (tests/it/procedures.rs).
 ///
 /// # Errors
 /// As [`fit_psychometric`]; a reference that is not above zero; a confidence outside (0, 1).

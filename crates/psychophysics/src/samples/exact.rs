@@ -4,7 +4,7 @@ use crate::error::{Result, inner_probability};
 use crate::tails::{binomial_upper_tail, ln_choose};
 use hwall_numeric::check::{all_finite, that};
 
-/// Largest number of trials; the sum over all outcomes is short up to there.
+/// Largest number of trials; up to this number the sum over all outcomes is short.
 const MOST_TRIALS: u64 = 100_000;
 
 /// A share of successes with its interval.
@@ -78,7 +78,7 @@ pub fn binomial_test(successes: u64, trials: u64, share: f64) -> Result<f64> {
         let (hits, misses) = (k as f64, (trials - k) as f64);
         ln_choose(trials, k) + hits * share.ln() + misses * (-share).ln_1p()
     };
-    // As R does, so that outcomes that are equally likely but for rounding count.
+    // With R's tolerance, so that outcomes that are equally likely except for rounding count.
     let most = ln_mass(successes) + 1e-7;
     let masses = (0..=trials).map(ln_mass).filter(|ln| *ln <= most);
     Ok(masses.map(f64::exp).sum::<f64>().min(1.0))
@@ -91,9 +91,9 @@ pub struct SignTest {
     pub positive: u64,
     /// Differences below zero.
     pub negative: u64,
-    /// Differences of zero, which say nothing.
+    /// Differences of zero, which do not count.
     pub zero: u64,
-    /// Two-sided p: the binomial test of positive against negative; 1 without either.
+    /// Two-sided p: the binomial test of positive against negative differences; 1 if there are neither.
     pub p: f64,
 }
 
@@ -124,7 +124,7 @@ pub struct Median {
     /// The shortest pair of values, equally far from the ends, that covers the population's median at least as often as the confidence
     /// says; `None` if even the smallest and the largest value do not.
     pub ci: Option<[f64; 2]>,
-    /// How often such a pair (or the smallest and the largest value) covers it; more often if values are tied.
+    /// How often such a pair (or the smallest and the largest value) covers the population's median; more often if values are tied.
     pub coverage: f64,
 }
 

@@ -15,8 +15,8 @@ pub struct ShapiroWilk {
 /// Tests whether values come from a normal distribution; `None` for fewer than 3 or more than 5000
 /// values, equal values, or NaN.
 ///
-/// Error: that of Royston's approximation, about 1 % of p where it matters; as R's `shapiro.test`.
-/// Source: Royston 1995, Applied Statistics 44, algorithm AS R94.
+/// Error: that of Royston's approximation, about 1 % of p for relevant p; the same as R's
+/// `shapiro.test`. Source: Royston 1995, Applied Statistics 44, algorithm AS R94.
 #[must_use]
 pub fn shapiro_wilk(values: &[f64]) -> Option<ShapiroWilk> {
     let n = values.len();

@@ -17,7 +17,7 @@ pub struct Wilcoxon {
     pub p: f64,
     /// Is `p` from the exact distribution?
     pub exact: bool,
-    /// Rank-biserial correlation, −1 to 1: share of the ranks of positive differences minus that of negative ones.
+    /// Rank-biserial correlation, −1 to 1: share of the ranks of positive differences minus the share of negative ones.
     pub rank_biserial: f64,
 }
 
@@ -27,15 +27,15 @@ pub struct Wilcoxon {
 /// with corrections for ties and continuity. Differences below 8 roundings (2⁻⁵²) of the largest
 /// count as zero, and sizes closer than that as tied, such as 0.3 − 0.2 and 0.2 − 0.1.
 ///
-/// Error: exact to rounding, else that of the normal approximation; as R's `wilcox.test`.
-/// Source: Wilcoxon 1945; Kerby 2014 for the correlation.
+/// Error: only rounding for the exact distribution, otherwise that of the normal approximation; the
+/// same as R's `wilcox.test`. Source: Wilcoxon 1945; Kerby 2014 for the correlation.
 #[must_use]
 pub fn wilcoxon_signed_rank(differences: &[f64]) -> Option<Wilcoxon> {
     signed_rank_of(differences, largest(differences))
 }
 
-/// As [`wilcoxon_signed_rank`], but also with ties or zeros `p` is exact, up to 49 differences that are not zero: the share of all
-/// sign assignments of the given ranks. Use it for few ratings on a scale.
+/// As [`wilcoxon_signed_rank`], but `p` is also exact with ties or zeros, for up to 49 differences that are not zero: it is the
+/// share of all sign assignments of the given ranks. Use it for few ratings on a scale.
 ///
 /// As R's `coin::wilcoxsign_test` with `distribution = "exact"` and `zero.method = "Wilcoxon"`.
 #[must_use]
@@ -47,7 +47,8 @@ fn largest(differences: &[f64]) -> f64 {
     differences.iter().fold(0.0, |m: f64, d| m.max(d.abs()))
 }
 
-/// As [`wilcoxon_signed_rank`] for differences of values up to `largest` in size, whose rounding errors they contain.
+/// As [`wilcoxon_signed_rank`] for differences of values up to `largest` in size; the differences contain the rounding errors of these
+/// values.
 pub(crate) fn signed_rank_of(differences: &[f64], largest: f64) -> Option<Wilcoxon> {
     test_of(differences, largest, false)
 }
@@ -100,7 +101,7 @@ fn test_of(differences: &[f64], largest: f64, exact_ties: bool) -> Option<Wilcox
     })
 }
 
-/// Sizes of the differences; those no further apart than `floor` become equal.
+/// Absolute differences; those no further apart than `floor` become equal.
 fn without_rounding(differences: &[f64], floor: f64) -> Vec<f64> {
     let mut sizes: Vec<f64> = differences.iter().map(|d| d.abs()).collect();
     let mut order: Vec<usize> = (0..sizes.len()).collect();

@@ -1,6 +1,6 @@
 //! Factors and their levels.
 
-/// Largest number of factors within subjects: interactions of five are beyond interpretation.
+/// Largest number of factors within subjects: interactions of five factors cannot be interpreted.
 pub const MOST_FACTORS: usize = 4;
 
 /// A factor and its levels in order.
@@ -8,7 +8,7 @@ pub const MOST_FACTORS: usize = 4;
 pub struct Factor {
     /// Name, as in the header of the table.
     pub name: String,
-    /// Levels: by value if all are numbers, else by first appearance.
+    /// Levels, ordered by value if all are numbers, and otherwise by first appearance.
     pub levels: Vec<String>,
 }
 

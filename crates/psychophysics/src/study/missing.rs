@@ -18,8 +18,8 @@ pub enum Missing {
 pub struct LeftOut {
     /// Name of the subject.
     pub subject: String,
-    /// The first of its cells without an answer.
+    /// The first of the subject's cells without an answer.
     pub cell: String,
-    /// How many of its answers are missing.
+    /// How many of the subject's answers are missing.
     pub missing: usize,
 }

@@ -11,9 +11,9 @@ pub enum Normalisation {
     /// Values stay as they are.
     #[default]
     None,
-    /// Divided by the subject's arithmetic mean, times the arithmetic mean of all.
+    /// Each answer is divided by the subject's arithmetic mean and multiplied by the arithmetic mean of all answers.
     Arithmetic,
-    /// Divided by the subject's geometric mean, times the geometric mean of all.
+    /// Each answer is divided by the subject's geometric mean and multiplied by the geometric mean of all answers.
     Geometric,
 }
 
@@ -21,9 +21,9 @@ impl Study {
     /// The study with the answers of every subject scaled to the same mean.
     ///
     /// In magnitude estimation subjects choose their own scales; only ratios within a subject are
-    /// meaningful. `y' = y m / m_s`, with `m_s` the mean of subject s over all its cells and `m` the
-    /// mean over all subjects, both arithmetic or both geometric. The geometric variant
-    /// averages logarithms, in which Stevens' law is linear. Rounds are averaged arithmetically beforehand.
+    /// meaningful. `y' = y m / m_s`, with `m_s` the mean of subject s over all its cells and `m` the mean
+    /// over all subjects, both arithmetic or both geometric. The geometric variant averages logarithms,
+    /// because Stevens' law is linear in them. Rounds are averaged arithmetically beforehand.
     ///
     /// Source: the dissertation, V.D.5 (its text, read literally, divides a mean by itself). Gescheider 1997,
     /// ch. 11, has both variants.

@@ -48,7 +48,7 @@ impl Columns {
         }
     }
 
-    /// Leaves out rows that this column marks invalid; [`Study::invalid_rows`] counts them.
+    /// Leaves out rows that this column marks as invalid; [`Study::invalid_rows`] counts them.
     #[must_use]
     pub fn with_valid(mut self, column: impl Into<String>) -> Self {
         self.valid = Some(column.into());
@@ -102,7 +102,7 @@ impl Study {
     /// Reads a file as [`Study::from_csv_str`] reads text.
     ///
     /// # Errors
-    /// The same, and a file that cannot be read.
+    /// As [`Study::from_csv_str`], and a file that cannot be read.
     pub fn from_csv_path(path: impl AsRef<Path>, columns: &Columns) -> Result<Self> {
         let path = path.as_ref();
         let bytes = std::fs::read(path);
@@ -114,7 +114,7 @@ impl Study {
     /// Reads a stream as [`Study::from_csv_str`] reads text.
     ///
     /// # Errors
-    /// The same, and a stream that cannot be read.
+    /// As [`Study::from_csv_str`], and a stream that cannot be read.
     pub fn read_csv(mut source: impl Read, columns: &Columns) -> Result<Self> {
         let mut bytes = Vec::new();
         source
@@ -222,7 +222,7 @@ pub(super) fn answer_of(
             });
         }
     };
-    // Checked here because the mean over rounds has no line.
+    // Checked here, because the mean over rounds belongs to no single line of the table.
     if value.abs() > MOST_SIZE {
         return Err(PsychophysicsError::Scale { line, value });
     }
@@ -258,7 +258,7 @@ struct Levels {
 }
 
 impl Levels {
-    /// In order of size if all are numbers, where `0` and `0.0` are the same level; else as they appear.
+    /// In order of size if all are numbers (`0` and `0.0` are then the same level), otherwise in order of appearance.
     fn ordered<'a>(texts: impl Iterator<Item = &'a String>) -> Self {
         let appeared = Self::appeared(texts);
         let number = |l: &String| l.parse().ok().filter(|v: &f64| v.is_finite());

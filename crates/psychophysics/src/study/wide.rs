@@ -5,7 +5,7 @@ use super::table::{Columns, Trial, answer_of, assemble, find};
 use crate::error::{PsychophysicsError, Result};
 use hwall_files::{Row, Table};
 
-/// A column of answers: its index, and its level of every factor.
+/// A column of answers: its index, and the level of every factor.
 struct AnswerColumn {
     place: usize,
     levels: Vec<String>,
@@ -14,9 +14,9 @@ struct AnswerColumn {
 impl Study {
     /// Reads a wide table: a header line, then one row per subject. Names of answer columns are the levels of the factors of
     /// `columns` in order, joined by `joint`: `0_20`, `0_40`, `45_20` for the factors angle and speed and the joint `_`. With
-    /// one factor they are the factor and its levels, `angle_0`, `angle_45`; otherwise the columns with numbers as names;
-    /// otherwise all. Other columns are ignored; [`Study::wide_columns`] lists the columns used. [`Columns::value`] only names
-    /// the answers.
+    /// a single factor, the answer columns are those named by the factor and a level (`angle_0`, `angle_45`); if there are
+    /// none, those with numbers as names; if there are none either, all. Other columns are ignored; [`Study::wide_columns`]
+    /// lists the columns used. [`Columns::value`] only names the answers.
     ///
     /// # Errors
     /// As [`Study::from_csv_str`], with the lines and columns of this table; no column of answers; rounds, which wide tables
@@ -66,7 +66,7 @@ impl Study {
     /// The columns of a wide table that [`Study::from_wide_csv_str`] reads as answers.
     ///
     /// # Errors
-    /// A header that it refuses.
+    /// A header that [`Study::from_wide_csv_str`] refuses.
     pub fn wide_columns(
         text: impl AsRef<[u8]>,
         columns: &Columns,
@@ -123,7 +123,7 @@ fn answer_columns(header: &[String], columns: &Columns, joint: &str) -> Result<V
     Ok(taken)
 }
 
-/// Columns named by the factor and a level; else those whose names are numbers; else all.
+/// Columns named by the factor and a level; if there are none, those whose names are numbers; if there are none either, all.
 fn of_one_factor(others: &[(usize, &str)], factor: &str, joint: &str) -> Vec<AnswerColumn> {
     let take = |level_of: &dyn Fn(&str) -> Option<String>| -> Vec<AnswerColumn> {
         let found = others.iter().filter_map(|(place, name)| {

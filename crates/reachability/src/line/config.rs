@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 pub enum Roll {
     /// One roll, rad; at 0 the tool's y axis points up.
     Fixed(f64),
-    /// Any of these, rad: a square board covers the same area at four rolls.
+    /// Any of these rolls, rad: a square board covers the same area at four rolls.
     AnyOf(Vec<f64>),
     /// Any roll: a round board, or point contact.
     Free,

@@ -1,11 +1,12 @@
 //! Exact interval sets along a line, with proof.
 //!
 //! A line is divided into cells. For each cell the kinematics prove "reachable throughout" or
-//! "unreachable throughout" ([`SrsArm::region_verdict_between`]), or are undecided; then the cell
-//! is subdivided. If the verdicts at its two ends differ, an interval ends between them: the end is
-//! bisected with the point verdict, and the proof is extended away from it on both sides in cells
-//! that widen with the distance, as the margin to the limits grows. What is undecided at the
-//! requested accuracy is reported as a band, never guessed.
+//! "unreachable throughout" ([`SrsArm::region_verdict_between`]), or leave the cell undecided; an
+//! undecided cell is subdivided. If the verdicts at the two ends of a cell differ, an interval ends
+//! between them. That end is bisected with the point verdict, and the proof is extended away from
+//! it on both sides. The cells widen with the distance from the end, because the margin to the
+//! limits grows. Parts that are undecided at the requested accuracy are reported as bands, never
+//! guessed.
 
 use super::config::ExactConfig;
 use super::family::ArmFamily;
@@ -62,8 +63,9 @@ impl ExactSolver {
         mirrored_rolls(self.arm(), self.rolls_rad()).is_some()
     }
 
-    /// For the wall at heading 0 that represents those at the given headings, rad, and with `mirror` their mirror images:
-    /// every proof holds for all of them. `None` if the images share no angle of some joint, or have no mirror symmetry.
+    /// Solver for the wall at heading 0, which represents the walls at the given headings, rad, and with `mirror` their
+    /// mirror images: every proof is valid for all of them. `None` if the images share no angle of some joint, or have no
+    /// mirror symmetry.
     pub(crate) fn of_images(&self, headings: &[f64], mirror: bool) -> Result<Option<Self>> {
         let mut rolls = None;
         if mirror {
@@ -126,7 +128,7 @@ impl ExactSolver {
         Ok(found.map(|found| self.touched(found)))
     }
 
-    /// If any part of the board counts: extends the set by the half width.
+    /// Extends the set by the half width if any part of the board counts.
     fn touched(&self, found: LineReachability) -> LineReachability {
         match self.family.half_width_m {
             half_width_m if half_width_m > 0.0 => found.dilated(half_width_m),

@@ -6,12 +6,12 @@ use hwall_kinematics::{JointLimit, SrsArm};
 use hwall_numeric::check::{finite, non_negative, positive, that};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Allowed accuracies relative to the arm's length: a finer one is limited by rounding of poses, a
-/// coarser one leaves nothing to prove.
+/// Allowed accuracies relative to the arm's length: rounding of poses limits finer ones, and
+/// coarser ones leave nothing to prove.
 const FINEST: f64 = 1e-10;
 const COARSEST: f64 = 0.1;
 
-/// The finest if a height or a roll must be searched.
+/// The finest accuracy if a height or a roll must be searched.
 const FINEST_FREE: f64 = 5e-7;
 
 /// Input of the exact search: the arms, and how the board may be held.
@@ -19,7 +19,7 @@ const FINEST_FREE: f64 = 5e-7;
 /// Usually there is one arm. A proof for a family of arms holds for each of them.
 #[derive(Debug, Clone)]
 pub(crate) struct ArmFamily {
-    /// With the narrowest and the widest limits of the family; the same for one arm.
+    /// The arms with the narrowest and the widest limits of the family; equal if there is one arm.
     pub(crate) narrow: SrsArm,
     pub(crate) wide: SrsArm,
     /// True if the two differ.
@@ -135,7 +135,7 @@ impl ArmFamily {
         })
     }
 
-    /// The same for a family of arms.
+    /// These freedoms for a family of arms.
     pub(super) fn with_limits_of(&self, narrow: SrsArm, wide: SrsArm) -> Self {
         Self {
             is_family: narrow != wide,

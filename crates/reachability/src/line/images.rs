@@ -3,10 +3,10 @@
 //! Rotating a wall about the base axis rotates only joint 1. Reflection in the plane of base axis and
 //! normal changes the signs of joints 1, 3, 5 and 7, and rotates the flange by `2 r - π` at roll r.
 //! So, except for the limits of those four joints, one wall represents all walls at its distance, at
-//! every heading, and one half represents the other. Each image forbids its own arc of a joint's
-//! circle. Forbid all of these arcs: what is reachable then is reachable in every image. Forbid only
-//! the arcs common to all images: what is unreachable then is unreachable in every image. Where both
-//! agree, the symmetry is proven, without assumptions about the limits.
+//! every heading, and one half represents the other. The limits of each image forbid an arc of a
+//! joint's circle. What is reachable with all of these arcs forbidden is reachable in every image.
+//! What is unreachable with only their common part forbidden is unreachable in every image. Where
+//! both tests agree, the symmetry is proven, without assumptions about the limits.
 
 use super::family::size_m;
 use crate::error::Result;
@@ -14,7 +14,7 @@ use hwall_kinematics::{JointLimit, SrsArm};
 use std::f64::consts::{PI, TAU};
 
 /// Headings further apart than this are not solved together, rad: the more of joint 1's circle the
-/// images forbid, the less can be proven for all.
+/// images forbid, the less can be proven for all of them.
 const WIDEST_SECTOR_RAD: f64 = 1.75;
 
 /// Groups headings, rad, to be solved together, around the circle from the largest gap. Returns the sector of each heading.

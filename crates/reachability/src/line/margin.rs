@@ -18,7 +18,7 @@ const SMALLEST: f64 = 1e-9;
 /// The largest radius (m) of a ball of positions around `base_from_tool` that is proven reachable with any
 /// orientation within `cone_rad`. `None` if nothing is proven: the pose is unreachable or too close to the boundary.
 ///
-/// The largest size that a single region test proves, to 2 %; covering the ball by smaller ones would give a sharper bound.
+/// The largest size that a single region test proves, to 2 %; covering the ball with smaller ones would give a larger bound.
 ///
 /// # Errors
 /// NaN, infinite or negative angles.

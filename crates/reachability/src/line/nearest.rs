@@ -5,8 +5,8 @@ use super::family::size_m;
 use crate::error::{ReachabilityError, Result};
 use crate::wall::{WallPlane, WallPoint};
 
-/// Spacing of the lines of the first sweep, relative to the arm's length. May miss reachable parts between two
-/// lines whose height is less than this.
+/// Spacing of the lines of the first sweep, relative to the arm's length. The sweep may miss a reachable part
+/// that lies between two lines and is lower than this.
 const SWEEP: f64 = 0.015;
 
 /// Reduction factor of a golden-section search.
@@ -18,7 +18,8 @@ impl ExactSolver {
     ///
     /// Exact along each line; heights are swept from `at` outwards in steps of 1.5 % of the arm's
     /// length, and the best height is refined to ten times the solver's accuracy. The returned
-    /// point is reachable: if the interval is long enough, it is inside the end by the accuracy.
+    /// point is reachable: if the interval is long enough, the point is inside its end by the
+    /// accuracy.
     ///
     /// # Errors
     /// NaN or infinity.

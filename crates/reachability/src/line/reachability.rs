@@ -6,12 +6,12 @@ use hwall_kinematics::BranchSet;
 /// A reachable part of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReachableInterval {
-    /// Its ends, within the accuracy.
+    /// Ends of the interval, within the accuracy.
     pub span: Interval,
-    /// Branches that provably hold every proven point of it at one roll, so that a motion along it need not change branch; the
-    /// arm angles of neighbouring points need not be connected. Only those found during the search, rarely all:
-    /// [`ExactSolver::branches_along`](crate::ExactSolver::branches_along) searches for all. Empty if there is none, or if they are
-    /// not searched: with a free roll of a tilted tool, or if any part of the board counts.
+    /// Branches that provably hold every proven point of the interval at one roll, so that a motion along it need not change
+    /// branch; the arm angles of neighbouring points need not be connected. Contains only the branches found during the search,
+    /// rarely all: [`ExactSolver::branches_along`](crate::ExactSolver::branches_along) searches for all. Empty if there is none, or
+    /// if they are not searched: with a free roll of a tilted tool, or if any part of the board counts.
     pub branches: BranchSet,
 }
 

@@ -10,7 +10,7 @@ use hwall_kinematics::{BranchSet, Pose, PoseRegion, RegionVerdict};
 use hwall_numeric::check::finite;
 use std::cell::Cell;
 
-/// Initial number of cells of a line: wider ones are never decided.
+/// Initial number of cells of a line: wider cells are never decided.
 const FIRST_CELLS: usize = 8;
 
 /// Generous bound on the relative rounding of a shoulder-wrist distance.
@@ -20,7 +20,7 @@ const HAIR: f64 = 1e-13;
 /// line along a limit could be subdivided forever.
 const MOST_UNDECIDED: usize = 20_000;
 
-/// The same if each cell needs its own search, and the maximum number of regions per such search.
+/// The same limit if each cell needs its own search, and the maximum number of regions per such search.
 const MOST_UNDECIDED_FREE: usize = 400;
 const MOST_REGIONS: u32 = 20_000;
 
@@ -53,9 +53,9 @@ enum CellVerdict {
 /// Half extents of a cell along the line, m.
 #[derive(Debug, Clone, Copy)]
 struct CellExtent {
-    /// Of the stretch in which every point must be held.
+    /// Half extent of the stretch in which every point must be held.
     all: f64,
-    /// Of the stretch in which one held point is enough.
+    /// Half extent of the stretch in which one held point is enough.
     any: f64,
 }
 
@@ -108,7 +108,7 @@ impl<'a> LineSearch<'a> {
         Some(found)
     }
 
-    /// The same, but without the search for all branches if those of the cells have none in common.
+    /// As [`run`](Self::run), but does not search for all branches if the cells have none in common.
     pub(super) fn run_without_branches(&mut self, mirror: bool) -> Option<LineReachability> {
         // Rounding of the ends gives a very narrow band. With a freedom the domain is only an upper
         // bound, so its ends are not ends of the reachable set.
@@ -204,7 +204,7 @@ impl<'a> LineSearch<'a> {
                 return FamilyVerdict::Reachable;
             }
             if freedom.half_roll > 0.0 || freedom.half_rise > 0.0 || half > 0.0 {
-                // The search may miss a point held only in a sliver of the freedom; such points lie in an unproven band.
+                // The search may miss a point that is held only in a very small part of the freedom; such points lie in an unproven band.
                 let extent = CellExtent {
                     all: 0.0,
                     any: half,
@@ -379,7 +379,7 @@ impl<'a> LineSearch<'a> {
         });
     }
 
-    /// Appends the cell if it is proven as a whole.
+    /// Appends the cell if one verdict is proven for all of it.
     fn decided(&mut self, lo: f64, hi: f64) -> bool {
         let nothing = Hold {
             roll: 0,

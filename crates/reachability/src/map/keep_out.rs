@@ -1,7 +1,8 @@
 //! Boxes that the carried load must not enter: a pedestal, a table, the person's safety zone.
 //!
 //! The load moves along a [`WallLine`] without rotation, so it overlaps a box exactly while the tool point
-//! is inside their Minkowski difference: a zonotope, for a capsule extended by a ball (`zonotope.rs`).
+//! is inside their Minkowski difference. This is a zonotope, and for a capsule a zonotope extended by a
+//! ball (`zonotope.rs`).
 
 use super::zonotope::{Path, Zonotope, hull};
 use crate::error::{ReachabilityError, Result};
@@ -12,8 +13,9 @@ use hwall_kinematics::Pose;
 use hwall_numeric::check::{all_finite, finite, non_negative, positive};
 use serde::{Deserialize, Serialize};
 
-/// An overlap shallower than this, relative to the distances involved, counts as none: a few
-/// hundred roundings, so that bodies placed face to face by other formulas only touch.
+/// An overlap shallower than this, relative to the distances involved, counts as none. It is a few
+/// hundred roundings, so that bodies placed face to face count as touching even if their positions
+/// come from other formulas.
 const ROUNDING: f64 = 1e-13;
 
 /// A solid box, fixed in the base frame, that the load must not overlap.
@@ -81,7 +83,7 @@ impl KeepOutBox {
         )
     }
 
-    /// Its name, for messages.
+    /// Name of the box, for messages.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
@@ -176,7 +178,7 @@ impl KeepOutBox {
     }
 }
 
-/// Bodies fixed to the tool frame; by default none, and the tool point itself is tested.
+/// Bodies fixed to the tool frame; by default none, so that only the tool point is tested.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Carried {
     /// The board, if it counts.
@@ -279,7 +281,7 @@ pub struct KeepOut {
     pub carried: Carried,
 }
 
-/// Where some box is overlapped on a line, at any of these rolls.
+/// Where the load overlaps some box on a line, at any of these rolls.
 pub(super) fn blocked(
     keep_out: &[KeepOut],
     line: &WallLine,

@@ -121,7 +121,7 @@ impl ReachabilityMap {
             "hwall-reachability ",
             env!("CARGO_PKG_VERSION")
         )));
-        // One text: the order of separate attributes in the file would change between runs.
+        // One text, because the order of separate attributes in the file would change between runs.
         let step = heights.spacing_m() * if rising { 1.0 } else { -1.0 };
         let comment = format!(
             "heading_rad = {}\ndistance_m = {}\nfirst_height_m = {}\nheight_step_m = {step}\n\

@@ -302,7 +302,7 @@ impl ReachabilityMap {
             return None;
         }
         let line = self.nearest_of(wall, point_m).or_else(|| {
-            // If it does not have the plane, another wall may: walls of a scene share headings.
+            // If that wall has no such plane, another wall may have it: walls of a scene share headings.
             let others = (0..self.walls.len()).filter(|&i| is_near(along(&self.normals[i])));
             let found = others.filter_map(|i| Some((i, self.nearest_of(i, point_m)?)));
             let best = found.max_by(|(i, _), (j, _)| {
@@ -320,7 +320,7 @@ impl ReachabilityMap {
         })
     }
 
-    /// The exact verdict at the point itself, on the wall through it, not at the nearest line.
+    /// The exact verdict at the point itself, on the wall through the point, instead of at the nearest line.
     ///
     /// # Errors
     /// NaN or infinity, a normal that is not horizontal.
@@ -336,11 +336,12 @@ impl ReachabilityMap {
         Ok(!blocked.iter().any(inside))
     }
 
-    /// The reachable point nearest to `at` on a plane's lines: farther than the nearest point of
-    /// the plane by at most half the height spacing. `None` if none is reachable.
+    /// The reachable point nearest to `at` on a plane's lines. Its distance exceeds that of the
+    /// plane's nearest reachable point by at most half the height spacing. `None` if no point is
+    /// reachable.
     ///
-    /// It stays `inset_m` away from the ends of its interval (in the middle of a shorter one), so
-    /// that the arm is not exactly at a limit there.
+    /// The point stays `inset_m` away from the ends of its interval (in the middle of an interval
+    /// too short for that), so that the arm is not exactly at a limit there.
     #[must_use]
     pub fn nearest_on_lines(
         &self,

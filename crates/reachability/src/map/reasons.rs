@@ -30,7 +30,7 @@ const MOST_SAMPLES: u128 = 100_000_000;
 impl ReachabilityReasons {
     /// Samples verdicts at points `spacing_m` apart, over the intervals `s` along the wall and `z` of heights.
     ///
-    /// With several rolls the first one gives the reason; a point that is reachable at any of them counts as reachable.
+    /// With several rolls, a point that is reachable at any of them counts as reachable; otherwise the first roll gives the reason.
     ///
     /// # Errors
     /// NaN or infinity, a spacing that is not positive, or more than 1e8 points.
@@ -81,8 +81,8 @@ impl ReachabilityReasons {
         self.counts.iter().sum()
     }
 
-    /// Names (as in [`Unreachable::name`](hwall_kinematics::Unreachable::name)) and counts, for tables: reachable, too far, too near, out of reach by the limits of
-    /// elbow, shoulder or wrist, shoulder and wrist not at the same arm angle, and any other reason.
+    /// Names (as in [`Unreachable::name`](hwall_kinematics::Unreachable::name)) and counts, for tables: reachable, too far, too near, out of reach
+    /// because of the limits of elbow, shoulder or wrist, shoulder and wrist limits not satisfied at the same arm angle, and any other reason.
     #[must_use]
     pub fn rows(&self) -> [(&'static str, usize); NAMES.len()] {
         std::array::from_fn(|i| (NAMES[i], self.counts[i]))

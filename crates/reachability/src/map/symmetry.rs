@@ -1,7 +1,8 @@
 //! Lines that are solved once and represent many: rotated about the base axis, and mirrored.
 //!
-//! A line is solved for the family of arms of all its images (`line/images.rs`). Where the narrowest and the widest of them
-//! agree, which is nearly everywhere, the line represents all of its images; elsewhere each image is solved separately.
+//! A line is solved for the family of arms of all its images (`line/images.rs`). Where the narrowest and the widest arm of
+//! the family agree, which is nearly everywhere, the line represents all of its images; elsewhere each image is solved
+//! separately.
 
 use super::grid::{BuildReport, WallGrid, checked_line_count};
 use crate::error::Result;
@@ -48,7 +49,7 @@ pub(super) fn solve(
             }
         }
     }
-    // First with the mirror; then, for undecided lines, without it.
+    // First with mirror symmetry; then, for undecided lines, without it.
     let mut reduced: Vec<Option<LineReachability>> = vec![None; tasks.len()];
     let mut solved = 0;
     // Families do not help if a height or a roll is searched: where their arms differ, the search would not end.

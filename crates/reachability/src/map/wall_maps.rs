@@ -14,11 +14,11 @@ use hwall_numeric::check::{finite, non_negative};
 pub struct WallFacet {
     /// Any point of its plane, m.
     pub point_m: DVec3,
-    /// Its normal, horizontal, of any length but zero and to either side.
+    /// Normal of the plane: horizontal, of any length but zero, and to either side.
     pub normal: DVec3,
     /// Heights from its lower to its upper border, m.
     pub heights: Interval,
-    /// Its corners, m: only their extent along the wall is used.
+    /// Corners of the facet, m: only their extent along the wall is used.
     pub outline_m: Vec<DVec3>,
 }
 
@@ -53,7 +53,7 @@ pub enum Presented {
     Reachable,
     /// Not there, but at this point of the same wall, the nearest on its lines; m.
     Nearest(DVec3),
-    /// Nowhere on that wall, or the point is on none of the walls, or above or below everything reachable on them.
+    /// Nowhere on that wall; or the point is on none of the walls, or above or below all reachable points on them.
     Unknown,
 }
 

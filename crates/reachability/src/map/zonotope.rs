@@ -1,10 +1,10 @@
 //! The part of a straight path inside a box extended by a carried body.
 //!
 //! A box extended by a plate or a segment is a zonotope: an intersection of slabs whose normals are
-//! the pairwise cross products of its edge directions. Those are the axes of the separating-axis
-//! test: 15 for a plate, 6 for a segment, 3 for a point. Each slab cuts the line in closed form. A
-//! capsule extends the zonotope by a ball; the line is then cut with the union of the moved faces, a
-//! cylinder around each edge and a ball around each corner.
+//! the pairwise cross products of its edge directions. These are the axes of the separating-axis
+//! test: 15 for a plate, 6 for a segment, 3 for a point. The intersection of a line and a slab has a
+//! closed form. A capsule extends the zonotope by a ball; the line is then intersected with the
+//! union of the moved faces, a cylinder around each edge and a ball around each corner.
 //!
 //! Source of the axes: Gottschalk, Lin and Manocha 1996, "OBBTree", section 5.
 
@@ -133,14 +133,14 @@ fn ball(start: DVec3, step: DVec3, radius: f64) -> Option<Interval> {
     if rate <= PARALLEL {
         return (start.length() < radius).then_some(ALL);
     }
-    // Relative to the nearest point: the textbook discriminant cancels far from the ball.
+    // Computed relative to the nearest point, because the textbook discriminant loses its digits far from the ball.
     let nearest_s = -(start.dot(step) / rate) / rate;
     let distance = (start + step * nearest_s).length();
     let half = ((radius - distance) * (radius + distance)).sqrt() / rate;
     (half > 0.0).then(|| Interval::new(nearest_s - half, nearest_s + half))
 }
 
-/// The shortest interval around both.
+/// The shortest interval that contains both.
 pub(super) fn hull(a: Interval, b: Interval) -> Interval {
     Interval::new(a.lo_m.min(b.lo_m), a.hi_m.max(b.hi_m))
 }

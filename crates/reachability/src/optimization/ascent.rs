@@ -1,11 +1,11 @@
 //! Ascent along a line within limits: the inner part of the optimization solver.
 //!
 //! Feasible configurations form a manifold (the constraints) with boundaries (the limits). At a point
-//! of it, the gradient of s is projected on the tangent space of the constraints among the joints not
-//! held at a limit. That space has few dimensions, so the Hessian is computed by differences of
-//! projected gradients for a Newton step, within a trust radius and up to the first limit.
-//! Gauss-Newton steps return to the manifold. A joint leaves its limit when the sign of its
-//! multiplier shows that s would then increase further.
+//! of this manifold, the gradient of s is projected on the tangent space of the constraints, for the
+//! joints that are not held at a limit. The tangent space has few dimensions, so differences of
+//! projected gradients give the Hessian. A Newton step follows, within a trust radius and up to the
+//! first limit. Gauss-Newton steps return to the manifold. A joint leaves its limit when the sign of
+//! its multiplier shows that s would then increase further.
 
 use super::tangent::{Point, Tangent, least_step};
 use super::vector::{add, offset, square};
@@ -102,7 +102,7 @@ impl<'a> Ascent<'a> {
         if self.board.is_some() {
             axes.push(self.normal);
         } else if rotation.z_axis.dot(self.normal) < 0.0 {
-            // Facing away: the cross product alone would accept the opposite normal, too.
+            // The board faces away: the cross product alone would accept the opposite normal, too.
             residual.extend([3.0 + error.dot(self.along), error.z]);
         }
         if residual.len() == 2 {
@@ -255,7 +255,7 @@ impl<'a> Ascent<'a> {
         for (i, z) in tangent.basis.iter().enumerate() {
             let mut sides = [-1.0, 1.0].map(|side| {
                 let mut moved = offset(q, z, side * DIFFERENCE_RAD);
-                // Without limits: half of the directions point outside them.
+                // Limits are ignored here, because half of the directions point outside them.
                 let restored = self.restore_freely(&mut moved, held);
                 restored
                     .then(|| self.at(&moved))

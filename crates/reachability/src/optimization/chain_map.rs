@@ -10,8 +10,8 @@ use glam::DVec3;
 /// The reachable part of some walls for a chain: one interval per line, found by optimization.
 ///
 /// For arms with a closed form [`ReachabilityMap`](crate::ReachabilityMap) is exact, proven and thousands of times faster.
-/// Here an end may be too near if no start led to the farthest one, and holes between the ends are not detected. Each end
-/// has a configuration that reaches it ([`Extreme::q`](super::Extreme::q)).
+/// Here an end may be too near if no start led to the true end, and holes between the ends are not detected. Each end has
+/// a configuration that reaches it ([`Extreme::q`](super::Extreme::q)).
 ///
 /// ```
 /// use glam::DVec3;
@@ -35,8 +35,8 @@ pub struct ChainMap {
 }
 
 impl ChainMap {
-    /// Solves all lines of the walls, those of a plane in sequence, so that the ends of one are starts for the next
-    /// ([`OptimizationSolver::sweep`]). The monitor is called per plane and can cancel.
+    /// Solves all lines of the walls. The lines of a plane are solved in sequence, so that the ends of one line are
+    /// starts for the next ([`OptimizationSolver::sweep`]). The monitor is called per plane and can cancel.
     ///
     /// # Errors
     /// No walls, NaN or infinity in one, more lines than fit; [`ReachabilityError::Cancelled`](crate::ReachabilityError::Cancelled) if the monitor
@@ -73,7 +73,7 @@ impl ChainMap {
     /// any length) in the base frame.
     ///
     /// `None` if no line is near: for a heading more than 7.5 degrees from all walls, more than half a step outside the
-    /// planes or heights, or for NaN. Beyond the ends of a wall nothing is reachable.
+    /// planes or heights, or for NaN. Beyond the ends of a wall the answer is `Some(false)`.
     #[must_use]
     pub fn look_up(&self, point_m: DVec3, normal: DVec3) -> Option<bool> {
         let across = normal.x * normal.x + normal.y * normal.y;

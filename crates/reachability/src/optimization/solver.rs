@@ -1,11 +1,12 @@
 //! The dissertation's method: the extremes of a line by constrained optimization, for any arm.
 //!
 //! It maximises and minimises `p_y(q)` under five equality constraints, for orientation, plane and height,
-//! with the joint limits as bounds, from several starts ([H-Wall], IV.8). Restated here without the tangent
-//! of the heading: the position s along the line instead of `p_y`, `n · p = d` instead of `p_x - tan γ p_y`.
+//! with the joint limits as bounds, from several starts ([H-Wall], IV.8). This version avoids the tangent of
+//! the heading: it uses the position s along the line instead of `p_y`, and `n · p = d` instead of `p_x -
+//! tan γ p_y`.
 //!
 //! Limitations of the method: it does not detect holes between the two extremes, cannot tell a local from a global optimum,
-//! and proves nothing. For S-R-S arms [`ExactSolver`](crate::line::ExactSolver) has none of these limitations; this one
+//! and proves nothing. For S-R-S arms [`ExactSolver`](crate::line::ExactSolver) has none of these limitations; this solver
 //! works for any arm with forward kinematics and a Jacobian.
 
 use super::ascent::Ascent;
@@ -26,8 +27,8 @@ const MOST_STARTS: usize = 100_000;
 /// Settings of the optimization.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OptimizationConfig {
-    /// Random starts per line, each followed in both directions; default 5. More starts find more
-    /// of the extremes: see docs/SPEED-AGAINST-ERROR.md.
+    /// Random starts per line, each followed in both directions; default 5. With more starts, the
+    /// true extremes are missed less often: see docs/SPEED-AGAINST-ERROR.md.
     pub starts: usize,
     /// Seed of the starts; the same seed gives the same bits. More starts with the same seed
     /// repeat the earlier ones first, so they never find less.
@@ -38,7 +39,7 @@ pub struct OptimizationConfig {
     pub warm_start: bool,
     /// Results whose residual is larger are dropped, m; default 1e-9.
     pub tolerance_m: f64,
-    /// The same for the orientation, rad; default 1e-9.
+    /// Results whose orientation residual is larger are dropped, rad; default 1e-9.
     pub tolerance_rad: f64,
     /// Maximum number of steps per ascent; default 100.
     pub max_steps: usize,
@@ -83,7 +84,7 @@ pub struct LineExtremes {
 }
 
 impl LineExtremes {
-    /// From one end to the other, as if there were no hole between.
+    /// From one end to the other, ignoring possible holes.
     #[must_use]
     pub const fn interval(&self) -> Interval {
         Interval::new(self.lo.s_m, self.hi.s_m)
@@ -160,7 +161,8 @@ impl OptimizationSolver {
     }
 
     /// The extremes of neighbouring lines, in their order. Each line has its own random starts (the same as in
-    /// [`line`](Self::line)); then the extremes of each line are starts for the next, once up and once down the list.
+    /// [`line`](Self::line)); then the extremes of each line are starts for the next line, once up and once down the
+    /// list.
     ///
     /// # Errors
     /// NaN or infinity in a line, or [`ReachabilityError::Cancelled`] where the monitor stops it.
@@ -279,7 +281,7 @@ impl<'a> MultiStart<'a> {
                 residual_rad,
                 stationary: end.stationary,
             };
-            // Every end of an ascent is a point of the line: it may extend the interval on either side.
+            // Every ascent ends at a point of the line, which may extend the interval on either side.
             if self.lo.as_ref().is_none_or(|lo| s_m < lo.s_m) {
                 self.lo = Some(extreme.clone());
             }

@@ -4,7 +4,7 @@ use super::vector::{add, square};
 use hwall_kinematics::JointLimit;
 use hwall_numeric::dense::dot;
 
-/// A constraint row whose component orthogonal to the others is smaller than this is dependent.
+/// A constraint row whose component orthogonal to the other rows is smaller than this counts as dependent.
 const DEPENDENT: f64 = 1e-9;
 
 /// Most constraints: orientation 3, plane, height.
@@ -12,7 +12,7 @@ const MOST_ROWS: usize = 5;
 
 /// Value and derivatives at a configuration; lengths in arm lengths.
 ///
-/// `residual` and `rows`: the constraints and their gradients; `gradient`: that of s.
+/// `residual` and `rows`: the constraints and their gradients; `gradient`: the gradient of s.
 #[derive(Clone, Default)]
 pub(super) struct Point {
     pub(super) s: f64,

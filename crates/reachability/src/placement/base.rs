@@ -1,8 +1,9 @@
 //! Where to put the base: candidate positions scored by the number of contact targets reached.
 //!
-//! Each pose is first tested with joint 1 unlimited. If it is unreachable, it is so at every heading;
-//! a configuration found is valid for each heading at which its joint 1 is within the limit, and only
-//! the other headings are tested again. So all headings together cost little more than one.
+//! Each pose is first tested with joint 1 unlimited. If it is unreachable then, it is unreachable at
+//! every heading. Otherwise the configuration found is valid for each heading at which its joint 1 is
+//! within the limit, and only the other headings are tested again. All headings together therefore
+//! cost little more than one.
 
 use super::config::PlacementConfig;
 use super::problem::PlacementProblem;
@@ -20,8 +21,8 @@ use hwall_numeric::check::finite;
 ///
 /// A target is reached if the arm can hold the board there (exact verdict, tool z axis along the
 /// normal) at any of the rolls. Obstacles, including the arm's own body, are ignored. If positions tie
-/// for the last ranks, the worst margins decide, by branch and bound; margins of other positions are
-/// never computed. The result does not depend on the number of threads.
+/// for the last ranks, their worst margins decide, by branch and bound; margins of other positions are
+/// not computed. The result does not depend on the number of threads.
 ///
 /// ```
 /// use glam::DVec3;

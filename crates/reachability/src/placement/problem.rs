@@ -27,7 +27,7 @@ pub(super) const BETTER: f64 = 1.005;
 pub(super) struct PlacementProblem<'a> {
     config: &'a PlacementConfig,
     targets: &'a [Target],
-    /// Their walls, to determine on which side a base is.
+    /// The walls of the targets, to determine on which side of them a base is.
     walls: Vec<WallPlane>,
     /// Without the limit of joint 1.
     any_heading: ExactSolver,
@@ -258,8 +258,8 @@ impl<'a> PlacementProblem<'a> {
         Ok(reached.then_some(largest))
     }
 
-    /// The smallest margin of a candidate, or the result that it misses the bound `to_beat`, with
-    /// the deciding target. Targets are tested in the given order.
+    /// The smallest margin of a candidate, or the fact that it misses the bound `to_beat`, with the
+    /// target that decides it. Targets are tested in the given order.
     pub(super) fn worst_margin(
         &self,
         base: DVec3,
@@ -299,7 +299,7 @@ impl<'a> PlacementProblem<'a> {
             }
         }
         if worst.margin_m == f64::INFINITY {
-            // Reached only by rounding, not when tested again.
+            // The target was reached only by rounding, and not when tested again.
             worst.margin_m = 0.0;
         }
         Ok(worst)

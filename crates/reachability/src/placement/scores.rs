@@ -56,7 +56,7 @@ impl PlacementScores {
         &self.best
     }
 
-    /// What was asked for.
+    /// The settings of the search.
     #[must_use]
     pub const fn config(&self) -> &PlacementConfig {
         &self.config

@@ -1,7 +1,8 @@
 //! The best base positions: branch and bound on the worst margin.
 //!
-//! Computing the margins of a position takes hundreds of tests, rejecting it only a few: once enough positions are known,
-//! a single target with less than the margin to beat rejects another. Targets that decided recently are tested first.
+//! Computing the margins of a position takes hundreds of tests; rejecting a position takes only a few. Once enough
+//! positions are known, a single target with less than the margin to beat rejects a further position. Targets that
+//! decided recently are tested first.
 
 use super::problem::{BETTER, PlacementProblem};
 use super::scores::{Placement, most};

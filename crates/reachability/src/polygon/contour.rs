@@ -2,10 +2,11 @@
 //!
 //! Two neighbouring lines bound a strip. If each end of one line continues in an end of the other,
 //! the straight chords between them are tested at points along them: the plane must be reachable just
-//! inside and unreachable just outside. Chords that pass are kept. Otherwise the strip is halved
-//! until its height is below the accuracy; the new line needs no search, its ends are bisected near
-//! the chords. If ends do not continue, an interval begins, ends, splits or merges: then the new line
-//! is solved like the first ones, and a strip lower than the accuracy gets a horizontal lid.
+//! inside and unreachable just outside. Chords that pass are kept. Otherwise the strip is halved,
+//! until its height is below the accuracy; the new line needs no search, because its ends are
+//! bisected near the chords. Where ends do not continue, an interval begins, ends, splits or merges.
+//! The new line is then solved like the first ones, and a strip lower than the accuracy gets a
+//! horizontal lid.
 //!
 //! If the plane is mirror symmetric, only the half at s > 0 is traced.
 
@@ -18,7 +19,7 @@ use crate::wall::WallPoint;
 /// Tolerance of the chord tests as a fraction of the accuracy; strips lower than this are not halved.
 ///
 /// With tests at one third and two thirds, the error is at most 3/2 of this for an outline with one
-/// corner and 9/8 for an arc: with the error of the ends this is less than the accuracy.
+/// corner and 9/8 for an arc. Together with the error of the ends, this is less than the accuracy.
 const CHORD_SHARE: f64 = 0.6;
 
 /// Chords are tested at two or more points, this many accuracies apart: spikes with a narrower base
@@ -29,7 +30,8 @@ const TESTS_APART: f64 = 20.0;
 pub(super) const LINE_SHARE: f64 = 1.0 / 16.0;
 
 /// In strips lower than `SAMPLED_SHARE` accuracies, stretches that end or begin are sampled at `SAMPLES`
-/// points: a tip narrower than their spacing extends beyond by at most `SAMPLED_SHARE / SAMPLES` accuracies.
+/// points: a tip narrower than their spacing extends further by at most `SAMPLED_SHARE / SAMPLES`
+/// accuracies.
 const SAMPLED_SHARE: f64 = 10.0;
 const SAMPLES: u32 = 32;
 
@@ -159,7 +161,7 @@ impl<'a> Tracer<'a> {
         let first = self.first_end(lower.ends.len());
         for (i, (&a, &b)) in lower.ends.iter().zip(&upper.ends).enumerate().skip(first) {
             let length = rise.hypot(b - a);
-            // Distance along the line that equals the tolerance across the chord.
+            // Displacement along the line that moves a point off the chord by the tolerance.
             let aside = self.tolerance * length / rise;
             let inwards = if i % 2 == 0 { aside } else { -aside };
             let parts = 1.0 + (length / self.tests_apart).ceil().max(2.0);
@@ -184,7 +186,7 @@ impl<'a> Tracer<'a> {
         let mut sides = [false; 2];
         let (low, up) = (&lower.ends[..], &upper.ends[..]);
         let (first_low, first_up) = (self.first_end(low.len()), self.first_end(up.len()));
-        // Only stretches without a mirror image before them; the middle one is its own image.
+        // Visits only stretches without a mirror image before them; the middle stretch is its own image.
         let mut lid = |line: &[f64], i: usize, first: usize| {
             if i + 1 >= first {
                 let from = if i < first { 0.0 } else { line[i] };
@@ -210,7 +212,7 @@ impl<'a> Tracer<'a> {
                 }
             },
         );
-        // A narrow inclined part may look like one that ends beside another that begins.
+        // A narrow inclined part may look like a stretch that ends next to another one that begins.
         if sides == [true; 2] || (sides != [false; 2] && rise > self.sampled) {
             return Ok(None);
         }

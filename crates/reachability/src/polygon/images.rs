@@ -1,7 +1,8 @@
 //! A wall that represents its images: walls at other headings, and the mirror images of all of them.
 //!
-//! A verdict shared by the narrowest and the widest arm of the images holds for each of them. Where these two differ
-//! the images are tested one by one, and the trace ends only if images really differ: each verdict is proven for all.
+//! A verdict shared by the narrowest and the widest arm of the images is valid for each image. Where these two arms
+//! differ, the images are tested one by one, and the trace ends only if images really differ. Each verdict is thus
+//! proven for all images.
 
 use super::rings::Line;
 use crate::error::{ReachabilityError, Result};
@@ -12,7 +13,7 @@ use hwall_kinematics::{Pose, PoseRegion, RegionVerdict, SrsArm};
 
 /// Why a trace ended early.
 pub(super) enum Stop {
-    /// The images of the wall are not all alike.
+    /// The verdicts of the images differ.
     ImagesDiffer,
     Failed(ReachabilityError),
 }
@@ -119,7 +120,7 @@ impl Images {
         })
     }
 
-    /// The wall at heading 0 that represents those at the given headings, rad, and the mirror images of all of them, if possible.
+    /// The wall at heading 0, which represents the walls at the given headings, rad, and, if possible, the mirror images of all of them.
     pub(super) fn of_headings(
         solver: &ExactSolver,
         headings: &[f64],

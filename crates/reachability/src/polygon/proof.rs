@@ -9,8 +9,8 @@ use crate::wall::WallPoint;
 /// Maximum side of the first squares, relative to the longest shoulder-wrist distance.
 const FIRST_SIDE: f64 = 0.1;
 
-/// An undecided square away from the outline is quartered at most this often below the size of the
-/// smallest ones near the outline.
+/// An undecided square away from the outline is quartered at most this many times below the size of
+/// the smallest squares near the outline.
 const EXTRA_DEPTH: usize = 3;
 
 /// What is proven about a [`WallRegion`](super::WallRegion), from [`WallRegion::proof`](super::WallRegion::proof). The
@@ -63,7 +63,7 @@ pub(super) fn prove(images: &Images, region: &TracedRegion, beyond_m: f64) -> Re
     let mut prover = Prover {
         images,
         strips,
-        // A square within this distance and with a diagonal of the same length lies within `beyond_m`.
+        // A square that is closer than this and has a diagonal of the same length lies within `beyond_m`.
         margin: 0.5 * beyond_m,
         smallest: 0.5 * beyond_m / std::f64::consts::SQRT_2,
         edges: edges.to_vec(),

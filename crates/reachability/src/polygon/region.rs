@@ -53,8 +53,9 @@ pub struct WallRegion {
 impl WallRegion {
     /// Traces many planes, on all cores with the feature `parallel`.
     ///
-    /// Planes at one distance differ only by the limits of joint 1: where these provably make no difference, one plane
-    /// is traced for all. Corners may then differ from those of [`of_plane`](Self::of_plane), within the accuracy.
+    /// Planes at one distance differ only by the limits of joint 1: where these limits provably make no difference,
+    /// one plane is traced for all. Corners may then differ from those of [`of_plane`](Self::of_plane), within the
+    /// accuracy.
     ///
     /// # Errors
     /// As [`of_plane`](Self::of_plane).
@@ -134,7 +135,7 @@ impl WallRegion {
         }
     }
 
-    /// The plane at heading 0 that represents those at the given headings and their mirror images; `None` if they are not all alike.
+    /// The plane at heading 0, which represents the planes at the given headings and their mirror images; `None` if their verdicts differ.
     fn of_images(
         solver: &ExactSolver,
         headings: &[f64],

@@ -42,7 +42,8 @@ pub(super) enum Link {
 /// Joins the ends of two lines.
 ///
 /// Stretches (intervals) of both lines that overlap, directly or through others, form a group whose outermost ends
-/// are joined. Within it the same is done for the gaps, and so on. A stretch that overlaps nothing gets a lid.
+/// are joined. Within a group, the gaps are grouped and joined in the same way, then the stretches inside them,
+/// and so on. A stretch that overlaps nothing gets a lid.
 pub(super) fn join(
     lower: (&[f64], Range<usize>),
     upper: (&[f64], Range<usize>),

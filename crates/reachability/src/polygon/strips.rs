@@ -36,7 +36,7 @@ impl Strips {
         })
     }
 
-    /// Index of the strip at height `z`: the lower one on a line, the nearest one outside all.
+    /// Index of the strip at height `z`: on a line, the lower of its two strips; outside all strips, the nearest one.
     fn at_height(&self, z: f64) -> usize {
         let above = self.heights.partition_point(|&h| h < z);
         above.clamp(1, self.heights.len() - 1) - 1

@@ -1,7 +1,7 @@
 //! Up to four triangles of a leaf in structure-of-arrays form, to test a ray against all of them at once.
 //!
-//! Each ray permutes the axes, so triangles stored as nine consecutive numbers would have to be shuffled for every
-//! ray: a quarter of all instructions of a ray cast.
+//! Each ray permutes the axes. Triangles stored as nine consecutive numbers would have to be shuffled for every
+//! ray, which would be a quarter of all instructions of a ray cast.
 
 use super::triangle::Face;
 use glam::DVec3;
@@ -19,7 +19,7 @@ const NO_SURFACE: u32 = u32::MAX;
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 pub(super) struct Block {
-    /// By axis and corner, m; NaN in lanes without a triangle, so that nothing hits them.
+    /// Coordinates by axis and corner, m; NaN in lanes without a triangle, so that no ray hits them.
     pub(super) corners_m: [[Lanes; 3]; 3],
     surfaces: [u32; LANES],
 }

@@ -30,7 +30,7 @@ pub(crate) fn closest_point(p: DVec3, corners: &Triangle) -> DVec3 {
         return in_region(p, &corners, sliver::weights, sliver::inside);
     }
     in_region(p, corners, weights, |p, &[a, b, c], [_, wb, wc]| {
-        // Computed along the normal, a point of the plane is its own foot exactly; the error grows with the distance.
+        // Computed along the normal, the foot of a point of the plane is exactly that point; the error grows with the distance.
         let normal = ab.cross(ac);
         let off = normal * (normal.dot(p - a) / normal.length_squared());
         if off.length_squared() <= longest {
@@ -41,7 +41,8 @@ pub(crate) fn closest_point(p: DVec3, corners: &Triangle) -> DVec3 {
     })
 }
 
-/// Selects by the region of `p`; `weights` are those of the corners at the foot of `p` in the plane of the triangle.
+/// Selects the closest point by the region of `p`; `weights` are the weights of the corners at the foot of `p` in the plane of the
+/// triangle.
 #[inline(always)]
 fn in_region(
     p: DVec3,
@@ -172,7 +173,7 @@ mod tests {
         }
     }
 
-    /// Otherwise a hand on a wall would be off it by rounding, in any direction.
+    /// Otherwise a hand on a wall would be off the wall by rounding, in any direction.
     #[test]
     fn a_point_of_a_plain_triangle_is_its_own_foot() {
         for k in 0..3 {

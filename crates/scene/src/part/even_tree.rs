@@ -1,11 +1,11 @@
 //! A hierarchy that halves the triangles, for meshes whose boxes overlap so much that the default builder takes
-//! quadratic time: a polygon of 40,000 corners cut as a fan took 41 s.
+//! quadratic time (41 s for a polygon of 40,000 corners cut as a fan).
 
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 
-/// Boxes per neighbourhood. The square of this is a few milliseconds of the default builder.
+/// Boxes per neighbourhood. For this many boxes, quadratic time is a few milliseconds in the default builder.
 const NEIGHBOURHOOD: usize = 2048;
 /// Threshold of the mean area of a box over that of its neighbourhood. For triangles that tile a surface the ratio is
 /// one over their number, for parallel slats a little more.

@@ -4,14 +4,14 @@
 use super::node::{BoxRay, CHILDREN, Node};
 use pulp::Simd;
 
-/// Boxes by distance: the bits of a non-negative distance with the lane in the lowest three. They sort as integers.
+/// Sort keys of boxes by distance: the bits of a non-negative distance, with the lane in the lowest three. They sort as integers.
 pub(super) type Keys = [u32; CHILDREN];
 
 /// The key of an excluded box: above all others, and negative as a signed integer.
 pub(super) const LEFT_OUT: u32 = u32::MAX;
 
 const LANE_BITS: u32 = CHILDREN as u32 - 1;
-/// Excludes the lane and the sign of a zero.
+/// Mask without the lane bits and the sign bit (of a negative zero).
 const DISTANCE_BITS: u32 = !LANE_BITS & (u32::MAX >> 1);
 
 /// Key of a box at a distance.
@@ -20,7 +20,7 @@ pub(super) fn key(distance: f32, lane: usize) -> u32 {
     distance.to_bits() & DISTANCE_BITS | lane as u32
 }
 
-/// Lower bound of the distance of a box, by up to seven units in the last place: it never excludes a relevant box.
+/// Lower bound of the distance of a box, too low by at most seven units in the last place, so that no relevant box is excluded.
 #[inline(always)]
 pub(super) fn distance(key: u32) -> f32 {
     f32::from_bits(key & DISTANCE_BITS)

@@ -54,7 +54,7 @@ impl<'a> Merging<'a> {
             .unwrap_or((f32::INFINITY, 1))
     }
 
-    /// The up to eight binary nodes that are the children of one. A root without children is its own child.
+    /// The up to eight binary nodes that become the children of a node. A root without children is its own child.
     pub(super) fn children_of(&self, index: u32) -> [Option<u32>; CHILDREN] {
         let mut found = [None; CHILDREN];
         let mut count = 0;

@@ -5,7 +5,7 @@ use glam::DVec3;
 /// Children of a node.
 pub(super) const CHILDREN: usize = 8;
 
-/// Unused children have a box that nothing hits.
+/// Unused children have a box that no ray hits.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 pub(super) struct Node {
@@ -48,7 +48,7 @@ impl Node {
 pub(super) struct BoxRay {
     pub(super) origin: [f32; 3],
     pub(super) inverse: [f32; 3],
-    /// By axis: the plane that the ray meets first, 0 for the lower.
+    /// For each axis, the plane that the ray meets first: 0 is the lower, 1 the upper one.
     pub(super) entered: [usize; 3],
 }
 

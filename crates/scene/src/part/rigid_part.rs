@@ -40,7 +40,7 @@ pub(crate) struct PartHit {
 pub(crate) struct Part {
     /// One per leaf.
     pub(super) blocks: Vec<Block>,
-    /// By surface: its bit in the hierarchy, zero for surfaces of other parts.
+    /// Bit of each surface in the hierarchy; zero for surfaces of other parts.
     bits: Vec<u64>,
     pub(super) tree: Tree,
     unit_m: f64,
@@ -49,8 +49,8 @@ pub(crate) struct Part {
 }
 
 impl Part {
-    /// Needs at least one face, all finite and not degenerate. The origin of the part frame is the
-    /// middle of their box; returns it in the input frame.
+    /// Needs at least one face; all must be finite and not degenerate. The origin of the part frame
+    /// is the middle of the faces' box; it is returned in the input frame.
     pub(crate) fn build(mut faces: Vec<Face>, quality: BuildQuality) -> (Self, DVec3) {
         let corners = faces.iter().flat_map(|f| f.corners_m);
         let (min, max) = corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| {
@@ -193,8 +193,8 @@ impl Part {
         (distance_m * self.per_unit) as f32 + DISTANCE_SLACK
     }
 
-    /// Moves the start of the ray to just before the box of the part, in f64, so that single
-    /// precision never gets large numbers. `None` if the ray misses the box.
+    /// Moves the start of the ray to just before the box of the part, in f64, so that large numbers
+    /// never reach the single-precision code. `None` if the ray misses the box.
     pub(super) fn clip(&self, ray: &PartRay, max_m: f64) -> Option<Clipped> {
         let slack_m = f64::from(DISTANCE_SLACK) * self.unit_m;
         let half = self.half_extent_m + DVec3::splat(slack_m);
@@ -299,7 +299,7 @@ impl<F: Fn(usize) -> bool> Task for Closest<'_, F> {
     }
 }
 
-/// A bit for each surface that occurs: the largest have their own, the rest share.
+/// A bit for each surface that occurs: the largest surfaces have their own, the others share the rest.
 fn surface_bits(faces: &[Face]) -> Vec<u64> {
     let count = faces.iter().map(|f| f.surface as usize + 1).max();
     let count = count.unwrap_or(0);

@@ -49,7 +49,7 @@ impl Twofold {
     }
 }
 
-/// 26 bits each.
+/// Splits a number into two parts of 26 bits each.
 fn halves(a: f64) -> (f64, f64) {
     let shifted = 134_217_729.0 * a;
     let first = shifted - (shifted - a);
@@ -113,7 +113,7 @@ pub(super) fn weights(p: DVec3, &[a, b, c]: &Triangle) -> [f64; 3] {
 
 /// The foot of `p`, which lies inside; the first side must be the longest.
 ///
-/// Along that side it does not depend on the weights; across it the error is scaled by the small height.
+/// Along that side the result does not depend on the weights; across it the error is scaled by the small height.
 pub(super) fn inside(p: DVec3, &[a, b, c]: &Triangle, [_, _, wc]: [f64; 3]) -> DVec3 {
     let (ab, ac) = (from_to(a, b), from_to(a, c));
     let foot_of_c = dot(&ab, &ac).ratio(dot(&ab, &ab));

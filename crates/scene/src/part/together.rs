@@ -1,8 +1,9 @@
 //! Many rays through one hierarchy.
 //!
-//! A single ray waits at every box for the previous one, and branch prediction often fails on whether a node or a leaf comes next.
-//! Here rays take turns: first all that are at a node, then all that are at a leaf. Their data is prefetched, which is impossible for
-//! a single ray, because it learns its next node only on arrival. Each ray takes the same path as alone, so its hit is bit-identical.
+//! A single ray must finish each box before it can start the next, and branch prediction often fails on whether a node or a leaf
+//! comes next. Here rays take turns: first all rays at a node, then all rays at a leaf. Their data is prefetched; for a single ray
+//! this is impossible, because its next node is known only when it is needed. Each ray takes the same path as it would alone, so its
+//! hit is bit-identical.
 
 use super::block::LANES;
 use super::machine::{self, Machine, Task, distance};
@@ -13,7 +14,7 @@ use super::watertight::WatertightRay;
 /// Number of rays that take turns: enough to hide latency, few enough for their stacks to stay in the L1 cache.
 const TURNS: usize = 32;
 
-/// With fewer rays, one by one is faster.
+/// Fewer rays are cast faster one by one.
 const WORTHWHILE: usize = TURNS;
 
 /// Stack size of a ray; deeper trees are searched one ray at a time.
@@ -82,7 +83,7 @@ impl<R: Fn(usize) -> (PartRay, f64), F: FnMut(usize, PartHit)> Task for Together
             for place in now.nodes.iter() {
                 let t = &mut travellers[place];
                 let next = tree.open(machine, &t.boxes, t.at, t.max);
-                // Always all: a branch on their number would be mispredicted half of the time.
+                // Copies all of them: a branch on their number would be mispredicted half of the time.
                 t.keys[t.top..t.top + CHILDREN].copy_from_slice(&next.keys);
                 t.children[t.top..t.top + CHILDREN].copy_from_slice(&next.children);
                 t.top += next.count;
@@ -150,7 +151,7 @@ struct Traveller {
     skipped_m: f64,
     /// Distance from there to the nearest hit so far, or to the end of the ray, m.
     best_m: f64,
-    /// The same for boxes.
+    /// `best_m` as a bound for box distances.
     max: f32,
     /// The triangle of that hit.
     best: Option<usize>,
@@ -199,7 +200,7 @@ impl Traveller {
         }
     }
 
-    /// Moves to the nearest relevant child, else to the end, also if rounding puts the bound before the origin.
+    /// Moves to the nearest relevant child, or to the end if there is none, even if rounding puts the bound before the origin.
     #[inline(always)]
     fn go_on(&mut self) {
         loop {

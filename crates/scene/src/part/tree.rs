@@ -18,11 +18,11 @@ use std::ops::Range;
 
 /// Minimum padding of every box, in units of the part.
 ///
-/// Rounding of the corners (1/2 epsilon), of the origin of a ray (1/2), of the inverse of its
-/// direction (1/2 over a length below 4), of a component of the direction that is raised to epsilon
-/// (4) and of the box test itself (3 epsilon of a distance below 2) add up to less than 13 epsilon.
-/// For a point within [`NEAR`], its rounding (2 epsilon) and that of its distance to a box (2
-/// epsilon of a distance below 6) add up to less than 15.
+/// For a ray, the roundings add up to less than 13 epsilon: of the corners (1/2 epsilon), of the
+/// origin (1/2), of the inverse of the direction (1/2 over a length below 4), of a component of the
+/// direction that is raised to epsilon (4), and of the box test itself (3 epsilon of a distance
+/// below 2). For a point within [`NEAR`], its rounding (2 epsilon) and that of its distance to a
+/// box (2 epsilon of a distance below 6) add up to less than 15.
 pub(super) const PADDING: f32 = 16.0 * f32::EPSILON;
 
 /// Largest coordinate of points for which distances to boxes are computed in single precision.
@@ -56,7 +56,7 @@ pub(crate) const MAX_TRIANGLES: u64 = 1 << 29;
 #[derive(Clone)]
 pub(super) struct Tree {
     nodes: Vec<Node>,
-    /// For each child of each node the surfaces below it, as bits that surfaces may share.
+    /// For each child of each node, the surfaces below that child, as bits that surfaces may share.
     surfaces: Vec<[u64; CHILDREN]>,
     /// Maximum stack depth of a traversal.
     stack: usize,
@@ -88,7 +88,7 @@ impl Tree {
             stack: 0,
         };
         let mut depth = 0;
-        // Node here, node there, level.
+        // Index in this tree, index in the binary tree, level.
         let mut open = vec![(0_usize, 0_u32, 1)];
         while let Some((index, binary, level)) = open.pop() {
             depth = depth.max(level);
@@ -121,7 +121,7 @@ impl Tree {
             }
             tree.nodes[index] = node;
         }
-        // Each level leaves at most seven pending; the last one writes eight.
+        // Each level leaves at most seven children pending; the last one writes eight.
         tree.stack = (CHILDREN - 1) * depth + CHILDREN;
         tree.mark(bits, &leaves);
         (tree, leaves)
@@ -313,7 +313,7 @@ impl Tree {
             if child & LEAF == 0 {
                 let keys = boxes(child as usize, max);
                 let next = machine.next(keys, &self.nodes[child as usize].children);
-                // Always all: a branch on their number would be mispredicted half of the time.
+                // Copies all of them: a branch on their number would be mispredicted half of the time.
                 open_keys[top..top + CHILDREN].copy_from_slice(&next.keys);
                 open[top..top + CHILDREN].copy_from_slice(&next.children);
                 if next.count != 0 {
@@ -358,7 +358,7 @@ fn boxes(triangles: &[[Vec3; 3]]) -> Vec<Aabb> {
         .collect()
 }
 
-/// Between 1 and 2 on each axis, different for each box.
+/// Factor for the padding of a box: between 1 and 2 on each axis, different for each box.
 ///
 /// The builder pairs the two boxes with the smallest union. If thousands of boxes coincide, all unions tie
 /// and it merges one pair per round, so that time and tree depth explode; unequal padding breaks the ties.

@@ -44,8 +44,8 @@ pub(crate) fn is_degenerate([a, b, c]: &Triangle) -> bool {
 
 /// True if the triangle is so thin that rounding in a scene of this extent destroys its shape.
 ///
-/// Corners are stored relative to the middle of their part, rounded by the extent times 1e-16. Limit: a height of
-/// 1024 times that.
+/// Corners are stored relative to the middle of their part, with a rounding of 1e-16 times the extent. A triangle
+/// counts as lost if its height is below 1024 times that rounding.
 pub(crate) fn is_lost([a, b, c]: &Triangle, reach_m: f64) -> bool {
     let longest = (*b - *a)
         .length()

@@ -9,12 +9,12 @@ use pulp::Simd;
 ///
 /// Space is sheared so that the ray becomes the z axis; a triangle is hit when its three edge
 /// functions agree in sign there. Two triangles that share an edge compute identical products for
-/// it, so the ray cannot pass between them, whatever the rounding.
+/// that edge, so the ray cannot pass between them, whatever the rounding.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct WatertightRay {
     /// Largest component of the direction last, the other two before it in cyclic order.
     axes: [usize; 3],
-    /// In the order of `axes`, like the shear.
+    /// Origin of the ray, in the order of `axes`, like the shear.
     origin: [f64; 3],
     shear: [f64; 3],
 }
@@ -62,7 +62,7 @@ impl WatertightRay {
         let negative = (u < 0.0) | (v < 0.0) | (w < 0.0);
         let positive = (u > 0.0) | (v > 0.0) | (w > 0.0);
         let sum = u + v + w;
-        // No short-circuit: half of the branches would be mispredicted.
+        // No short-circuit evaluation, because half of the branches would be mispredicted.
         if (negative & positive) | (sum == 0.0) {
             None
         } else {

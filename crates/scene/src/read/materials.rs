@@ -1,4 +1,4 @@
-//! Material libraries beside an OBJ: the colours of materials by name.
+//! Material libraries of an OBJ: the colours of materials by name.
 
 use super::text::{LoadLimits, read_text};
 use std::collections::{HashMap, HashSet};
@@ -26,7 +26,8 @@ impl<'a> Libraries<'a> {
         }
     }
 
-    /// Reads the libraries named by one statement: a library with the whole text as its name, else each name that ends in `.mtl` or at the end.
+    /// Reads the libraries named by one statement: the library whose name is the whole text if there is one, otherwise one for each name
+    /// that ends in `.mtl` or at the end of the text.
     pub(super) fn read_all(&mut self, names: &str, limits: &LoadLimits) {
         if self.path(names).is_some() {
             return self.read(names, limits);

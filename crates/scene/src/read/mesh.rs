@@ -22,7 +22,7 @@ pub struct LoadReport {
     pub degenerate_faces: usize,
     /// Dropped faces with the same corners as an earlier one (in any order, on any surface that moves with it).
     pub duplicate_faces: usize,
-    /// Polygons that cross themselves, or are not convex and have more than 256 corners; cut as a fan, so pieces may overlap.
+    /// Polygons that cross themselves, or that are not convex and have more than 256 corners; they are cut as fans, so pieces may overlap.
     pub concave_polygons: usize,
     /// Dropped points, lines and faces with fewer than three corners.
     pub points_and_lines: usize,
@@ -85,7 +85,7 @@ pub(crate) fn repaired(
             report.degenerate_faces += usize::from(degenerate);
             !degenerate
         });
-        // A door moves, so only faces that move together coincide permanently.
+        // A door moves, so only faces of surfaces that move together coincide permanently.
         if surface.kind.range().is_some() {
             seen.clear();
         }

@@ -75,7 +75,7 @@ struct Check<'a> {
     /// Names of materials in the order of their first use, and their index.
     materials_used: Vec<String>,
     place_of_material: HashMap<String, usize>,
-    /// For the following faces: index into `materials_used`, and the group's name.
+    /// Material (index into `materials_used`) and group name of the faces that follow.
     material: Option<usize>,
     group: Option<String>,
     /// Index of the current group's mesh in `groups`, once it has a face.
@@ -281,7 +281,8 @@ impl Check<'_> {
     }
 
     /// Ear clipping of the polygon: corners as indices into it. Bridges to holes, which visit two corners twice, are treated like any
-    /// other edge. `None`, and counted, if it crosses itself so that no ear is left, or has too many corners.
+    /// other edge. `None` for a polygon that crosses itself so that no ear is left, or has too many corners; it is then counted in
+    /// the report.
     fn ears(&mut self) -> Option<Vec<[usize; 3]>> {
         let corners: Vec<DVec3> = self.polygon.iter().map(|&v| self.vertices[v]).collect();
         let ears = (corners.len() <= MOST_CORNERS).then(|| ears(&corners));

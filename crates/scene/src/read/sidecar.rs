@@ -1,4 +1,4 @@
-//! The TOML file beside an OBJ, which describes its surfaces.
+//! The TOML file next to an OBJ, which describes its surfaces.
 
 use super::mesh::SurfaceMesh;
 use crate::error::{Result, SceneError};

@@ -11,7 +11,7 @@ pub enum LevelPath {
     Speed,
     /// The angle alone: all levels at one speed.
     Angle,
-    /// Both.
+    /// Angle and speed.
     Both,
 }
 
@@ -24,7 +24,7 @@ pub struct DesignLevel {
     pub scan: ScanAngle,
     /// Speed of the board against the scan, mm/s.
     pub speed_mm_per_s: f64,
-    /// Magnitude that is predicted there.
+    /// Predicted magnitude at this angle and speed.
     pub magnitude: f64,
     /// Expected just noticeable difference, in magnitude.
     pub jnd: f64,

@@ -32,7 +32,7 @@ pub enum GivenUp {
         "errors of printer and device may come to {error_jnd:.2} just noticeable differences, levels are {step_jnd:.2} apart"
     )]
     Accuracy { error_jnd: f64, step_jnd: f64 },
-    /// The published patch: the printer closes its gaps, or cannot make its bumps.
+    /// The published patch: the printer would close its gaps, or cannot make its bumps.
     #[error("the published patch: it has {is_mm:.2} mm where the printer needs {needs_mm} mm")]
     PublishedPatch { is_mm: f64, needs_mm: f64 },
     /// Certainty of the ratios: magnitudes are assumed, not measured, to grow with the model's predictions.

@@ -16,11 +16,11 @@ pub enum PrintProcess {
 }
 
 impl PrintProcess {
-    /// Its typical limits.
+    /// Typical limits of the process.
     ///
     /// Sources: design rules of two printing services, read in 2026: Protolabs Network ("3D printing design rules": clearance,
     /// smallest feature, tolerance) and Fathom ("Additive technologies design guidelines": the same, and layer thickness). Where
-    /// they differ, the more conservative value. The least height of three layers is this crate's own rule.
+    /// they differ, the more conservative value is used. The least height of three layers is this crate's own rule.
     #[must_use]
     pub const fn limits(self) -> ProcessLimits {
         let (gap, breadth, layer, tolerance) = match self {
@@ -71,7 +71,7 @@ pub struct DeviceLimits {
     pub finger_mm_per_s: f64,
     /// Largest error of the angle, degrees; default 1.
     pub angle_error_deg: f64,
-    /// Largest error of the speed, relative; default 0.05, the board's error 60 ms after a touch.
+    /// Largest error of the speed, relative; default 0.05, the error of the board's speed 60 ms after a touch.
     pub speed_error: f64,
 }
 

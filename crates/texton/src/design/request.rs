@@ -15,7 +15,7 @@ const SIZES: [f64; 2] = [1e-9, 1e9];
 /// The roughness levels that are wanted, in any order.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Wanted {
-    /// Only the ratios count, as in magnitude estimation: 1, 2, 4 equals 3, 6, 12.
+    /// Only the ratios count, as in magnitude estimation: 1, 2, 4 is the same as 3, 6, 12.
     Ratios(Vec<f64>),
     /// Magnitudes in the scale of a study.
     Magnitudes(Vec<f64>),
@@ -154,8 +154,8 @@ pub struct DesignRequest<'a> {
     pub printer: ProcessLimits,
     /// What the device can present.
     pub device: DeviceLimits,
-    /// Just noticeable difference of magnitudes, relative; 0.1 by default, an assumption: published fractions for the spatial
-    /// period of gratings are about half of that (Morley, Goodwin, Darian-Smith 1983), and estimates for whole
+    /// Just noticeable difference of magnitudes, relative. The default of 0.1 is an assumption: published fractions for the
+    /// spatial period of gratings are about half of that (Morley, Goodwin, Darian-Smith 1983), and estimates for whole
     /// textures scatter more.
     pub weber_fraction: f64,
     /// What happens to ratios that are too wide.

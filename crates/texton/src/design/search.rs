@@ -9,7 +9,7 @@ use super::solve::{Found, Scope};
 use crate::error::{Result, TextonError};
 use crate::geometry::{Layout, Radii, ScanAngle, Texton, Texture};
 
-/// Short radii to try besides the printer's smallest, mm; near those of the published patches.
+/// Short radii to try in addition to the printer's smallest, mm; near those of the published patches.
 const RADII_MM: [f64; 3] = [0.75, 1.0, 1.5];
 /// Long radius by short radius; 3 in the released patch.
 const ASPECTS: [f64; 3] = [1.5, 2.0, 3.0];
@@ -81,7 +81,7 @@ fn chosen(candidates: Vec<DesignCandidate>, most: usize) -> Vec<DesignCandidate>
     kept.map(|(_, c)| c).collect()
 }
 
-/// Candidates with all ratios compressed by the power that fits, if allowed; else the refusal.
+/// Candidates with all ratios compressed by one power so that they fit, if that is allowed; otherwise the error.
 fn narrowed(
     request: &DesignRequest<'_>,
     textures: &[Texture],
@@ -89,7 +89,7 @@ fn narrowed(
 ) -> Result<Vec<DesignCandidate>> {
     let refusal = nearest.refusal(request);
     let wanted = ratio(request.wanted.levels());
-    // Ratios are only ever narrowed: if they fit but have no levels, the predictions have gaps.
+    // Ratios are never widened: if they fit but have no levels, the predictions have gaps.
     let allowed = request.compression == Compression::Allow
         && matches!(request.wanted, Wanted::Ratios(_))
         && nearest.ratio > 1.0
@@ -138,7 +138,7 @@ fn candidates_at(
 struct Nearest {
     /// Largest ratio of magnitudes.
     ratio: f64,
-    /// Of the design with the smallest miss: wanted magnitude, nearest possible one, and logarithm of their ratio.
+    /// For the design that misses by least: wanted magnitude, nearest possible magnitude, and logarithm of their ratio.
     miss: Option<(f64, f64, f64)>,
 }
 
@@ -259,9 +259,9 @@ impl Job<'_> {
         })
     }
 
-    /// For each level, the absolute logarithm of the change of magnitude for the largest breadth error, the larger of both signs.
-    /// For ratios, the change common to all levels is removed. `None` if neither sign has a prediction: an unknown error is
-    /// not zero.
+    /// For each level, the absolute logarithm of the change of magnitude for the largest breadth error; the larger of the two
+    /// signs. For ratios, the change common to all levels is removed. `None` if neither sign has a prediction, because an
+    /// unknown error must not count as zero.
     fn breadth_errors(&self, found: &[Found]) -> Option<Vec<f64>> {
         let half_mm = 0.5 * self.request.printer.tolerance_mm;
         let none = vec![0.0; found.len()];
@@ -389,7 +389,7 @@ fn published_patch(printer: &ProcessLimits) -> Option<GivenUp> {
     short.map(|(is_mm, needs_mm)| GivenUp::PublishedPatch { is_mm, needs_mm })
 }
 
-/// The textures to try: with a table its own, else all that the printer can make.
+/// The textures to try: the patch of the table's study, or without a table all textures that the printer can make.
 fn textures(request: &DesignRequest<'_>) -> Result<Vec<Texture>> {
     let printer = &request.printer;
     if let RoughnessSource::Table { texture, .. } = &request.source {

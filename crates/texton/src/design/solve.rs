@@ -46,7 +46,7 @@ const HALVINGS: usize = 60;
 const FOUND: f64 = 1e-9;
 
 impl Grid {
-    /// Least and greatest magnitude in a scope; where `within`, only those in the range of the model.
+    /// Least and greatest magnitude in a scope; with `within`, only of magnitudes in the range of the model.
     pub(super) fn range(&self, scope: Scope, within: bool) -> Option<[f64; 2]> {
         let mut range: Option<[f64; 2]> = None;
         for (i, row) in self.felt.iter().enumerate() {
@@ -63,8 +63,8 @@ impl Grid {
         range
     }
 
-    /// The whole grid; the row and the column with the widest ratio of magnitudes; and, of the rows and columns that reach the
-    /// ratio `asked`, those with the strongest magnitudes.
+    /// The whole grid, the row and the column with the widest ratio of magnitudes, and the row and the column with the
+    /// strongest magnitudes among those that reach the ratio `asked`.
     pub(super) fn scopes(&self, asked: f64) -> Vec<Scope> {
         let range = |scope: Scope| self.range(scope, true).or(self.range(scope, false));
         let ratio = |scope: Scope| range(scope).map_or(0.0, |[low, high]| high / low);
@@ -156,7 +156,7 @@ struct Bracket {
     to: [usize; 2],
 }
 
-/// The point between two bracketing ones that has the magnitude.
+/// The point with the magnitude, between two points that bracket it.
 fn bisect(
     response: &Response<'_>,
     mut from: [f64; 2],

@@ -87,7 +87,7 @@ mod tests {
         let radii = [3.0, 1.0, 0.7];
         for _ in 0..10_000 {
             let n = sampler.unit_vector().to_array();
-            // Outside, any distance; inside, less than the least radius of curvature.
+            // Outside, any distance; inside, a distance below the least radius of curvature.
             let along = sampler.uniform(-0.16, 4.0);
             let s = 1.0
                 / n.iter()
@@ -99,7 +99,7 @@ mod tests {
             let distance = ellipsoid_distance(radii, p);
             assert!((distance - along.abs()).abs() < 1e-9, "{distance} {along}");
         }
-        // The closest points of the middle plane's inside lie above it.
+        // For points inside, on the middle plane, the closest points lie above that plane.
         assert!((ellipsoid_distance(radii, [0.1, 0.05, 0.0]) - 0.7).abs() < 0.01);
         assert_eq!(ellipsoid_distance(radii, [0.0; 3]), 0.7);
     }

@@ -43,7 +43,7 @@ impl Texture {
         let mut first: Option<Encounter> = None;
         for row in 0..=ROWS {
             let y = self.layout().offset_mm(0, row).y;
-            // Columns around the crossing with the row whose bumps reach the scan.
+            // Columns around the point where the scan crosses the row, wide enough for all bumps that reach the scan.
             let columns: Vec<i64> = if scan.sin() == 0.0 {
                 if row > 0 {
                     break;

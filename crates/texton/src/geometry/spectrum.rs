@@ -21,9 +21,9 @@ const SLICES: usize = 32;
 impl Texton {
     /// Fourier transform of the bump's height, `∫∫ z(p) cos (k · p) dp`, mm³, at a wave vector k, rad/mm.
     ///
-    /// The hemiellipsoid's is `2 π a b h (sin s - s cos s) / s³` with `s = |(a kx, b ky)|`; a cone's is the
-    /// integral over its slices, ellipses with `2 π a b J₁(s) / s`, by the midpoint rule (relative
-    /// error below 1e-3 up to `s` = 10).
+    /// For a hemiellipsoid it is `2 π a b h (sin s - s cos s) / s³` with `s = |(a kx, b ky)|`; for a cone
+    /// it is the integral over its slices, ellipses with `2 π a b J₁(s) / s`, by the midpoint rule
+    /// (relative error below 1e-3 up to `s` = 10).
     #[must_use]
     pub fn spectrum_mm3(&self, wave_rad_per_mm: DVec2) -> f64 {
         let DVec2 { x: kx, y: ky } = wave_rad_per_mm;
@@ -56,7 +56,7 @@ impl Texton {
 }
 
 /// Largest multiple of the fundamental wave number along each axis: for bumps of a millimetre, waves of a micrometre. Without
-/// it an infinite wave number would never end.
+/// this bound the sum for an infinite wave number would never end.
 const MOST_MULTIPLES: i64 = 1000;
 
 impl Texture {

@@ -174,7 +174,7 @@ impl Texton {
     }
 
     /// Height of the surface above the plate, mm, at a place relative to the middle of the bump, mm;
-    /// zero beside the bump.
+    /// zero outside the bump.
     #[must_use]
     pub fn height_at_mm(&self, at_mm: DVec2) -> f64 {
         let DVec2 { x: x_mm, y: y_mm } = at_mm;
@@ -213,8 +213,8 @@ impl Texton {
 
     /// Steepest angle of the sides against the plate, rad: π/2 at the foot of a hemiellipsoid.
     ///
-    /// A cone's is `atan(tan(side) (c + d) / (2 √(c d)))`, `c` and `d` the radii of its top: both radii of the ellipse shrink by
-    /// the same length, but between the axes the ellipse shrinks less, least of all at the top.
+    /// For a cone it is `atan(tan(side) (c + d) / (2 √(c d)))`, where `c` and `d` are the radii of its top: both radii of the
+    /// ellipse shrink by the same length, but between the axes the ellipse shrinks less, and least at the top.
     #[must_use]
     pub fn steepest_rad(&self) -> f64 {
         match self.shape {

@@ -116,8 +116,8 @@ impl Texture {
     /// Smallest angle at which a scan from the middle of a bump meets the ridge of a bump in the next row, rad:
     /// `atan(p_short / r_x)`, in a staggered grid `atan(p_short / (r_x + p_long / 2))`.
     ///
-    /// In a rectangular grid all larger angles meet it too. In a staggered grid the scan misses the bump on
-    /// the other side if `p_short / tan θ < p_long / 2 - r_x`.
+    /// In a rectangular grid, scans at all larger angles meet that bump too. In a staggered grid the scan
+    /// misses the bump on the other side if `p_short / tan θ < p_long / 2 - r_x`.
     #[must_use]
     pub fn least_spaced_rad(&self) -> f64 {
         let [_, short_mm] = self.layout.pitch_mm();
@@ -127,10 +127,10 @@ impl Texture {
 
     /// `d(θ)`: distance from the top of a bump to the ridge of the next one along the scan, mm.
     ///
-    /// `p_short / sin θ`, to the next row, from [`Texture::least_spaced_rad`] on; `p_long` along the
-    /// long axis; `None` between, where the scan passes the ends of the bumps (the dissertation
-    /// uses no such angle). In a staggered grid: `p_short / sin θ` if the scan meets the shifted bump of the next row, else
-    /// `2 p_short / sin θ` if it meets the row after that, else `None`.
+    /// From [`Texture::least_spaced_rad`] on it is `p_short / sin θ`, to the next row; along the long axis it is `p_long`.
+    /// Between these angles it is `None`, because the scan passes the ends of the bumps (the dissertation uses no such
+    /// angle). In a staggered grid it is `p_short / sin θ` if the scan meets the shifted bump of the next row, `2 p_short /
+    /// sin θ` if it only meets the row after that, and otherwise `None`.
     #[must_use]
     pub fn spacing_mm(&self, scan: ScanAngle) -> Option<f64> {
         let [long_mm, short_mm] = self.layout.pitch_mm();

@@ -22,7 +22,7 @@ const UNIT: &str = "height_unit";
 /// How to read a picture.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct HeightSource {
-    /// The channel with the heights. By default the only one, or `height`, `Z` or `Y`.
+    /// The channel with the heights. By default the only channel, or the one named `height`, `Z` or `Y`.
     pub channel: Option<String>,
     /// Distance of neighbouring pixels, mm. By default as the picture states.
     pub pitch_mm: Option<f64>,

@@ -20,7 +20,7 @@ pub struct HeightField {
 impl HeightField {
     /// Rows of heights, mm, the lowest row (least y) first; pixels `pitch_mm` apart both ways.
     ///
-    /// Single precision: 6e-8 of the height.
+    /// Error of single precision: 6e-8 of the height.
     ///
     /// # Errors
     /// A pitch that is not positive, an incomplete row, no pixels, a height that is not finite.

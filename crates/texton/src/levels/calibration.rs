@@ -61,9 +61,9 @@ type Neighbours<'a> = NaturalNeighbor<'a, Mesh>;
 
 /// A table from orientation and speed to magnitude, interpolated between its nodes and inverted.
 ///
-/// Orientation and speed are scaled by their ranges, then interpolated by natural neighbours (Sibson):
-/// exact at the nodes, exact for magnitudes that are linear in both, linear along the border,
-/// continuous, and never outside the range of the surrounding nodes. Undefined outside the convex hull of the
+/// Orientation and speed are scaled by their ranges, then interpolated by natural neighbours (Sibson). The
+/// interpolation is continuous, exact at the nodes and for magnitudes that are linear in both, linear along
+/// the border, and never outside the range of the surrounding nodes. Undefined outside the convex hull of the
 /// nodes.
 #[derive(Debug, Clone)]
 pub struct Calibration {
@@ -78,7 +78,7 @@ const ON: f64 = 1e-9;
 /// Steps between two neighbouring nodes in the search for a crossing.
 const PIECES: usize = 16;
 
-/// For each point: is an earlier one so near that the mesh would merge them?
+/// For each point: is an earlier point so near that the mesh would merge the two?
 fn too_near(points: impl Iterator<Item = Point2<f64>>) -> impl Iterator<Item = bool> {
     let mut taken = HashSet::new();
     points.map(move |point| {
@@ -94,8 +94,8 @@ impl Calibration {
     /// From conditions and magnitudes in any order; magnitudes of the same condition are averaged.
     ///
     /// # Errors
-    /// A speed outside 0 to 1e6 mm/s, a magnitude beyond 1e12, conditions that do not span an area or that are
-    /// nearly but not quite the same.
+    /// A speed outside 0 to 1e6 mm/s, a magnitude beyond 1e12, conditions that do not span an area, or that
+    /// are almost but not exactly equal.
     pub fn from_rows(rows: impl IntoIterator<Item = Level>) -> Result<Self> {
         let mut table: Vec<Level> = rows.into_iter().collect();
         for row in &table {
@@ -107,7 +107,7 @@ impl Calibration {
                 speed,
                 wanted,
             )?;
-            // Sums and differences of these stay finite.
+            // Sums and differences of such values stay finite.
             that(
                 magnitude.abs() <= 1e12,
                 "magnitude",
@@ -130,7 +130,7 @@ impl Calibration {
     }
 
     /// From a CSV with a header that names at least `orientation_deg`, `velocity_mm_s` and `value`, in any
-    /// order; rows in any order, those of one condition (participants, rounds) averaged.
+    /// order; the rows may be in any order, and rows of one condition (participants, rounds) are averaged.
     ///
     /// # Errors
     /// A missing column; a line that cannot be read, with its number; as [`Calibration::from_rows`].
@@ -256,7 +256,7 @@ impl Calibration {
             let of = |speed| self.interpolate(&near, scan, speed);
             let (lo, hi) = extent(pieces(&speeds).filter_map(of));
             let margin = (magnitude - lo).min(hi - magnitude);
-            // Better by more than rounding: ties keep the first.
+            // Must be better by more than rounding, so that ties keep the first.
             let better = best.is_none_or(|(_, least)| margin > least + ON * (hi - lo));
             if margin >= 0.0 && better {
                 best = Some((scan, margin));

@@ -4,7 +4,7 @@ use crate::error::{Result, TextonError};
 use crate::height::HeightField;
 use hwall_numeric::check::{non_negative, positive, that};
 
-/// Most pixels: larger pictures hold no more about their texture, and the analysis keeps three copies.
+/// Most pixels: larger pictures show no more of the texture, and the analysis keeps three copies.
 const MOST_PIXELS: usize = 1 << 26;
 
 /// What the values of a picture are.
@@ -17,7 +17,7 @@ pub enum PictureKind {
 }
 
 impl PictureKind {
-    /// Both.
+    /// Both kinds.
     pub const ALL: [Self; 2] = [Self::Height, Self::Albedo];
 }
 
@@ -100,7 +100,7 @@ impl MaterialPicture {
         )
     }
 
-    /// What its values are.
+    /// What the values are.
     #[must_use]
     pub const fn kind(&self) -> PictureKind {
         self.kind

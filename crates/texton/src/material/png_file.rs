@@ -7,7 +7,7 @@ use png::{BitDepth, Decoder, DecodingError, Transformations};
 use std::io::{BufReader, ErrorKind};
 use std::path::Path;
 
-/// Deflate yields at most 1032 bytes per byte, and expansion up to four bytes for a bit of them.
+/// Deflate yields at most 1032 bytes per byte, and expansion turns each bit of these into up to four bytes.
 const MOST_BYTES_A_BYTE: u64 = 1032 * 32;
 /// Relative luminance of red, green and blue (ITU-R BT.709).
 const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
@@ -53,7 +53,7 @@ impl MaterialPicture {
     }
 }
 
-/// A decoded file: red, green and blue, 0 to 1, of which the file holds `steps`.
+/// A decoded file: red, green and blue, 0 to 1, in `steps` steps.
 struct Pixels {
     columns: usize,
     colours: Vec<[f64; 3]>,

@@ -16,9 +16,10 @@ const LEAST_STEPS: f64 = 2.0;
 /// Relief of a material, within the band that its picture resolves and a finger feels as texture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Relief {
-    /// Root mean square height `Sq` (ISO 25178-2), mm; of an albedo, if its contrast is shading by a light 45 degrees high.
+    /// Root mean square height `Sq` (ISO 25178-2), mm; for an albedo, under the assumption that its contrast is shading by a light 45
+    /// degrees high.
     pub height_mm: f64,
-    /// Root mean square gradient `Sdq`; under the same condition.
+    /// Root mean square gradient `Sdq`; for an albedo, under the same assumption.
     pub slope: f64,
     /// Shortest and longest period of the band, mm.
     pub band_mm: [f64; 2],
@@ -27,11 +28,11 @@ pub struct Relief {
 impl Relief {
     /// The relief in a picture.
     ///
-    /// Octaves of the spectrum are differences of Gaussian blurs, each with twice the deviation of the one before. For a single wave from twice
-    /// the shortest period of the band on, the height is right within 6 %, the period within 15 % (tests/it/material.rs); at the shortest
-    /// period the height is 12 % too low, the period 47 % too long. An albedo is read as linear shading: contrast is
-    /// the slope towards the light times the cotangent of its height above the surface ([Kube 1988]), here 1, so that `slope² = 2 contrast²` on
-    /// average over directions.
+    /// Octaves of the spectrum are differences of Gaussian blurs, each with twice the deviation of the one before. For a single wave with at
+    /// least twice the shortest period of the band, the height is accurate to 6 % and the period to 15 % (tests/it/material.rs); at the
+    /// shortest period the height is 12 % too low and the period 47 % too long. An albedo is read as linear shading: contrast is the slope
+    /// towards the light times the cotangent of the light's elevation ([Kube 1988]), here 1, so that `slope² = 2 contrast²` on average over
+    /// directions.
     ///
     /// # Errors
     /// A picture that varies by less than twice the noise of its steps, or that resolves no two octaves below 10 mm.
@@ -52,7 +53,7 @@ impl Relief {
             terms.sum::<f64>()
         };
         let rms = (sum(|_| 1.0) / plain).sqrt();
-        // The noise of steps is evenly distributed within one.
+        // The noise of the steps is uniform within one step.
         let least = LEAST_STEPS * picture.step / 12_f64.sqrt();
         if rms <= least || !rms.is_finite() {
             return Err(TextonError::Uniform { rms, least });
@@ -78,7 +79,7 @@ impl Relief {
     }
 }
 
-/// Period to which an octave responds most.
+/// Period to which an octave with this blur responds most, mm.
 fn period_mm(blur_mm: f64) -> f64 {
     TAU * blur_mm / PEAK
 }
@@ -91,7 +92,7 @@ fn mean(values: &[f32]) -> f64 {
 fn octaves(picture: &MaterialPicture) -> Vec<(f64, f64)> {
     let mut octaves = Vec::new();
     let (mut columns, mut blur_mm) = (picture.columns, picture.pitch_mm);
-    // Without the mean, single precision serves the relief alone.
+    // The mean is removed, so that single precision is spent on the relief alone.
     let mean = mean(&picture.values);
     let about_mean = picture.values.iter().map(|v| (f64::from(*v) - mean) as f32);
     let about_mean: Vec<f32> = about_mean.collect();

@@ -40,10 +40,10 @@ pub enum MaterialSeries {
 }
 
 impl MaterialSeries {
-    /// Both.
+    /// Both series.
     pub const ALL: [Self; 2] = [Self::Sandpaper, Self::Grating];
 
-    /// Its name in tables.
+    /// Name of the series in tables.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -56,9 +56,9 @@ impl MaterialSeries {
 /// A material of the calibration: a synthesized surface, its pictures, and its published roughness.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MaterialSample {
-    /// Its name.
+    /// Name of the material.
     pub name: String,
-    /// Where it was published.
+    /// Series in which it was published.
     pub series: MaterialSeries,
     /// Published roughness, in the unit of its series.
     pub magnitude: f64,
@@ -128,7 +128,7 @@ fn spread(mut i: usize, base: usize) -> f64 {
     sum
 }
 
-/// Grains as halves of balls of 0.8 to 1.2 times the mean size, half of the backing covered, evenly scattered: an assumption; mm.
+/// Heights of grains, mm: half balls of 0.8 to 1.2 times the mean size, evenly scattered, that cover half of the backing (an assumption).
 fn grains(pitch_mm: f64, seed: usize) -> Vec<f64> {
     let mut heights = vec![0.0_f64; SIDE * SIDE];
     let side = SIDE as f64;
@@ -147,7 +147,7 @@ fn grains(pitch_mm: f64, seed: usize) -> Vec<f64> {
     heights
 }
 
-/// Grooves along y between flat ridges, mm. Other walls would change the series' own unit of magnitude only.
+/// Grooves along y between flat ridges, mm. Other walls would change only the series' own unit of magnitude.
 fn grooves(groove_mm: f64, ridge_mm: f64, pitch_mm: f64) -> Vec<f64> {
     let height = |k: usize| {
         let at = ((k % SIDE) as f64 + 0.5) * pitch_mm % (groove_mm + ridge_mm);

@@ -9,14 +9,15 @@ use std::fmt;
 
 /// Half-width of a 90 % interval in standard deviations.
 const NINETY: f64 = 1.644_854;
-/// Relief of shorter periods is felt by vibration [Hollins 2000]: a picture that does not resolve it misses what makes fine textures rough, mm.
+/// Relief of shorter periods is felt by vibration [Hollins 2000]; a picture that does not resolve it misses what makes fine textures rough.
+/// In mm.
 const FINE_MM: f64 = 0.2;
-/// `ln R = a + p ln Sq + q ln Sdq`, with an `a` for each series and kind of picture; holds p and q.
+/// `ln R = a + p ln Sq + q ln Sdq`, with an `a` for each series and kind of picture; contains p and q.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Law(DVec2);
 
 impl Law {
-    /// By least squares within the series: their units of magnitude are not known to agree.
+    /// By least squares within each series, because the units of magnitude of the series are not known to agree.
     fn fitted<'a>(rows: impl Iterator<Item = &'a MaterialSample> + Clone) -> Self {
         let (mut squares, mut products) = (DMat2::ZERO, DVec2::ZERO);
         for series in MaterialSeries::ALL {
@@ -32,7 +33,7 @@ impl Law {
         Self(squares.inverse() * products)
     }
 
-    /// What the law leaves of a row to its series, for each picture of a kind.
+    /// Logarithm of a row's magnitude minus the law without its `a`, for each picture of a kind.
     fn left(self, row: &MaterialSample, kind: PictureKind) -> impl Iterator<Item = f64> {
         let reliefs = row.reliefs[kind as usize].iter();
         reliefs.map(move |relief| row.magnitude.ln() - self.0.dot(features(relief)))
@@ -61,8 +62,9 @@ pub struct ScaleError {
 }
 
 impl ScaleError {
-    /// The greater of the two, which intervals use: a new material is of neither study. The common factor between the two studies is not in it,
-    /// because their units are not known to agree: relative to P80 a material that is no sandpaper may be off by more.
+    /// The greater of the two errors. Intervals use it, because a new material belongs to neither study. It does not contain the common factor
+    /// between the two studies, because their units are not known to agree: relative to P80, a material other than sandpaper may be off by
+    /// more.
     #[must_use]
     pub const fn ln_sd(&self) -> f64 {
         self.material_ln.max(self.study_ln)
@@ -73,7 +75,7 @@ impl ScaleError {
 #[derive(Debug, Clone, PartialEq)]
 pub struct MaterialScale {
     law: Law,
-    /// Of the sandpapers, for each kind of picture.
+    /// The law's `a` of the sandpapers, for each kind of picture.
     offset_ln: [f64; 2],
     errors: [ScaleError; 2],
     /// Least and greatest height, mm, and slope of the samples.
@@ -172,7 +174,7 @@ impl MaterialScale {
     }
 }
 
-/// Errors of a material that is left out of the fit, ln of published over predicted, for each picture of each kind.
+/// Errors of a material that is left out of the fit, as the logarithm of published over predicted magnitude, for each picture of each kind.
 fn left_out(rows: &[MaterialSample], index: usize) -> [Vec<f64>; 2] {
     let row = &rows[index];
     let all = rows.iter().enumerate();
@@ -189,13 +191,13 @@ fn left_out(rows: &[MaterialSample], index: usize) -> [Vec<f64>; 2] {
 pub struct RoughnessProposal {
     /// What the picture shows.
     pub kind: PictureKind,
-    /// Its relief, for an albedo under the assumption that its contrast is shading.
+    /// Relief in the picture; for an albedo, under the assumption that its contrast is shading.
     pub relief: Relief,
     /// Magnitude on a ratio scale: 1 is sandpaper P80.
     pub roughness: f64,
     /// Standard deviation of its natural logarithm: [`ScaleError::ln_sd`].
     pub ln_sd: f64,
-    /// What the picture does not tell.
+    /// What the picture does not show.
     pub caveats: Vec<Caveat>,
 }
 
@@ -214,7 +216,7 @@ impl RoughnessProposal {
     }
 }
 
-/// What a picture does not tell about roughness.
+/// What a picture does not show about roughness.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the variants say what the fields hold")]
@@ -223,9 +225,10 @@ pub enum Caveat {
     NotGeometry,
     /// A colour picture may show a print or stain without relief.
     Print,
-    /// Relief finer than the shortest period resolved, mm: the proposal is that of the coarser relief alone.
+    /// Relief finer than the shortest resolved period, mm, is not seen: the proposal is based on the coarser relief alone.
     FineUnseen { finest_mm: f64 },
-    /// Relief outside that of the calibration, whose least and greatest height and slope these are: the law is extrapolated.
+    /// Relief outside the range of the calibration, for which the law is extrapolated; the fields are the calibration's least and greatest
+    /// height and slope.
     BeyondCalibration {
         height_mm: [f64; 2],
         slope: [f64; 2],

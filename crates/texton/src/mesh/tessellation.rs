@@ -38,7 +38,7 @@ impl Default for Tessellation {
 }
 
 impl Tessellation {
-    /// With this accuracy, mm, otherwise the default.
+    /// With this accuracy, mm, and otherwise default settings.
     #[must_use]
     pub fn with_accuracy_mm(accuracy_mm: f64) -> Self {
         Self {

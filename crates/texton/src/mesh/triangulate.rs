@@ -25,9 +25,9 @@ pub(crate) fn outline(first: u32, count: u32) -> impl Iterator<Item = [u32; 2]> 
 
 /// Counter-clockwise triangles of the region inside an odd number of closed outlines.
 ///
-/// `points`: those of the outlines, and any others to use inside. `sides`: of all outlines, in
-/// any order. Adds no points, so equal outlines of neighbouring regions fit together. Outlines may
-/// share points but not cross.
+/// `points`: the points of the outlines, and any others to use inside. `sides`: the sides of all
+/// outlines, in any order. Adds no points, so equal outlines of neighbouring regions fit together.
+/// Outlines may share points but not cross.
 ///
 /// # Errors
 /// Outlines that cross, or points that coincide.

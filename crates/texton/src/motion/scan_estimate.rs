@@ -113,7 +113,7 @@ impl ScanEstimator {
         Ok(self.direction_rad)
     }
 
-    /// The finger's velocity without the noise of a resting one, m/s: Wiener's estimate, for a noise of half the least speed.
+    /// The finger's velocity with the noise of a resting finger removed, m/s: Wiener's estimate, for a noise of half the least speed.
     pub(super) fn velocity_m_per_s(&self) -> DVec2 {
         let noise = 0.5 * self.config.least_speed_m_per_s;
         let power = self.velocity_m_per_s.length_squared();

@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 pub struct FingerState {
     /// Point of touch, m, from the middle of the board at displacement zero.
     pub point_m: DVec2,
-    /// Its velocity along the surface, m/s.
+    /// Velocity of the finger along the surface, m/s.
     pub velocity_m_per_s: DVec2,
 }
 
@@ -75,9 +75,9 @@ const PROBE_M: f64 = 0.005;
 /// axis, so the board turns to the direction of the scan plus or minus θ, modulo half a turn. It also demands a speed v of the
 /// board against the scan: a finger at rest feels v, a finger scanning at s feels s + v.
 ///
-/// A board turns slowly. Until it has, it also moves aside, so that the velocity of the finger over it already has the angle θ to the
-/// bumps, as far as its speed limit lets it. So curved scans meet the bumps nearer to that angle, up to about 0.1 m/s, although the
-/// board cannot follow their turns.
+/// A board turns slowly. Until it has turned, it also moves sideways, so that the velocity of the finger over the board already has
+/// the angle θ to the bumps, as far as the speed limit allows. Up to about 0.1 m/s, curved scans thus meet the bumps closer to that
+/// angle, although the board cannot follow their turns.
 ///
 /// Out of contact the roll follows the expected scan at once and the board returns to displacement
 /// zero; in contact both obey the limits. Time is an argument; nothing is allocated.
@@ -160,8 +160,8 @@ impl TextureMotion {
         nearest_half_turn(self.scan.direction_rad() + level.scan.rad(), 0.0)
     }
 
-    /// Sets the actual roll (rad) of the board at the next touch. A board that was late
-    /// or could not take the roll of its level turns on from there.
+    /// Sets the actual roll (rad) of the board at the next touch. A board that was late, or could
+    /// not take the roll of its level, starts to turn from this roll.
     ///
     /// # Errors
     /// NaN or infinity.
@@ -171,9 +171,9 @@ impl TextureMotion {
         Ok(())
     }
 
-    /// Shortens the stroke to its reachable part: calls `reachable` with displacements
-    /// (m) and the roll of the level (rad), every 5 mm along the expected scan, outwards until the first
-    /// refusal. Both ends are 0 if the present pose itself is unreachable. Holds until the next call.
+    /// Shortens the stroke to its reachable part: calls `reachable` with displacements (m) and the roll
+    /// of the level (rad), every 5 mm along the expected scan, outwards until the first refusal. Both
+    /// ends are 0 if the present pose itself is unreachable. The result stays valid until the next call.
     pub fn limit_stroke(
         &mut self,
         level: &Level,
@@ -201,7 +201,8 @@ impl TextureMotion {
         self.probing.is_some()
     }
 
-    /// Checks one more displacement; returns whether more are left. Those against the scan, where the board goes, come first.
+    /// Checks one more displacement; returns whether more are left. Displacements against the scan come first, because the board moves
+    /// there.
     pub fn probe_stroke(&mut self, mut reachable: impl FnMut(DVec2, f64) -> bool) -> bool {
         let Some((probe, roll_rad)) = self.probing else {
             return false;
@@ -281,7 +282,7 @@ impl TextureMotion {
         let speed = wanted.min(self.limits.speed_m_per_s).min(face).min(stroke);
         let velocity = (aside - over * speed).clamp_length_max(self.limits.speed_m_per_s);
         let Change { reached, braked } = self.accelerate(velocity, dt_s);
-        // Speed first, then orientation: both at once would share the joints' capacity.
+        // Speed first, then orientation: together they would have to share the joints' capacity.
         let left_rad = if reached {
             wanted_roll - self.roll_rad
         } else {
@@ -313,8 +314,8 @@ impl TextureMotion {
         })
     }
 
-    /// The nearer of the two rolls at which a scan has the level's angle to the bumps, rad: both sides of them feel the same. The side that the board
-    /// turns to stays until the other one is clearly nearer.
+    /// The nearer of the two rolls at which a scan has the level's angle to the bumps, rad: both sides of the bumps feel the same. The board keeps
+    /// turning to the same side until the other one is clearly nearer.
     fn nearer_roll(&mut self, scan_rad: f64, level: &Level) -> f64 {
         let [left, right] = [1.0, -1.0]
             .map(|side| nearest_half_turn(scan_rad + side * level.scan.rad(), self.roll_rad));
@@ -353,7 +354,7 @@ impl TextureMotion {
     /// Turns towards an angle `left_rad` away, within the limits.
     fn turn(&mut self, left_rad: f64, dt_s: f64) {
         let most = self.limits.turn_rad_per_s2 * dt_s;
-        // The rate from which the turn can still stop after one more step.
+        // The highest rate from which the turn can still stop after one more step.
         let stops =
             (most * most + 2.0 * self.limits.turn_rad_per_s2 * left_rad.abs()).sqrt() - most;
         let wanted = left_rad.signum() * stops.min(self.limits.turn_rad_per_s);
@@ -388,14 +389,14 @@ impl TextureMotion {
         }
     }
 
-    /// Speed from which the board can stop within a distance after one more step, m/s.
+    /// Highest speed from which the board can stop within a distance after one more step, m/s.
     fn speed_within(&self, left_m: f64, dt_s: f64) -> f64 {
         let a = self.limits.acceleration_m_per_s2;
         let step = a * dt_s;
         (step * step + 2.0 * a * left_m.max(0.0)).sqrt() - step
     }
 
-    /// Speed from which the board can stop before a finger that crosses it along `scan` at `own_m_per_s` leaves the face.
+    /// Highest speed from which the board can stop before a finger that crosses it along `scan` at `own_m_per_s` leaves the face, m/s.
     fn speed_on_face(&self, finger: &FingerState, scan: DVec2, own_m_per_s: f64, dt_s: f64) -> f64 {
         let to_board = DVec2::from_angle(-self.roll_rad);
         let at = to_board.rotate(finger.point_m - self.displacement_m);
@@ -439,7 +440,7 @@ impl TextureMotion {
 struct Change {
     /// The velocity is reached.
     reached: bool,
-    /// It had to brake instead.
+    /// The board had to brake instead.
     braked: bool,
 }
 

@@ -55,7 +55,7 @@ impl Stretch {
     }
 }
 
-/// The length of each meridian from the plate up, in the metric `√s`.
+/// The length of each meridian from the plate upwards, in the metric `√s`.
 struct Meridians {
     /// Elevations, rad, closer together where a flat bump bends.
     elevations: Vec<f64>,
@@ -263,11 +263,11 @@ fn delaunay(sphere: &[DVec3], outline: usize) -> Result<Vec<[u32; 3]>> {
     inside(&flat, &sides(0, outline as u32).collect::<Vec<_>>())
 }
 
-/// Passes of [`relax`]: rings with different numbers of points are badly matched at first.
+/// Passes of [`relax`], needed because rings with different numbers of points match badly at first.
 const RELAXATIONS: usize = 4;
 
 /// Moves all points except the outline and the top to the mean of the circumcentres around them, weighted by
-/// area and the square of the wanted density: towards triangles of equal size and shape in the metric
+/// area and the square of the wanted density. This leads to triangles of equal size and shape in the metric
 /// [Chen 2004].
 fn relax(stretch: &Stretch, sphere: &mut [DVec3], outline: usize, triangles: &[[u32; 3]]) {
     let mut sums = vec![DVec3::ZERO; sphere.len()];
@@ -293,7 +293,7 @@ fn cross([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// Largest ratio of a strip's chord error between samples to that at samples.
+/// Largest ratio of a strip's chord error between the samples to its error at the samples.
 const BETWEEN_SAMPLES: f64 = 1.02;
 
 /// Strips between ellipses at equal heights, and a flat top.

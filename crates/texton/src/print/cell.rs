@@ -23,9 +23,9 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// A cell is the region closer to its bump than to any other, with bumps scaled to unit circles. As
-    /// these do not overlap, each is inside its cell. `None` for a staggered grid whose cells (nearly) have
-    /// four corners: their shortest sides vanish.
+    /// A cell is the region closer to its bump than to any other, with bumps scaled to unit circles.
+    /// Because bumps do not overlap, each is inside its cell. `None` for a staggered grid whose cells
+    /// (nearly) have four corners: their shortest sides vanish.
     pub(super) fn new(texton: &Texton, layout: &Layout) -> Option<Self> {
         let pitch_mm = layout.pitch_mm();
         let (shift_mm, corners): (_, Vec<(i32, i32, i8)>) = match layout {

@@ -8,7 +8,7 @@ use hwall_numeric::check::{finite, positive, that};
 /// A round hole through the plate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MountingHole {
-    /// Its middle on the plate, mm.
+    /// Middle of the hole on the plate, mm.
     pub centre_mm: DVec2,
     /// Diameter, mm.
     pub diameter_mm: f64,
@@ -27,7 +27,7 @@ pub struct PatchSpec {
     pub first_mm: Option<DVec2>,
     /// Bumps closer than this to a border or hole are left out, mm; printers resolve 50 µm.
     pub margin_mm: f64,
-    /// Size of the tiles in which it is made, mm; `None` for one piece. The last ones may be smaller.
+    /// Size of the tiles in which the patch is made, mm; `None` for one piece. The last ones may be smaller.
     pub tile_mm: Option<[f64; 2]>,
     /// Does the grid start anew on each tile, so that tiles are equal? Otherwise it continues across tiles, and
     /// bumps that a tile border would cut are left out.
@@ -161,7 +161,7 @@ pub struct BumpCounts {
 /// A piece of a patch that is printed separately.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tile {
-    /// Its lower left corner on the whole patch, mm.
+    /// Lower left corner of the tile on the whole patch, mm.
     pub corner_mm: DVec2,
     /// The piece, its own lower left corner at the origin.
     pub patch: Patch,
@@ -263,7 +263,7 @@ impl Patch {
         &self.spec
     }
 
-    /// How many bumps there are, and how many were left out.
+    /// Numbers of bumps placed and left out.
     #[must_use]
     pub const fn counts(&self) -> BumpCounts {
         self.counts
@@ -388,7 +388,7 @@ impl Patch {
         let plate = Rectangle::plate(self.spec.size_mm);
         let span = |i: usize| area.high[i] - area.low[i] - first[i];
         let [columns, rows] = [0, 1].map(|i| (span(i) / pitch[i]).ceil().max(0.0) as i64);
-        // Start one before the first inside, for shifted rows.
+        // Start one column and row before the first one inside, for shifted rows.
         let before = |i: usize| ((-first[i] / pitch[i]).floor() - 1.0).max(0.0) as i64;
         // Tiles have their own grid.
         let tile_mm = self.spec.tile_mm.unwrap_or(self.spec.size_mm);

@@ -44,7 +44,7 @@ pub enum Finding {
     /// Sides too steep.
     #[error("sides of {:.1} degrees, allowed {:.1}", steepest_rad.to_degrees(), most_rad.to_degrees())]
     Steepness {
-        /// rad; the message says degrees.
+        /// Steepest side, rad; the message states degrees.
         steepest_rad: f64,
         /// rad.
         most_rad: f64,

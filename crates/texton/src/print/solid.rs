@@ -29,7 +29,7 @@ struct Plan {
     sides: usize,
     /// Corners of each bump that has a cell, one after the other.
     cell_corners: Vec<u32>,
-    /// For each bump: has it a cell?
+    /// For each bump: does it have a cell?
     has_cell: Vec<bool>,
     /// The corners, on the plate, mm.
     corners_mm: Vec<DVec2>,
@@ -41,7 +41,7 @@ impl Patch {
     /// Number of triangles of [`Patch::mesh`], without building it.
     ///
     /// # Errors
-    /// As [`Patch::mesh`], except for the number.
+    /// As [`Patch::mesh`], except for too many triangles.
     pub fn triangle_count(&self, ask: &Tessellation) -> Result<u64> {
         Ok(self.plan(ask)?.triangles(self.bumps().len()))
     }
@@ -228,7 +228,7 @@ impl Patch {
         Ok(())
     }
 
-    /// Is the box of half sizes `half` around a bump, which holds its cell, near a hole?
+    /// Is the box of half sizes `half` around a bump, which contains its cell, near a hole?
     fn near_hole(&self, bump: &Bump, half: DVec2) -> bool {
         self.spec().holes.iter().any(|hole| {
             let off = (hole.centre_mm - bump.centre_mm).abs() - half;
@@ -238,8 +238,8 @@ impl Patch {
 }
 
 impl Plan {
-    /// Number of triangles by Euler's formula: the plate's top has `V + 2 H + 2 I - 2` triangles for V points on
-    /// outlines, I other points and H outlines within the outer one.
+    /// Number of triangles, from Euler's formula: the plate's top has `V + 2 H + 2 I - 2` triangles for V points
+    /// on outlines, I other points and H outlines within the outer one.
     fn triangles(&self, bumps: usize) -> u64 {
         let bumps = bumps as u64;
         let holes = self.around_holes.len() as u64;
@@ -295,7 +295,7 @@ struct OutlinePoints {
 #[derive(Default)]
 struct Rest {
     flat: Vec<[f64; 2]>,
-    /// Their places among all points.
+    /// Indices of the region's points among all points of the mesh.
     global: Vec<u32>,
     local: HashMap<u32, u32>,
     sides: Vec<[u32; 2]>,

@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum AfferentPairs {
-    /// In every direction: the same for every scan of one texture.
+    /// In every direction: the same prediction for every scan of one texture.
     Around,
     /// One behind the other along the scan.
     Along,
@@ -24,10 +24,10 @@ pub enum AfferentPairs {
 
 /// Difference between the responses of slowly adapting (SA1) afferents a fixed distance apart.
 ///
-/// The height of the texture, blurred by the skin, stands for firing rates; the prediction is the
-/// root mean square difference between two points, mm. The published measure is the mean absolute
-/// difference of firing rates in no particular direction. The direction is a setting, because it decides the
-/// model's dependence on orientation.
+/// The height of the texture, blurred by the skin, represents firing rates; the prediction is the root mean
+/// square difference between two points, mm. The published measure is the mean absolute difference of firing
+/// rates in no particular direction. The direction is a setting, because it decides the model's dependence
+/// on orientation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpatialVariation {
     /// Distance of the two afferents, mm; default 2.

@@ -51,7 +51,7 @@ pub enum Prediction {
         value: f64,
         /// The quantity that leaves the range.
         what: Quantity,
-        /// Its value.
+        /// Value of that quantity.
         at: f64,
         /// The range, from least to greatest.
         range: [f64; 2],

@@ -8,8 +8,8 @@ use hwall_numeric::check::{non_negative, positive};
 /// `R = 0.2 + 1.6 GW - 0.5 RW - 0.25 GW²` of Yoshioka and others (2001), widths in mm.
 ///
 /// Groove and ridge of a scan through the middle of the bumps: the ridge is
-/// [`Texton::contact_length_mm`](crate::geometry::Texton::contact_length_mm), the groove the rest of
-/// [`Texture::spacing_mm`].
+/// [`Texton::contact_length_mm`](crate::geometry::Texton::contact_length_mm), the groove is the rest
+/// of [`Texture::spacing_mm`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct GrooveRidge;
 

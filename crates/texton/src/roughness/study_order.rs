@@ -19,8 +19,8 @@ pub struct StudyOrder {
 }
 
 impl StudyOrder {
-    /// The dissertation's order: 0 < 45 < 63.43 ~ 71.57 ~ 90 degrees, and rising with the speed of the board, 0
-    /// to 80 mm/s, against a finger moving at `finger_mm_per_s` (100 is an assumption).
+    /// The dissertation's order: 0 < 45 < 63.43 ~ 71.57 ~ 90 degrees. Roughness also rises with the speed of
+    /// the board, 0 to 80 mm/s, against a finger moving at `finger_mm_per_s` (100 is an assumption).
     #[must_use]
     pub fn dissertation(finger_mm_per_s: f64) -> Self {
         Self {

@@ -47,7 +47,7 @@ pub struct Control {
     pub(in crate::session) objects: Vec<SurfaceId>,
     /// The object on which the current touch began.
     pub(in crate::session) touched_object: Option<usize>,
-    /// Its position when the touch began, rad or m.
+    /// Position of that object when the touch began, rad or m.
     #[cfg(feature = "texture")]
     pub(in crate::session) touched_at: f64,
     pub(in crate::session) safety: Safety,
@@ -61,7 +61,7 @@ pub struct Control {
     pub(in crate::session) short: bool,
     /// The board has come to rest short of this goal once; the remaining motion is short.
     pub(in crate::session) rested_short: bool,
-    /// Until then the board stays where it is, although it was sent to a place that it cannot reach in time, s.
+    /// Until this time the board stays where it is, although it was sent to a place that it cannot reach in time, s.
     pub(in crate::session) stays_until_s: Option<f64>,
     /// The goal was reported late; once for each goal.
     pub(in crate::session) late_announced: bool,
@@ -88,9 +88,9 @@ pub(in crate::session) struct Contact {
 pub struct MovingSurface {
     /// The surface.
     pub surface: SurfaceId,
-    /// Its opening, rad or m.
+    /// Opening of the surface, rad or m.
     pub position: f64,
-    /// Velocity of the same, rad/s or m/s.
+    /// Velocity of the opening, rad/s or m/s.
     pub velocity: f64,
     /// Kinetic energy plus that of springs and latches, J.
     pub energy_j: f64,

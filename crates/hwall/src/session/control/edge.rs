@@ -1,4 +1,4 @@
-//! At the edge of two surfaces, keeps the board on the one that it serves if it would be late on the other.
+//! At the edge between two surfaces, keeps the board on the surface that it serves if it would be late on the other.
 
 use super::commands::{Control, OVERDUE_S, RESTS_S};
 use crate::session::handover::Guidance;
@@ -11,8 +11,8 @@ const AROUND: f64 = 1.5;
 const BESIDE_M: f64 = 0.2;
 
 impl Control {
-    /// Keeps the served place if the new one is beside it on another surface and cannot be reached before the hand. Predictions at an edge
-    /// waver between its surfaces, and a board that leaves for a place it cannot reach in time is at neither.
+    /// Keeps the served place if the new place is next to it on another surface and cannot be reached before the hand arrives. Predictions
+    /// at an edge waver between its surfaces, and a board that leaves for a place it cannot reach in time would be at neither place.
     pub(super) fn stay_if_other_is_too_far(&mut self, now_s: f64, guidance: &mut Guidance) {
         let until_s = self.stays_until_s.take();
         let (Some(last), Some(next), Some(contact_s)) =
@@ -50,7 +50,8 @@ impl Control {
         }
     }
 
-    /// Least time to a target, s: to the configuration from its map, or else at any quarter turn; infinite if it cannot be held.
+    /// Least time to a target, s: to the configuration from its map, or else the least over all quarter turns; infinite if the arm cannot
+    /// hold the target.
     fn takes_s(&mut self, target: &BoardTarget) -> f64 {
         let follower = self.renderer.follower();
         if let Some(near) = &target.near {
@@ -93,12 +94,13 @@ mod tests {
 
     const NOW_S: f64 = 0.0;
 
-    /// Serves a place on a wall, `left_s` away from it, and is sent to another one, a quarter turn away. Is the first one kept?
+    /// The board serves a place on a wall, reaches it in `left_s`, and is sent to another place, a quarter turn away. Is the first place
+    /// kept?
     fn keeps(left_s: f64, change: impl Fn(&mut Guidance)) -> bool {
         keeps_until(None, left_s, change)
     }
 
-    /// The same if it has been kept before, until `until_s` at the latest.
+    /// As `keeps`, if the place has been kept before, until `until_s` at the latest.
     fn keeps_until(until_s: Option<f64>, left_s: f64, change: impl Fn(&mut Guidance)) -> bool {
         let obj = "o wall\nv 0.7 -1 0\nv 0.7 1 0\nv 0.7 1 2\nv 0.7 -1 2\nf 1 2 3 4\n";
         let (scene, _) = Scene::from_obj_str(obj, None).expect("a wall");
@@ -154,7 +156,7 @@ mod tests {
     fn a_board_that_is_in_time_does_not_leave_for_a_place_round_the_edge_that_it_cannot_reach() {
         assert!(keeps(0.0, |_| {}));
         assert!(keeps(0.3, |_| {}));
-        // Late here as well, or in time there.
+        // The board would be late here as well, or in time there.
         assert!(!keeps(0.4, |_| {}));
         assert!(!keeps(0.0, |guidance| guidance.contact_s = Some(3.0)));
         // Not for ever: once the hand is overdue, the new place counts.
@@ -175,7 +177,7 @@ mod tests {
             }
         };
         assert!(!keeps(0.0, no_normal));
-        // A place outside the maps is solved for: the arm cannot hold the board there with its face towards itself.
+        // A place outside the maps goes to the solver: the arm cannot hold the board there with its face towards itself.
         let unknown = |normal: DVec3| {
             move |guidance: &mut Guidance| {
                 if let Some(target) = &mut guidance.target {

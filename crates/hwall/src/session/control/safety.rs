@@ -17,7 +17,7 @@ pub(in crate::session) struct Safety {
     last: Option<SupervisorStep>,
     /// The fault as reported by the renderer and by the supervisor.
     named: Option<(HoldReason, SafeState)>,
-    /// As in the last guidance.
+    /// How many people were tracked before, as of the last guidance.
     people_before: u64,
 }
 
@@ -181,10 +181,11 @@ impl Safety {
     }
 
     /// The state that replaces the session's; `None` while commands go through. A fault that the renderer has reported keeps its name until
-    /// the arm stands still for another one.
+    /// the arm stands still because of another one.
     pub(super) fn in_force(&mut self, phase: Phase) -> Option<SessionState> {
         let last = self.last?;
-        // The first states of an arm that has nothing to do yet.
+        // At the start, too few states of the arm agree, or an input has not been seen yet. If the renderer holds anyway, its own reason is
+        // reported.
         let begins = matches!(
             last.state.reason(),
             Some(SafeReason::Unproven | SafeReason::Unseen(_))
@@ -197,7 +198,7 @@ impl Safety {
                 self.named = None;
                 return None;
             }
-            // Without a sound state of the arm, the renderer cannot withdraw, but stands still.
+            // Without a sound state of the arm, the renderer cannot withdraw: it stands still.
             _ => !last.latched && last.command == ArmCommand::Hold,
         };
         if let Phase::Hold(reason) = phase

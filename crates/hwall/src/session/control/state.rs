@@ -8,7 +8,7 @@ use hwall_haptics::{HoldReason, SafeState};
 pub enum SessionState {
     /// Standing still because an input is missing or wrong.
     Holding(HoldReason),
-    /// At its waiting posture, or on the way there: nothing is about to be touched.
+    /// At its waiting posture, or on the way there: no touch is expected.
     Waiting,
     /// At a target behind the surface, or on the way there.
     GettingReady,

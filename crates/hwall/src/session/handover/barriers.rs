@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// A change of an opening above this moves barriers, rad or m.
 const OPENED: f64 = 1e-3;
 
-/// A world that tilted by more than this has other upright surfaces, as a cosine; 1 degree, as for [`Scene::vertical_facets`].
+/// A world that tilts by more than this is scanned again for upright surfaces; cosine of 1 degree, as for [`Scene::vertical_facets`].
 const TILTED: f64 = 0.99985;
 
 /// A vertical surface piece where it was when the scene was scanned, base frame.
@@ -48,7 +48,7 @@ fn opening(scene: &Scene, surface: SurfaceId) -> f64 {
 
 /// Surfaces that were sent and not yet taken.
 struct Told {
-    /// `None`: they are unknown.
+    /// `None`: the barriers are unknown.
     barriers: Option<BarrierTree>,
     base_from_world: Pose,
     leaps: u64,
@@ -65,7 +65,7 @@ pub(in crate::session) struct BarrierReceiver {
 }
 
 impl WorldBarriers {
-    /// Both ends, with the barriers of a scene in the base frame.
+    /// Both ends of the hand-over, with the barriers of a scene in the base frame.
     pub(in crate::session) fn new(scene: &Scene) -> Result<(Self, BarrierReceiver), SessionError> {
         let newest = Newest::default();
         let receiver = BarrierReceiver {

@@ -5,7 +5,7 @@ use hwall_hand::{HandFrame, HandState};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// No touch has this time.
+/// Marks that no touch was felt; no touch has these bits as its time.
 const NONE: u64 = u64::MAX;
 
 /// The control half's end: the time of the newest touch, as the bits of one word, so that it is never torn.
@@ -33,10 +33,10 @@ pub(in crate::session) struct FeltTouches {
 
 /// Most time between a touch and a frame of the tracker, s; beyond it one of the clocks is wrong.
 const APART_S: f64 = 0.1;
-/// A hand that has not been this far away since the last touch presses again, m; that is no new reach.
+/// A hand that has stayed closer than this since the last touch presses again without a new reach, m.
 const AWAY_M: f64 = 0.05;
 
-/// Both ends.
+/// Both ends of the hand-over.
 pub(in crate::session) fn felt_touches() -> (Feeler, FeltTouches) {
     let newest = Arc::new(AtomicU64::new(NONE));
     let touches = FeltTouches {

@@ -14,7 +14,7 @@ pub(in crate::session) struct Guidance {
     pub(in crate::session) target: Option<BoardTarget>,
     /// The surface that the board represents.
     pub(in crate::session) surface: Option<SurfaceId>,
-    /// Its roughness in the scene.
+    /// Roughness of that surface in the scene.
     pub(in crate::session) roughness: Option<f64>,
     /// The hand, while it is tracked.
     pub(in crate::session) fingertip: Option<Fingertip>,
@@ -30,12 +30,12 @@ pub(in crate::session) struct Guidance {
     pub(in crate::session) seen_s: f64,
     /// Waiting posture for this person; used while there is no target.
     pub(in crate::session) waits: Option<PostureTarget>,
-    /// The configuration that answers the hand, from a predictor that gives joints. The arm goes there whatever the target's place, which
-    /// is then the position of the face at these joints.
+    /// The configuration that answers the hand, from a predictor that gives joints. The arm goes there regardless of the target's place,
+    /// which is then only the position of the face at these joints.
     pub(in crate::session) answer: Option<Answer>,
     /// When the hand is expected at the surface, on the clock of the arm, s.
     pub(in crate::session) contact_s: Option<f64>,
-    /// How often the virtual world has moved.
+    /// How many times the virtual world has moved.
     pub(in crate::session) world_moves: u64,
     /// How many people were tracked before this one.
     pub(in crate::session) people_before: u64,
@@ -143,7 +143,7 @@ impl Guidance {
                 behind_m: number(19),
                 slack_m: [number(20), number(21)],
                 near: has(NEAR).then(|| joints(22)),
-                // The control half knows how late the board is.
+                // Set by the control half, which knows how late the board is.
                 sooner_within_m: None,
             }),
             surface: has(SURFACE).then(|| SurfaceId(words[18] as usize)),

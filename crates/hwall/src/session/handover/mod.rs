@@ -1,4 +1,4 @@
-//! Hand-over between the halves of a session, on one thread or on two: nobody waits, and the newest value counts.
+//! Hand-over between the halves of a session, on one thread or on two: neither half waits, and the newest value wins.
 
 mod barriers;
 mod felt;

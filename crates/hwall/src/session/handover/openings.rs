@@ -49,7 +49,7 @@ impl OpeningSender {
 }
 
 impl OpeningReceiver {
-    /// Opens in the scene what the hand has opened.
+    /// Applies the newest openings to the scene.
     pub(in crate::session) fn take(&mut self, scene: &mut Scene) {
         let count = self.words.len();
         if !self.reader.read(&mut self.words, |_| count) {

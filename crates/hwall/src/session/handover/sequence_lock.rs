@@ -54,8 +54,8 @@ impl Writer {
 }
 
 impl Reader {
-    /// Copies the words if they were replaced since the last call; returns whether they were. If not, `copy` holds nothing useful. `count`
-    /// returns, from the first word, how many words to copy.
+    /// Copies the words if they were replaced since the last call; returns whether they were. If not, the contents of `copy` are
+    /// meaningless. `count` maps the first word to the number of words to copy.
     pub(super) fn read(&mut self, copy: &mut [u64], count: impl Fn(u64) -> usize) -> bool {
         let Slot { sequence, words } = &*self.slot;
         for _ in 0..TRIES {

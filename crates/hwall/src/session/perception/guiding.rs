@@ -44,7 +44,7 @@ impl<P: Predictor> Perception<P> {
                     ..posture
                 });
             }
-            // Without a waiting posture, unusable joints lead nowhere: the arm holds.
+            // Without a waiting posture, there is no target for unusable joints: the arm holds.
             (Some(Intent::Wait), _) if self.newest.responds_with.is_some() => {}
             (Some(_), Some(foreseen)) => self.aim(&mut guidance, foreseen),
             // Without a predicted touch, the arm waits if a hand is tracked.

@@ -5,7 +5,7 @@ use hwall_contact::ContactPrediction;
 use hwall_hand::HandState;
 use hwall_scene::SurfaceId;
 
-/// Time from when a place is known to the touch, estimated per person.
+/// Time from the moment a place is known until the touch, estimated per person.
 ///
 /// The estimate is the mean of the person's touches and a prior, weighted by the variance between people and within a person.
 /// Touches are seen by the tracker, so touches that the board missed count too.
@@ -81,7 +81,7 @@ const SAME_M: f64 = 0.15;
 const MOST_S: f64 = 2.0;
 
 impl AvailableTime {
-    /// The prior, s.
+    /// An estimate with this prior mean, s.
     pub(super) const fn usual(usual_s: f64) -> Self {
         Self {
             mean_s: usual_s,
@@ -125,7 +125,7 @@ impl AvailableTime {
         let touches = frame.distance_m <= TOUCHES_M;
         if touches && !self.is_touching {
             self.is_touching = true;
-            // A hand that reappears on a surface gives no time.
+            // A hand that reappears on a surface gives no measurement.
             if let Some(known) = self.known.filter(|known| known.was_away) {
                 self.touched(frame.t_s - known.since_s);
             }

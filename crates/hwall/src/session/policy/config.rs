@@ -6,7 +6,7 @@ use hwall_numeric::check::{non_negative, positive, within};
 /// Costs and thresholds of the policy.
 ///
 /// In every frame the arm waits, pre-positions itself or presents a place, whichever has the least expected loss. The unit of loss is one
-/// missed touch. The belief about the next touch holds all that is known of the person.
+/// missed touch. The belief about the next touch contains all that is known about the person.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PolicyConfig {
     /// Loss of a false dispatch (a board sent to a place that is not touched), touches; default 0.15. It trades boards in time against false
@@ -14,8 +14,8 @@ pub struct PolicyConfig {
     pub false_dispatch: f64,
     /// Share of the loss of a touch that is saved if the board arrives after the hand, in [0, 1]; default 0.1.
     pub late_share: f64,
-    /// While the hand moves: share of the remaining time that is left once its motion has told where it goes, in (0, 1]; default 0.4. While it
-    /// rests: the expected time from reveal to touch of an unknown person, as a share of the available time.
+    /// While the hand moves: share of the remaining time that is left when its motion reveals the place, in (0, 1]; default 0.4. While the
+    /// hand rests: the expected time from reveal to touch of an unknown person, as a share of the available time.
     pub onset_share: f64,
     /// Probability that an apparent reach or an apparent choice by the eyes leads to no touch, in [0, 1]; default 0.05.
     pub detour_share: f64,

@@ -16,7 +16,7 @@ use hwall_hand::HandState;
 /// What the board does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::session) enum Decision {
-    /// Nothing is about to be touched.
+    /// No touch is expected.
     Wait,
     /// Something may be touched: the arm waits closer to it.
     Preposition(ContactPrediction),
@@ -42,9 +42,9 @@ const ALONG_SHARE: f64 = 0.2;
 const SLOWS_DOWN: f64 = 3.0;
 /// Below this speed the direction of motion is dominated by noise, m/s.
 const SLOWEST_M_PER_S: f64 = 0.1;
-/// Standard deviation of a time to contact that states none, as a share of the mean.
+/// Standard deviation assumed for a time to contact that states none, as a share of the mean.
 const USUAL_SD_SHARE: f64 = 0.25;
-/// The arm waits until all predictions have been finite for this time, s; as the default recovery time of the supervisor.
+/// The arm waits until all predictions have been finite for this time, s; the same as the supervisor's default recovery time.
 const RECOVERY_S: f64 = 0.25;
 /// Standard deviation of a person's time from reveal to touch, s.
 const WITHIN_PERSON_S: f64 = 0.12;
@@ -61,9 +61,10 @@ pub(in crate::session) struct Policy {
     way: Option<Way>,
     /// The contact reported after the last frame.
     told: Option<ContactPrediction>,
-    /// When the hand last reached, s.
+    /// When the hand was last reaching, s.
     reached_s: f64,
-    /// While it reaches for the goal: the most probable place on its surface and the time until the touch there, m and s, in the last frame.
+    /// While the hand reaches for the goal: the most probable place on its surface and the time until the touch there, m and s, in the last
+    /// frame.
     left: Option<(DVec3, f64)>,
     /// When the hand was last not at rest, s.
     moved_s: f64,
@@ -75,7 +76,7 @@ pub(in crate::session) struct Policy {
     /// Time from when the motion of the hand reveals the place to the touch.
     revealed_time: AvailableTime,
     course: HandMotion,
-    /// Why it decided as it did, for whoever asks.
+    /// Reasons for the decisions, for whoever asks.
     pub(in crate::session) explanations: Explanations,
 }
 
@@ -107,7 +108,7 @@ impl Policy {
         })
     }
 
-    /// Drops the current choice and reach, for a world that jumped; what was learnt of the person stays.
+    /// Drops the current choice and reach, for a world that jumped; what was learnt about the person stays.
     pub(in crate::session) fn reset(&mut self) {
         self.choice = Choice::Wait;
         (self.way, self.told, self.left) = (None, None, None);
@@ -123,7 +124,7 @@ impl Policy {
         self.available_time.budget_s()
     }
 
-    /// The contact that counts after a frame, and the decision about it. Ranked contacts and hand are in one frame. `None` if no contact is
+    /// The contact to report after a frame, and the decision about it. Ranked contacts and hand are in one frame. `None` if no contact is
     /// predicted.
     pub(in crate::session) fn step(
         &mut self,
@@ -253,10 +254,10 @@ impl Policy {
         }
     }
 
-    /// Updates what is known of hand and eyes.
+    /// Updates what is known about hand and eyes.
     fn watch(&mut self, t_s: f64, ranked: &[ContactPrediction], hand: Option<&HandState>) {
         let still_m_per_s = self.config.still_m_per_s;
-        // The mean does not count the noise of the tracker.
+        // The mean suppresses the noise of the tracker.
         let mean = self.course.velocity().map(|course| course.mean_m_per_s);
         let velocity = mean.or(hand.map(|hand| hand.velocity_m_per_s));
         let is_still = velocity.is_none_or(|velocity| velocity.length() < still_m_per_s);
@@ -280,13 +281,13 @@ impl Policy {
         });
     }
 
-    /// Begin of the fixation on a place, s, unless it only follows the last touch.
+    /// Start of the fixation on a place, s, unless it only follows the last touch.
     fn chosen_since_s(&self, contact: &ContactPrediction) -> Option<f64> {
         let since_s = contact.looked_at_since_s?;
         (since_s >= self.moved_s + RESTED_S).then_some(since_s)
     }
 
-    /// Time of the next touch if nothing is known of it.
+    /// Time of the next touch if nothing is known about it.
     const fn usual(&self) -> TouchTime {
         TouchTime {
             median_s: self.budget_s(),
@@ -365,7 +366,7 @@ impl Policy {
         matches!(self.choice, Choice::Present(goal) if goal.contact.surface == contact.surface)
     }
 
-    /// A held place as known now: the newest prediction on its surface, at the point that is held.
+    /// A place that is kept, updated: the newest prediction on its surface, at the point that is kept.
     fn newest(&self, held: &ContactPrediction, hypotheses: &[Hypothesis]) -> ContactPrediction {
         let near = hypotheses.iter().map(|hypothesis| &hypothesis.contact);
         let near = near.filter(|contact| contact.surface == held.surface);
@@ -395,7 +396,7 @@ impl Policy {
         let is_goal = self.is_goal(contact);
         let is_fast = hand.velocity_m_per_s.length() >= self.config.still_m_per_s;
         let course = self.course.velocity();
-        // Without a history, only fast motion can be told from noise.
+        // Without a history, only fast motion can be distinguished from noise.
         let found_m_per_s = hand.velocity_m_per_s * f64::from(u8::from(is_fast));
         let mean_m_per_s = course.map_or(found_m_per_s, |course| course.mean_m_per_s);
         let off_m_per_s = mean_m_per_s.dot(contact.normal);
@@ -409,7 +410,7 @@ impl Policy {
         }
         let way = (contact.point_m - hand.point_m).normalize_or_zero();
         let closing_m_per_s = mean_m_per_s.dot(way);
-        // A hand that comes to rest after a touch also approaches something.
+        // A hand that comes to rest after a touch also approaches some place, but it loses speed.
         let gains = |course: MeanVelocity| course.gained_m_per_s.dot(way) >= 0.0;
         let sets_off = is_goal || is_fast || course.is_none_or(gains);
         // A hand that retracts upwards approaches a point above it, but not its surface.
@@ -424,7 +425,7 @@ impl Policy {
     }
 }
 
-/// Caps the time to contact at that of the end of a minimum-jerk reach: a time learnt from all people is too late for fast ones.
+/// Caps the time to contact at its value for the end of a minimum-jerk reach: a time learnt from all people is too late for fast people.
 fn expected_soon(mut contact: ContactPrediction, hand: Option<&HandState>) -> ContactPrediction {
     if let (Some(hand), Some(time)) = (hand, &mut contact.time_to_contact_s) {
         let way = contact.point_m - hand.point_m;

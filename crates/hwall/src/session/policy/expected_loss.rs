@@ -16,7 +16,7 @@ pub(super) struct Hypothesis {
     pub(super) sds_m: [f64; 2],
     /// Probability that the next touch is there and comes soon.
     pub(super) chance: f64,
-    /// When.
+    /// Time of that touch.
     pub(super) time: TouchTime,
     /// Does the hand move towards it?
     pub(super) reaches: bool,
@@ -24,7 +24,7 @@ pub(super) struct Hypothesis {
     pub(super) stand: Option<Stand>,
 }
 
-/// Time of a touch: a logistic distribution, of which some time has passed.
+/// Time of a touch: a logistic distribution, given the time already waited.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct TouchTime {
     pub(super) median_s: f64,
@@ -62,7 +62,7 @@ pub(super) enum Choice {
 }
 
 impl Choice {
-    /// For an explanation.
+    /// As an entry of an explanation.
     fn weighed(&self, arrival_s: f64, loss: f64) -> WeighedChoice {
         let (kind, goal) = match self {
             Self::Wait => ("wait", None),
@@ -85,11 +85,11 @@ pub(super) struct Goal {
     pub(super) stand: Stand,
 }
 
-/// A face also covers places on other surfaces that lie this close to its plane, m,
+/// A face also covers a place on another surface if that place is this close to the plane of the face, m.
 const IN_PLANE_M: f64 = 0.02;
-/// if the normals agree to this, as a cosine: 5 degrees.
+/// The two normals must then agree to within 5 degrees; as a cosine.
 const SAME_COSINE: f64 = 0.996;
-/// Time to move a board that stands beside the touch: 0.3 s for 0.15 m, growing with the root of the distance.
+/// Time to move a board that stands next to the touch: 0.3 s for 0.15 m, growing with the root of the distance.
 const MOVES_S_PER_ROOT_M: f64 = 0.77;
 
 /// Weighs the choices of one frame.
@@ -169,7 +169,7 @@ impl<A: Presenting> Chooser<'_, A> {
         }
     }
 
-    /// Probability that no hypothesis takes.
+    /// Probability that the next touch fits no hypothesis.
     fn elsewhere(&self) -> f64 {
         let chances: f64 = self.possible().map(|hypothesis| hypothesis.chance).sum();
         (1.0 - chances).max(0.0)
@@ -209,7 +209,7 @@ impl<A: Presenting> Chooser<'_, A> {
             Choice::Wait | Choice::Preposition(_) => None,
         };
         let (mut late, mut there) = (0.0, 0.0);
-        // Elsewhere the arm goes on from where the choice leads.
+        // For a touch elsewhere, the arm continues from where the choice leads.
         let left_s = way.left_s(self.t_s);
         for hypothesis in self.possible() {
             let covered = goal.map_or(0.0, |goal| self.covered_share(goal, hypothesis));
@@ -217,7 +217,7 @@ impl<A: Presenting> Chooser<'_, A> {
             let onwards_s = match hypothesis.stand {
                 Some(stand) => {
                     let beside_m = a_m.hypot(b_m).max(2.0 * self.reach_m);
-                    // By then the place is known.
+                    // By the time of this motion, the place is known.
                     arrival_s(self.arm, to.as_ref(), &stand, self.reach_m)
                         .max(MOVES_S_PER_ROOT_M * beside_m.sqrt())
                 }
@@ -233,17 +233,17 @@ impl<A: Presenting> Chooser<'_, A> {
             late += hypothesis.chance * (covered * here + (1.0 - covered) * elsewhere);
             there += hypothesis.chance * covered;
         }
-        // The touch may come where none is predicted. The arm turns when the eyes show that. Places lie all around the waiting posture, so the way back
-        // and the way on add as if perpendicular.
+        // The touch may come where none is predicted. The arm turns back when the eyes show that. Places lie all around the waiting posture, so the
+        // times for the way back and the way on add like perpendicular distances.
         let by_then = way.now(self.t_s + self.glance_s);
         let back_s = travel_s(self.arm, by_then.as_ref(), self.arm.waits_at().as_ref());
         late += self.elsewhere() * self.too_late(&self.unknown, 0.0, USUAL_S.hypot(back_s));
         late + goal.map_or(0.0, |_| self.config.false_dispatch * (1.0 - there))
     }
 
-    /// Probability that a touch comes before the arm, which has `left_s` to go, has gone on for `onwards_s`, or less than `onwards_s` after the motion of
-    /// the hand reveals the place. The two times are taken as independent, because the person's time from reveal to touch hardly depends on when the
-    /// reach begins.
+    /// Probability that the arm is too late: the touch comes within `left_s + onwards_s` (the rest of the current motion and the motion after it), or
+    /// within `onwards_s` after the motion of the hand reveals the place. The two times are taken as independent, because the person's time from
+    /// reveal to touch hardly depends on when the reach begins.
     fn too_late(&self, time: &TouchTime, left_s: f64, onwards_s: f64) -> f64 {
         let in_time = |time: &TouchTime, s: f64| 1.0 - time.comes_within(s);
         1.0 - in_time(time, left_s + onwards_s) * in_time(&self.revealed, onwards_s)

@@ -10,7 +10,7 @@ use std::sync::{Mutex, PoisonError};
 /// A place that may be touched next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WeighedPlace {
-    /// Its surface.
+    /// Surface of the place.
     pub surface: SurfaceId,
     /// The predicted point, frame of the scene, m.
     pub point_m: DVec3,
@@ -42,7 +42,7 @@ pub struct WeighedChoice {
 pub struct Explanation {
     /// Time of the frame, s.
     pub t_s: f64,
-    /// The places.
+    /// The places that may be touched next.
     pub places: Vec<WeighedPlace>,
     /// Probability that the next touch is elsewhere, or does not come soon.
     pub elsewhere: f64,
@@ -52,7 +52,7 @@ pub struct Explanation {
     pub others: Vec<WeighedChoice>,
     /// A change must save at least this loss, touches.
     pub least_gain: f64,
-    /// The place in `others` of the choice taken; `None`: the arm goes on with the last one.
+    /// Index in `others` of the choice taken; `None`: the arm continues with the last one.
     pub taken: Option<usize>,
 }
 
@@ -121,7 +121,7 @@ impl fmt::Display for WeighedChoice {
     }
 }
 
-/// Several lines: the choice, the places, what else there was.
+/// Several lines: the choice, the places and the alternatives.
 impl fmt::Display for Explanation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{:9.3} s  {}", self.t_s, self.choice())?;

@@ -5,11 +5,11 @@
 pub(super) struct Fixations {
     led: f64,
     all: f64,
-    /// Mean duration of those that led to none, s.
+    /// Mean duration of the fixations that led to no reach, s.
     glance_s: f64,
-    /// Begin and last sample of the current fixation, s.
+    /// Start and last sample of the current fixation, s.
     under_way: Option<[f64; 2]>,
-    /// Begin of the fixation counted last, s: a reach may last longer than one frame.
+    /// Start of the fixation counted last, s: a reach may last longer than one frame.
     counted_s: Option<f64>,
 }
 
@@ -18,7 +18,7 @@ pub(super) struct Fixations {
 pub(super) struct FixationFrame {
     /// Time, s.
     pub(super) t_s: f64,
-    /// Begin of the fixation, if the hand was at rest, s.
+    /// Start of the fixation, if the hand was at rest, s.
     pub(super) since_s: Option<f64>,
     /// Is the hand reaching for the fixated place?
     pub(super) reaches: bool,
@@ -60,8 +60,9 @@ impl Fixations {
         self.glance_s
     }
 
-    /// Probability that a fixation that lasts this long, s, leads to a reach. `awaited`: probability that the reach of one that does is still to come.
-    /// Durations of the others have a heavy tail, since people also stare: the longer one has lasted, the longer it goes on.
+    /// Probability that a fixation that has lasted `lasted_s` leads to a reach. `awaited`: probability that its reach is still to come, if it leads
+    /// to one. Durations of the other fixations have a heavy tail, because people also stare: the longer a fixation has lasted, the longer it is
+    /// likely to continue.
     pub(super) fn leads(&self, prior: f64, lasted_s: f64, awaited: f64) -> f64 {
         let leads = prior * self.share() * awaited;
         let glances = (1.0 - prior * self.share()) * self.glance_s / (self.glance_s + lasted_s);
@@ -109,7 +110,7 @@ impl Fixations {
             self.led = self.led * FADES + f64::from(u8::from(led));
             self.all = self.all * FADES + 1.0;
             if !led {
-                // The assumed duration counts as one more.
+                // The assumed duration counts as one more fixation.
                 let others = (self.all - self.led).max(1.0);
                 self.glance_s += (lasted_s - self.glance_s) / (others + 1.0);
             }
@@ -184,7 +185,7 @@ mod tests {
         let leads = [0.0, 0.2, 0.4, 0.8].map(|s| fixations.leads(1.0, s, 1.0));
         assert!((leads[0] - fixations.share()).abs() < 1e-12);
         assert!(leads.is_sorted() && leads[3] > 0.6, "{leads:?}");
-        // It leads to none once its reach should have come.
+        // It leads to no reach once that reach should have come.
         assert!(fixations.leads(1.0, 0.8, 1e-3) < 0.1);
         assert_eq!(fixations.leads(1.0, 1e9, 0.0), 0.0);
         assert_eq!(Fixations::default().leads(1.0, 1.0, 0.0), 0.0);

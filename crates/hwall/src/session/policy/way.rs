@@ -17,13 +17,13 @@ pub(in crate::session) struct Stand {
 
 /// What the arm can do.
 pub(in crate::session) trait Presenting {
-    /// Waiting posture, rad; `None`: where it is.
+    /// Waiting posture, rad; `None`: the arm stays where it is.
     fn waits_at(&self) -> Option<JointPositions>;
 
     /// How it presents a place in the frame of the scene; `None` if it cannot.
     fn stand(&self, contact: &ContactPrediction) -> Option<Stand>;
 
-    /// Least time from rest to rest, s.
+    /// Least time from rest at one configuration to rest at another, s; `None` if unknown.
     fn travel_s(&self, from: &JointPositions, to: &JointPositions) -> Option<f64>;
 
     /// Middle of the board at a configuration, in the frame of the scene, m; `None` if unknown.
@@ -32,7 +32,7 @@ pub(in crate::session) trait Presenting {
 
 /// Travel time assumed if it is unknown, s.
 pub(super) const USUAL_S: f64 = 0.5;
-/// Delay from a decision to the motion, s: of the arm and of the frame.
+/// Delay from a decision to the start of the motion, s: the delays of the arm and of the frame.
 const REACTION_S: f64 = 0.03;
 
 /// Extra time of a path that leads around an edge, s: 0.1 to 0.2 s at the shelf of the built-in room.
@@ -82,13 +82,13 @@ pub(super) fn part_way(from: &JointPositions, to: &JointPositions, share: f64) -
     JointPositions(std::array::from_fn(|i| from[i] + share * (to[i] - from[i])))
 }
 
-/// The last motion of the arm that was decided.
+/// The last motion that was decided for the arm.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Way {
     from: Option<JointPositions>,
     to: Option<JointPositions>,
     since_s: f64,
-    /// Time of the whole motion, s; and without reaction and braking.
+    /// Time of the whole motion, s, and the same without reaction and braking.
     takes_s: f64,
     travels_s: f64,
 }
@@ -132,7 +132,8 @@ impl Way {
         Some(part_way(&self.from?, &self.to?, share.clamp(0.0, 1.0)))
     }
 
-    /// The motion to another place. The current motion must end first: braking takes as long as it has lasted or would still last.
+    /// The motion to another place. The current motion must end first: braking takes as long as the motion has lasted or would still last,
+    /// whichever is shorter, and less if the new direction is similar.
     pub(super) fn to(&self, arm: &impl Presenting, to: Option<JointPositions>, t_s: f64) -> Self {
         let from = self.now(t_s);
         let left_s = self.left_s(t_s);
@@ -147,7 +148,7 @@ impl Way {
         }
     }
 
-    /// How far the direction to another place is off the current motion: 0 along it, 1 back.
+    /// How much a motion to another place turns: 0 continues the current motion, 1 reverses it.
     fn turned(&self, to: Option<&JointPositions>, now: Option<&JointPositions>) -> f64 {
         let cosine = || {
             let (to, now, goal) = (to?, now?, self.to?);

@@ -20,12 +20,13 @@ use std::path::Path;
 impl Chain {
     /// From URDF text, from link `base` to its descendant `tip`.
     ///
-    /// Default `base`: the root of the tree (the root above `tip`, if given); of several roots, the only one with moving joints below it. Default
-    /// `tip`: the end of the longest chain of moving joints. Among the links fixed there it is `tool0`, else a flange, else the link that carries
-    /// a gripper, else the only leaf, else `ee_link`, else the last moving link. A gripper is assumed after six joints, if the chain branches or
-    /// the next joint of a short remainder is prismatic or mimicked; and after three joints, if only short chains follow that are equally long or
-    /// the last joint has the name of a finger. [`Chain::ends`] returns the chosen links. Fixed joints are merged into their neighbours. Links
-    /// attached through fixed joints add their mass; links behind other movable joints are omitted and listed in [`Chain::links_left_out`].
+    /// Default `base`: the root of the tree (the root above `tip`, if given); if there are several roots, the only one with moving joints below
+    /// it. Default `tip`: the end of the longest chain of moving joints. Among the links fixed to that end, the tip is `tool0`, else a flange,
+    /// else the link that carries a gripper, else the only leaf, else `ee_link`, else the last moving link. A gripper is assumed after six
+    /// joints, if the chain branches or the next joint of a short remainder is prismatic or mimicked; and after three joints, if the last joint
+    /// has the name of a finger, or only short chains of equal length follow. [`Chain::ends`] returns the chosen links. Fixed joints are merged
+    /// into their neighbours. Links attached through fixed joints add their mass; links behind other movable joints are omitted and listed in
+    /// [`Chain::links_left_out`].
     ///
     /// URDF rules: rpy is roll about x, then pitch about y, then yaw about z, all in fixed axes; the
     /// default axis is x; missing `lower` and `upper` of a limit are 0. A velocity, effort or
@@ -106,7 +107,7 @@ fn is_called_finger(joint: &Joint) -> bool {
         .any(|word| names.iter().any(|name| name.contains(word)))
 }
 
-/// After this many joints a branching ends the arm.
+/// An arm with at least this many joints ends where the chain branches.
 const ARM: usize = 6;
 /// A chain with at least this many joints is an arm, a shorter one a finger.
 const SMALL_ARM: usize = 3;

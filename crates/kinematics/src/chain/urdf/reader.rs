@@ -43,7 +43,7 @@ pub(super) struct Joint {
     pub(super) parent_from_child: Origin,
     pub(super) axis: [f64; 3],
     pub(super) limit: Option<Limit>,
-    /// The joint that it follows.
+    /// The joint that this joint follows.
     pub(super) mimics: Option<String>,
 }
 
@@ -201,7 +201,7 @@ fn levels(text: &str) -> usize {
             .into_iter()
             .find(|(begin, _)| inside.starts_with(begin))
         {
-            // An unterminated one is left to the parser to report.
+            // The parser reports unterminated constructs.
             rest = inside[begin.len()..]
                 .split_once(end)
                 .map_or("", |(_, after)| after);
@@ -332,7 +332,7 @@ fn limit(limit: Element, version: Version) -> Result<Limit, KinematicsError> {
     })
 }
 
-/// The origin of a joint or inertial; without one, that of its parent.
+/// The origin of a joint or inertial; without one, the origin of its parent.
 fn origin(owner: Element, version: Version) -> Result<Origin, KinematicsError> {
     let Some(origin) = owner.optional("origin")? else {
         return Ok(Origin::ZERO);
@@ -390,7 +390,7 @@ impl<'a, 'text: 'a> Element<'a, 'text> {
             .ok_or_else(|| self.malformed(&format!("<{name}> is missing")))
     }
 
-    /// By name, including any prefix: readers of such extensions compare the prefix, not the namespace.
+    /// Finds an attribute by its full name with prefix: readers of such extensions compare the prefix, not the namespace.
     fn attribute(self, name: &str) -> Option<&'a str> {
         let Some((prefix, local)) = name.split_once(':') else {
             return self.0.attribute(name);

@@ -2,10 +2,10 @@
 //!
 //! For a flange pose the wrist centre `w` (from the shoulder) is fixed, so shoulder, elbow and
 //! wrist form a rigid triangle that can only turn about the line `u = w/|w|`, by the arm angle ψ.
-//! With `F(ψ) = exp([u]ψ) Rz(φ) Ry(θ)` (columns `v'`, `y'`, `u`), `β` the triangle's angle at the
-//! shoulder and `η` the one at the wrist (both ≥ 0): `R03 = F Ry(-β)`, `R04 = F Ry(η)`, `R47 = R04ᵀ
-//! R`. Every entry is `A sin ψ + B cos ψ + C`. [Shimizu 2008], [Faria 2018]; here the elbow is
-//! highest at ψ = 0, for either sign of joint 4.
+//! With `F(ψ) = exp([u]ψ) Rz(φ) Ry(θ)` (columns `v'`, `y'`, `u`), and the triangle's angles `β` at
+//! the shoulder and `η` at the wrist (both ≥ 0): `R03 = F Ry(-β)`, `R04 = F Ry(η)`, `R47 = R04ᵀ R`.
+//! Every entry is `A sin ψ + B cos ψ + C`. [Shimizu 2008], [Faria 2018]; here the elbow is highest
+//! at ψ = 0, for either sign of joint 4.
 
 use super::sinusoid::{Direction, Sinusoid};
 use super::triangle::Triangle;
@@ -63,7 +63,7 @@ pub(in crate::srs) struct Verdicts {
     pub(in crate::srs) wrist: u8,
     /// True if `q2` or `q6` is so small that its two neighbours must be checked together.
     pub(in crate::srs) near_singular: bool,
-    /// True if it is so small that only the sum of the pair is defined.
+    /// True if `q2` or `q6` is so small that only the sum of its two neighbours is defined.
     pub(super) singular: bool,
 }
 
@@ -151,7 +151,7 @@ impl ElbowCircle {
         self.verdicts_within(windows, psi, Slack::both(CROSS_TOLERANCE))
     }
 
-    /// With every limit widened by a slack (narrowed if negative).
+    /// As [`verdicts`](Self::verdicts), with every limit widened by a slack (narrowed if negative).
     #[inline(always)]
     pub(in crate::srs) fn verdicts_within(
         &self,

@@ -13,7 +13,7 @@ impl ElbowCircle {
     /// of joint 4, constant around the circle.
     ///
     /// Error: below 1e-13 rad each. [`BaseSolution`](super::BaseSolution) is more accurate, because it computes the
-    /// third angle of a spherical joint after the first: use it for the final result of a search.
+    /// third angle of a spherical joint from the first; use that for the final result of a search.
     pub(in crate::srs) fn glance(
         &self,
         psi: Direction,

@@ -71,9 +71,9 @@ impl ElbowCircle {
         }
     }
 
-    /// Visits the arm angles at which a joint is at a limit moved by a slack, until one has branches.
+    /// Visits the arm angles at which a joint is at a limit that is moved by a slack; stops at the first one with feasible branches.
     ///
-    /// The slack moves the tests for a joint and for its half turn in opposite directions.
+    /// The slack moves the test for a joint and the test for its half turn in opposite directions.
     #[inline]
     pub(in crate::srs) fn first_root(
         &self,

@@ -6,7 +6,7 @@ use super::window::{SignedCone, Window, Windows, magnitude_ranges};
 use crate::joints::JointLimit;
 use crate::srs::branch::Branch;
 
-/// Narrower limits are treated as pinched, rad.
+/// Limits narrower than this are treated as pinched, rad.
 const PINCHED_RAD: f64 = 0.3;
 
 /// The joint (not the elbow) with the narrowest limits, and the limits of the others.
@@ -21,7 +21,7 @@ pub(in crate::srs) struct Pinched {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Place {
-    /// Joint 1, 3, 5 or 7, by index of those.
+    /// Joint 1, 3, 5 or 7, as index 0 to 3.
     Turning(usize),
     /// Joint 2 or 6, and the branches of its sign.
     Tilting(usize, u8),

@@ -88,7 +88,7 @@ impl Window {
                 past_min <= slack || before_max <= slack,
             ),
             Shape::Narrow => {
-                // Without the middle, a window of zero width would contain its opposite too.
+                // Without the test against the middle, a window of zero width would also contain the opposite direction.
                 let towards = self.middle[0] * x + self.middle[1] * y;
                 (
                     past_min >= -slack && before_max >= -slack && towards >= -slack,
@@ -102,7 +102,7 @@ impl Window {
 impl Window {
     /// Directions whose cross products are compared with the slack.
     ///
-    /// A narrow window also gives the direction perpendicular to its middle: with a slack that test has its own end.
+    /// A narrow window also gives the direction perpendicular to its middle, because with a slack that test has its own end.
     #[inline(always)]
     pub(in crate::srs) fn slack_ends(&self) -> impl Iterator<Item = [f64; 2]> {
         let [cos, sin] = self.middle;

@@ -9,9 +9,9 @@ use std::f64::consts::PI;
 const WIDEST_RAD: f64 = 1.0;
 
 impl SrsArm {
-    /// The largest angle δ (rad) by which both ends of every joint limit can move inwards with
-    /// the pose still reachable; negative where the limits must be widened by `-δ`; `None` where
-    /// the links are too short or too long, or the limits would need more than 1 rad.
+    /// The largest angle δ (rad) by which both ends of every joint limit can move inwards with the
+    /// pose still reachable; negative where the limits must be widened by `-δ`; `None` where the
+    /// links are too short or too long, or the limits would have to be widened by more than 1 rad.
     ///
     /// By bisection on the exact verdict, which is monotone in δ. Error: below 1e-12 rad, except
     /// within 1e-7 of a straight elbow, where the pose itself fixes joint 4 to 1e-8 rad only.

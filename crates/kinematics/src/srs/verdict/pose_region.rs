@@ -7,7 +7,7 @@ use hwall_geometry::Pose;
 /// within a cone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PoseRegion {
-    /// `base_from_tool` in the middle.
+    /// Central pose, `base_from_tool`.
     pub center: Pose,
     /// Half of the rectangle's sides, base axes, m; perpendicular to each other, or zero.
     pub half_sides_m: [DVec3; 2],

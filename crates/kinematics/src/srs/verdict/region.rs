@@ -1,21 +1,23 @@
 //! Verdicts that hold for a whole set of poses at once, with proof.
 //!
 //! Let a configuration hold the central pose at some arm angle. Elsewhere in the region the wrist centre
-//! has another direction `u` and another distance `L` from the shoulder. Move the arm there: turn it by
-//! the smallest rotation that takes the old `u` to the new one, then turn the upper arm within the
-//! triangle's plane to the new angle β, the forearm to the new angle η. With `R03 = F Ry(-β)` and `R04 =
-//! F Ry(η)` this gives `R03' = Q R03 Ry(β - β')` and `R47' = Ry(η' - η)ᵀ R04ᵀ Qᵀ P R`, where P is the
-//! turn of the tool. A rotation by an angle moves a unit vector by at most the chord of that angle, so
+//! has another direction `u` and another distance `L` from the shoulder. Move the arm there in two
+//! steps: turn it by the smallest rotation that takes the old `u` to the new one; then, within the
+//! triangle's plane, turn the upper arm to the new angle β and the forearm to the new angle η. With `R03
+//! = F Ry(-β)` and `R04 = F Ry(η)` this gives `R03' = Q R03 Ry(β - β')` and `R47' = Ry(η' - η)ᵀ R04ᵀ Qᵀ
+//! P R`, where P is the turn of the tool. A rotation by an angle moves a unit vector by at most the
+//! chord of that angle, so
 //!
 //! - every row and column of `R03` moves by at most `|u' - u| + chord(β' - β)`,
 //! - every row and column of `R47` by at most `|u' - u| + chord(η' - η) + chord(P)`.
 //!
 //! The limits are tested as cross products of such vectors with fixed unit vectors (`window.rs`), which
-//! change by at most the same bounds. Hence: if some arm angle passes all tests *narrowed* by these bounds
-//! the whole region is reachable; if none passes them *widened* by the bounds, no pose of the region is
-//! (moving the arm is a bijection of the arm angles). The bounds need no safety factor; `ROUNDING` covers
-//! the arithmetic. β and η are functions of L alone, monotone but for one turning point, so their extremes
-//! over the region's distances are exact, also at full stretch where their slope is infinite.
+//! change by at most the same bounds. Hence: if some arm angle passes all tests *narrowed* by these
+//! bounds, the whole region is reachable; if none passes them *widened* by the bounds, no pose of the
+//! region is reachable (moving the arm is a bijection of the arm angles). The bounds need no safety
+//! factor; `ROUNDING` covers the arithmetic. β and η are functions of L alone and monotone except for
+//! one turning point. Their extremes over the region's distances are therefore exact, also at full
+//! stretch, where their slope is infinite.
 
 use super::pose_region::PoseRegion;
 use super::region_bounds::{LARGEST_SLACK, Triangles, Wrists};
@@ -58,7 +60,8 @@ impl SrsArm {
         self.region_verdict_between(self, region)
     }
 
-    /// The same for a family of arms that differ only in their limits: `self` has the narrowest, `widest` the widest.
+    /// As [`region_verdict`](Self::region_verdict), for a family of arms that differ only in their limits: `self` has the narrowest limits,
+    /// `widest` the widest.
     ///
     /// `Reachable` and `Unreachable` then hold for every arm of the family. Example: rotating a
     /// wall about the base axis only rotates joint 1, so shifting the limits of joint 1 by the
@@ -112,7 +115,7 @@ impl SrsArm {
 
     /// All branches that provably hold every pose of a region, each at one arm angle.
     ///
-    /// [`SrsArm::region_verdict`] stops at the first ones found; this checks every limit.
+    /// [`SrsArm::region_verdict`] stops at the first branches found; this function checks every limit.
     #[must_use]
     pub fn branches_throughout(&self, region: &PoseRegion) -> BranchSet {
         let Ok(cell) = Cell::prepare(self, self, region) else {
@@ -271,10 +274,11 @@ impl Cell {
 
     /// Branches for which a joint with very narrow limits passes through its middle.
     ///
-    /// No single arm angle serves the whole region then. But suppose the joint is on one side of its middle by
-    /// more than the slack at one arm angle and on the other side at another, and all other limits hold with
-    /// the slack plus the change between the two. Then by the intermediate value theorem every pose of the
-    /// region has an arm angle between the two with the joint exactly in the middle and all others inside.
+    /// With such limits, no single arm angle serves the whole region. But suppose that the joint is on one
+    /// side of its middle by more than the slack at one arm angle, and on the other side at another. Suppose
+    /// also that all other limits are satisfied with the slack plus the change between the two angles. Then
+    /// by the intermediate value theorem every pose of the region has an arm angle between the two with the
+    /// joint exactly in the middle and all others inside.
     #[inline]
     fn held_on_the_way(&self, arm: &SrsArm, wanted: u8) -> u8 {
         let Some(pinched) = &arm.pinched else {

@@ -78,7 +78,7 @@ impl Wrists {
             tolerance,
             shortest: nearest - radius - tolerance,
             longest: farthest + radius + tolerance,
-            // NaN means that the wrist is on the shoulder. Corners further apart than this do not
+            // NaN means that the wrist is on the shoulder. From `turn = 1` on, the corners do not
             // bound the points between them; the distances and tilts remain valid.
             turn: if turn < 1.0 { turn } else { f64::INFINITY },
             tool_turn,
@@ -115,10 +115,11 @@ impl Wrists {
     /// True if joint 2 or joint 6 exceeds its limit everywhere in the region, at every arm angle.
     ///
     /// `|q2|` is least with the elbow highest: `χ - β`, where χ is the angle of w from the base
-    /// axis; `|q6|` likewise `χ - η` with the angle of w from the tool axis. With `cos χ = c / L`
-    /// these are functions of L alone if c, the distance along the axis, takes its largest value.
-    /// They are stationary where the other link is parallel to the axis. So the least tilt over the
-    /// region is exact; the first-order slack above would need ever smaller regions near a tangency.
+    /// axis; Likewise `|q6|` is least at `χ - η`, with χ measured from the tool axis. With `cos χ =
+    /// c / L` these are functions of L alone if c, the distance along the axis, takes its largest
+    /// value. They are stationary where the other link is parallel to the axis, so the least tilt
+    /// over the region is exact. The first-order slack above would instead need ever smaller
+    /// regions near a tangency.
     pub(super) fn tilted_too_far(
         &self,
         arm: &SrsArm,
@@ -149,9 +150,9 @@ impl Wrists {
 
 /// Triangles of shoulder, elbow and wrist over a range of lengths.
 pub(super) struct Triangles {
-    /// Somewhere in the range.
+    /// At a length within the range.
     pub(super) reference: Triangle,
-    /// At its ends.
+    /// At the ends of the range.
     ends: [Triangle; 2],
     /// Where one of the angles has its maximum, if within the range.
     turning: Option<Triangle>,

@@ -39,9 +39,9 @@ impl Verdict {
 pub struct Witness {
     /// Joint angles within all limits, rad.
     pub q: JointPositions,
-    /// Its branch.
+    /// Branch of `q`.
     pub branch: Branch,
-    /// Its arm angle, rad.
+    /// Arm angle of `q`, rad.
     pub arm_angle_rad: f64,
 }
 
@@ -60,9 +60,10 @@ impl SrsArm {
     /// are tested separately. A pose beyond a limit by less than about 1e-13 counts as reachable, and
     /// its witness is moved onto the limit (pose error below 1e-12 m and rad). Double precision fails
     /// if locked joints (limits of zero width, or reached exactly) confine the solution to a single
-    /// arm angle and the elbow, shoulder or wrist is within about 1e-3 rad of straight: then rounding
-    /// of the pose alone moves joints past their limits. This loses 2 in 10,000 random limit sets full
-    /// of locked joints (tests/it/srs_hard_cases.rs); limits with nonzero width are not affected.
+    /// arm angle, and in addition the elbow, shoulder or wrist is within about 1e-3 rad of straight.
+    /// Rounding of the pose alone then moves joints past their limits. This affects 2 in 10,000 random
+    /// sets of limits with many locked joints (tests/it/srs_hard_cases.rs); limits with nonzero width
+    /// are not affected.
     ///
     /// Method: [Shimizu 2008], [Faria 2018]; notes in docs/NOTATION.md.
     #[must_use]
@@ -81,7 +82,7 @@ impl SrsArm {
                 });
                 match found {
                     Some(witness) => Verdict::Reachable(witness),
-                    // The direction test passed within its tolerance, but the angles do not.
+                    // The direction test passed within its tolerance, but the angles are outside the limits.
                     None => Verdict::Unreachable(Unreachable::ArmAngleConflict),
                 }
             }

@@ -7,7 +7,7 @@ use crate::texture::{SurfaceMotion, TextureInput};
 use hwall_haptics::{ArmCommand, ArmState, ObjectPath, RenderStep, Slide};
 
 impl Control {
-    /// How a touched board slides in its plane, by the state after the last step.
+    /// How a touched board slides in its plane, according to the state after the last step.
     pub(super) fn slide(&mut self, now_s: f64, state: &ArmState) -> Option<Slide> {
         // A lost hand, or guidance that is too old, ends the slide.
         let heard = self

@@ -4,7 +4,7 @@ use super::{Control, OVERDUE_S, RESTS_S, SOON_S};
 use crate::session::control::state::SessionState;
 use hwall_haptics::{ArmState, BoardTarget};
 
-/// A board that arrives later than this after the expected contact is late, s: the error of the prediction.
+/// A board that arrives more than this after the expected contact is late, s. Smaller differences are within the error of the prediction.
 const LATE_S: f64 = 0.2;
 /// A face within this distance and angle of its surface is on it, m and rad.
 const ON_SURFACE_M: f64 = 0.01;
@@ -19,8 +19,8 @@ const SAME_PLANE_M: f64 = 1e-3;
 const SLOW_S: f64 = 0.2;
 
 impl Control {
-    /// The slack of a target. If there is no time to correct the goal before the hand arrives, the whole face is slack: keeping a goal that
-    /// covers the touch is better than reaching a better one too late.
+    /// The slack of a target. If there is no time to correct the goal before the hand arrives, the whole face is slack: a goal that covers
+    /// the touch is better than one that is reached too late.
     pub(super) fn slack_m(&self, now_s: f64, target: &BoardTarget) -> [f64; 2] {
         let left_s = self.step.and_then(|step| step.left_s);
         let (Some(contact_s), Some(left_s)) = (self.guidance.contact_s, left_s) else {
@@ -30,7 +30,7 @@ impl Control {
         let Some(goal) = self.renderer.follower().goal().filter(|_| !has_time) else {
             return target.slack_m;
         };
-        // An overdue hand leaves time enough.
+        // An overdue hand leaves enough time.
         if now_s > contact_s + OVERDUE_S {
             return target.slack_m;
         }
@@ -39,7 +39,7 @@ impl Control {
         let off_m = self.renderer.arm().forward(&goal).position_m() - target.point_m;
         let holds = off_m.length() <= widest_m && off_m.dot(target.normal).abs() <= SAME_PLANE_M;
         match holds {
-            // Without slack the point is too uncertain to stay.
+            // A target without slack is too uncertain to keep the goal.
             true => target.slack_m.map(|slack_m| match slack_m > 0.0 {
                 true => slack_m.max(widest_m),
                 false => slack_m,
@@ -48,8 +48,8 @@ impl Control {
         }
     }
 
-    /// The slack of a target, m, if the hand is expected before the board: within it, the goal may move to where the board arrives
-    /// sooner.
+    /// The slack within which the goal may move to a place that the board reaches sooner, m; `None` unless the hand is expected
+    /// before the board.
     pub(super) fn sooner_within_m(&self, now_s: f64, target: &BoardTarget) -> Option<[f64; 2]> {
         let left_s = self.step?.left_s?;
         let due_s = self.guidance.contact_s?;
