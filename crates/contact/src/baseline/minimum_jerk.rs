@@ -9,9 +9,9 @@ use glam::DVec3;
 use hwall_hand::{HandFrame, LabelledReach};
 use std::borrow::Borrow;
 
-/// Most samples in a fit: more only cost time.
+/// Largest number of samples in a fit: more would cost time without a benefit.
 const MOST_SAMPLES: usize = 16;
-/// Typical deviation of a real hand from a minimum-jerk motion, m; weighs the samples against the prior.
+/// Typical deviation of a real hand from a minimum-jerk motion, m; sets the weight of the samples relative to the prior.
 const STRAY_M: f64 = 2e-3;
 /// Standard deviation of the start about the first sample, as a share of the duration: segmentation by speed misses the first, slow part.
 const START_SD: f64 = 0.05;

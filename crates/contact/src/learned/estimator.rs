@@ -56,8 +56,8 @@ pub(super) struct Origin {
 /// Follows a reach with a [`LearnedModel`](super::LearnedModel). Only the first step of a reach and [`begin`](ContactEstimator::begin) allocate.
 ///
 /// While the touching point is missing, another point of the hand replaces it. While no point is seen, the last estimate is repeated for up to 0.1
-/// s, with the time to contact counting down. If a required point, or gaze, has not been seen in a reach, a model without it takes over after 0.1
-/// s.
+/// s, with the time to contact counting down. If a required point, or gaze, has not been seen in a reach for 0.1 s, a model without that input
+/// takes over.
 #[derive(Debug, Clone)]
 pub struct LearnedEstimator {
     learnt: Arc<Learnt>,
@@ -68,12 +68,12 @@ pub struct LearnedEstimator {
     gates: Vec<f64>,
     last: Option<ContactEstimate>,
     adaptation: Adaptation,
-    /// Required inputs besides the touching point.
+    /// Required inputs in addition to the touching point.
     relied_on: Vec<Cue>,
     alone: Option<Box<LearnedEstimator>>,
     /// Did the smaller model give the last estimate of this reach?
     answered_alone: bool,
-    /// The same for the previous reach while this one is tentative: a touch still belongs to the previous one.
+    /// `answered_alone` of the previous reach while this one is tentative: a touch still belongs to the previous reach.
     before_alone: Option<bool>,
 }
 

@@ -11,8 +11,8 @@
 //! covariance lies in the plane of the surface, so it is wide along a surface seen at a slant. During saccades, and for 0.3 s after the gaze is
 //! lost, the last fixation is used.
 //!
-//! A model with fewer training reaches than `FusedConfig::least_reaches` is not used: `FusedPredictor::experience` tells so, and the gaze ray is
-//! used instead (`DeterministicConfig::ray_led`).
+//! A model with fewer training reaches than `FusedConfig::least_reaches` is not used: `FusedPredictor::experience` reports this, and the gaze ray
+//! is used instead (`DeterministicConfig::ray_led`).
 //!
 //! # The dissertation's predictor
 //!

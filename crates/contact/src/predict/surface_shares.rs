@@ -7,9 +7,9 @@ use crate::matrices::{Plane, axes_across, square};
 use glam::{DMat3, DVec3};
 use hwall_scene::{Hit, Scene, SurfaceId};
 
-/// Two hits lie in one plane if their normals agree to this cosine ...
+/// Two hits lie in one plane if the cosine between their normals is at least this.
 const SAME_NORMAL_COS: f64 = 0.9999;
-/// ... and their offsets to this length, m.
+/// Largest difference of the offsets of two hits in one plane, m.
 const SAME_PLANE_M: f64 = 1e-3;
 
 /// A plane of a surface, and the contact there by one Gaussian.
@@ -108,11 +108,11 @@ struct Ray {
     met: Option<usize>,
 }
 
-/// This many rays are cast first. They suffice if all meet one face and the Gaussian is narrower than typical targets, i.e. its sd is at most this,
-/// m ...
+/// Number of rays that are cast first. They suffice if all meet one face and the Gaussian is narrower than typical targets: its standard deviation
+/// is at most `NARROW_M`, m.
 const FEW_RAYS: usize = 7;
 const NARROW_M: f64 = 0.02;
-/// ... and for every hypothesis with less weight than this.
+/// The first rays also suffice for every hypothesis with less weight than this.
 const LITTLE: f64 = 0.1;
 
 /// Lower bound of the sine of the approach angle: a grazed surface is not excluded.

@@ -114,7 +114,7 @@ impl Prior {
         fit.judged(touches)
     }
 
-    /// In units of the prior standard deviations; 0 where that is 0.
+    /// The error in units of the prior standard deviations; 0 where the standard deviation is 0.
     fn scaled(&self, fit: &Fit) -> Six {
         let share = |value: f64, sd: f64| if sd > 0.0 { value / sd } else { 0.0 };
         let [x, y, z] = fit.offset_m.to_array();

@@ -32,7 +32,7 @@ impl Look {
         (t_s - self.since_s).max(0.0) + self.before_s
     }
 
-    /// Is a fixation at the same place?
+    /// Is the fixation at the place of this look?
     fn holds(&self, fixation: &Fixation, apart_rad: f64) -> bool {
         self.is_at(&Self::new(fixation), apart_rad)
     }
@@ -61,12 +61,12 @@ pub(in crate::predict) struct GazeMemory {
     before: Option<Look>,
 }
 
-/// An ended fixation, and the time since then.
+/// An ended fixation, and the time since its end, s.
 pub(in crate::predict) type Ended<'a> = (&'a Look, f64);
 
-/// Two mean lines of sight are at one place within this many standard deviations of their noise ...
+/// Two mean lines of sight are at one place if they differ by at most this many standard deviations of their noise.
 const SAME_SDS: f64 = 3.0;
-/// ... but at most this angle, rad.
+/// Upper bound of that angle, rad.
 const WIDEST_RAD: f64 = 0.35;
 /// Shorter fixations are not remembered, s: too short to see anything.
 const SHORTEST_S: f64 = 0.08;
