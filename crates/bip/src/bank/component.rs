@@ -11,7 +11,7 @@ use hwall_numeric::check;
 pub struct Component<'a> {
     /// The model.
     pub model: &'a Model,
-    /// Its probability; those of all components are normalised.
+    /// Its probability, up to a common factor: the probabilities of all components are normalised.
     pub probability: f64,
 }
 

@@ -10,13 +10,13 @@ pub enum NoiseSource {
     Fit,
     /// Residual of held-out demonstrations.
     HeldOut,
-    /// Held-out noise if the model has it, else that of the fit.
+    /// Held-out noise if the model has it, otherwise the noise of the fit.
     Best,
 }
 
 /// Criterion for outliers.
 ///
-/// Each value is tested by itself, against its own prediction and variance, so that one lost finger does not discard the others.
+/// Each value is tested separately against its own prediction and variance, so that one lost finger does not discard the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gate {
     /// Largest distance of a value from its prediction, in standard deviations of the innovation. Default 5: one good value in two million is
@@ -44,13 +44,13 @@ pub struct FilterConfig {
     /// Variance of the phase at the start. Default 1e-4: one hundredth of the motion.
     pub phase_variance: f64,
     /// Variance of the random acceleration of the phase, 1/time⁴, constant within a step: a step of length dt adds `[dt⁴/4, dt³/2; dt³/2, dt²]`
-    /// times it. Default `None`: as [tuned](crate::judge::tune), else such that the phase velocity changes by one hundredth of its mean per
+    /// times it. Default `None`: as [tuned](crate::judge::tune); otherwise such that the phase velocity changes by one hundredth of its mean per
     /// sampling period.
     pub acceleration_variance: Option<f64>,
     /// Measurement noise. Default [`NoiseSource::Best`].
     pub noise: NoiseSource,
-    /// Factor on the variance of that noise. A person deviates from the demonstrations in the same direction for many samples; independent noise
-    /// must be larger to compensate. Default `None`: as [tuned](crate::judge::tune) (for held-out noise), else 1.
+    /// Factor on the variance of the measurement noise. A person deviates from the demonstrations in the same direction for many samples;
+    /// independent noise must be larger to compensate. Default `None`: as [tuned](crate::judge::tune) (for held-out noise), else 1.
     pub noise_factor: Option<f64>,
     /// Rejection of outliers. Default `None`: every value is accepted.
     pub gate: Option<Gate>,
