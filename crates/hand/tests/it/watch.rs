@@ -89,7 +89,7 @@ fn there_and_back_without_a_rest_are_two_reaches() {
         Some(0.5 * x)
     });
     assert_eq!(diary.reaches.len(), 2);
-    // It turns at 1.075 s.
+    // The hand turns at 1.075 s.
     let turn_s = diary.reaches[1][0];
     assert!((1.03..1.12).contains(&turn_s), "{turn_s}");
 }
