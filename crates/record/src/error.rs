@@ -4,7 +4,7 @@ use hwall_protobuf::ProtobufError;
 use std::io;
 use std::path::PathBuf;
 
-/// Why a recording cannot be written, or what is wrong with one that was read.
+/// Why a recording cannot be written, or what is wrong with a recording that was read.
 ///
 /// Offsets count bytes from the start of the file.
 #[derive(Debug, thiserror::Error)]
