@@ -62,7 +62,7 @@ impl ContactEstimate {
 ///
 /// All samples are in one frame, by convention the robot's base frame, in order of time. Any point of the hand may be missing in any sample.
 pub trait ContactEstimator {
-    /// A new reach begins: forgets the samples of the one before.
+    /// A new reach begins: forgets the samples of the previous reach.
     fn begin(&mut self);
 
     /// A reach may have begun. Like [`begin`](Self::begin), but [`touched`](Self::touched) still refers to the previous reach until

@@ -119,7 +119,7 @@ impl PartedEquations {
         Some(Self { parts, all })
     }
 
-    /// The same with the parts merged into at most `count`.
+    /// The same equations with the parts merged into at most `count`.
     pub(crate) fn joined(&self, count: usize) -> Self {
         let mut parts: Vec<NormalEquations> = Vec::new();
         for (i, part) in self.parts.iter().enumerate() {

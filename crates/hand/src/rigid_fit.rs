@@ -24,9 +24,9 @@ pub struct RigidFit {
     pub residuals_m: Vec<f64>,
 }
 
-/// Fewest pairs that determine a rigid transform.
+/// Smallest number of pairs that determine a rigid transform.
 const FEWEST: usize = 3;
-/// Fewest pairs if the vertical is known.
+/// Smallest number of pairs if the vertical is known.
 const FEWEST_LEVEL: usize = 2;
 /// Points on one line leave the rotation about it undetermined. Below this ratio of the extent that determines the rotation to the extent of the
 /// points, they count as on one line.

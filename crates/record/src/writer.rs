@@ -179,7 +179,7 @@ impl Writer {
         })
     }
 
-    /// Writes the setup of the session at once.
+    /// Writes the setup of the session immediately.
     pub(crate) fn setup(&mut self, setup: &Setup) -> Result<(), RecordError> {
         let t_ns = self.zero_ns;
         self.write(Topic::Setup, t_ns, |m, _| session::write_setup(m, setup))?;

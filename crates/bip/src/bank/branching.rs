@@ -311,7 +311,7 @@ impl Hypotheses {
     /// Turns scores into weights, drops impossible hypotheses and returns the logarithm of the sum of the weights.
     ///
     /// # Errors
-    /// All hypotheses are impossible: the given failure, if any, else an overflow. The weights stay.
+    /// All hypotheses are impossible: returns the given failure if there is one, otherwise an overflow. The weights stay unchanged.
     pub(super) fn adopt_scores(&mut self, failed: Option<BipError>) -> Result<f64, BipError> {
         let scores = self.list.iter().map(|h| h.score);
         // NaN counts as impossible: `max` skips it, and its weight becomes zero below.

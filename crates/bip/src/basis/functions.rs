@@ -146,7 +146,7 @@ impl Basis {
         rows
     }
 
-    /// Rejects an empty or absurdly large family and too narrow functions.
+    /// Rejects an empty or extremely large family and too narrow functions.
     pub(super) fn validate(&self) -> Result<(), ArgumentError> {
         check::that(
             (1..=MAX_COUNT).contains(&self.count()),

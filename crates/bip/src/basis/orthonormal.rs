@@ -24,7 +24,7 @@ fn grid(count: usize) -> usize {
 
 /// A basis `Φ` and the change of coordinates `Ψ = Φ T` with `mean(Ψᵀ Ψ) = 1` on `[0, 1]`.
 ///
-/// The weights of `Ψ` have the size of the data, whatever the condition number of `Φ`.
+/// The weights of `Ψ` have the size of the data, for any condition number of `Φ`.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct OrthonormalBasis {
     basis: Basis,

@@ -95,7 +95,7 @@ impl EnsembleFilter {
         Ok(filter)
     }
 
-    /// Lets `dt` pass: every member moves at its own velocity with its own random acceleration, whatever the update.
+    /// Lets `dt` pass: every member moves at its own velocity with its own random acceleration, for both kinds of update.
     ///
     /// # Errors
     /// A `dt` that is negative or not finite.

@@ -50,13 +50,13 @@ pub struct FilterConfig {
     /// Measurement noise. Default [`NoiseSource::Best`].
     pub noise: NoiseSource,
     /// Factor on the variance of the measurement noise. A person deviates from the demonstrations in the same direction for many samples;
-    /// independent noise must be larger to compensate. Default `None`: as [tuned](crate::judge::tune) (for held-out noise), else 1.
+    /// independent noise must be larger to compensate. Default `None`: as [tuned](crate::judge::tune) (for held-out noise), otherwise 1.
     pub noise_factor: Option<f64>,
     /// Rejection of outliers. Default `None`: every value is accepted.
     pub gate: Option<Gate>,
     /// Correlation time of deviations from the model: a first-order Markov process with the variance of the noise, plus independent noise with the
-    /// variance of the fit. Default `None`: as [tuned](crate::judge::tune), else 0, i.e. independent from sample to sample. Observations with their
-    /// own noise count as independent.
+    /// variance of the fit. Default `None`: as [tuned](crate::judge::tune), otherwise 0, i.e. independent from sample to sample. Observations with
+    /// their own noise count as independent.
     pub correlation_time: Option<f64>,
     /// Keep the mean of the phase within `[0, 1]`. Default `true`.
     pub clip_phase: bool,

@@ -6,7 +6,7 @@ use hwall_numeric::check;
 
 /// Exponent of the probability that noise is taken for speed: at most `exp(-7)`, in practice about 1e-5.
 const CLEAR: f64 = 7.0;
-/// Fewest samples for estimating noise.
+/// Smallest number of samples for estimating noise.
 const FEWEST: usize = 10;
 /// Longest smoothing window before a clear motion is found, as a share of the recording.
 const LONGEST: f64 = 0.25;

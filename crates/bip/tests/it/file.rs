@@ -274,7 +274,7 @@ fn readers_and_writers_that_fail() {
     assert_eq!(cut_off, std::io::ErrorKind::WriteZero);
 }
 
-/// Whatever the damage, a file gives the written model or an error.
+/// A damaged file gives the written model or an error.
 #[test]
 fn no_damage_passes_unnoticed() {
     let model = small();

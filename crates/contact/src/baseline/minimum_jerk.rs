@@ -65,7 +65,7 @@ impl MinimumJerk {
                 Some(start_m.distance(r.contact_m))
             })
             .collect();
-        // A few reaches that happen to be alike must not rule out all others.
+        // A few reaches that happen to be similar must not rule out all others.
         let wide = |MeanAndSd { mean, sd }| Normal {
             mean,
             sd: sd.unwrap_or(0.0).max(0.1 * mean),
@@ -179,7 +179,7 @@ impl PathMoments {
         }
     }
 
-    /// `a` and `b` by least squares on all axes at once.
+    /// `a` and `b` by least squares on all axes together.
     fn fit(&mut self, start_s: f64, duration_s: f64, length_m: Normal, at: [f64; 2]) -> Fit {
         let n = self.count as f64;
         let (points, shares) = (&self.points_m[..self.count], &mut self.shares[..self.count]);

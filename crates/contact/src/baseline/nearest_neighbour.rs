@@ -9,7 +9,7 @@ use glam::DVec3;
 use hwall_hand::{HandFrame, LabelledReach};
 use std::borrow::Borrow;
 
-/// Fewest and most neighbours; between them, the square root of the number of demonstrations.
+/// Smallest and largest number of neighbours; between these bounds, it is the square root of the number of demonstrations.
 const NEIGHBOURS: (usize, usize) = (5, 20);
 /// Demonstrations are resampled at this period, s.
 const PERIOD_S: f64 = 0.01;

@@ -24,7 +24,7 @@ use std::borrow::Borrow;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// Fewest reaches to learn from.
+/// Smallest number of training reaches.
 const FEWEST: usize = 8;
 
 /// A model learned from labelled reaches: it predicts where a similar reach ends.

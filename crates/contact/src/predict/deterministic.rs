@@ -53,9 +53,10 @@ impl DeterministicConfig {
 /// The predictor of the dissertation (section III.C): the gaze ray gives the surface, the projection of the hand on it gives point and normal, and
 /// the hand velocity gives the time.
 ///
-/// Without gaze, or if the ray meets nothing touchable within reach, the ray along the hand's direction of motion gives the surface, else the
-/// closest touchable surface is taken; [`ContactPrediction::source`] tells which. By default the point is always the projection of the hand, so
-/// that the board does not jump when the source changes within one surface; [`DeterministicConfig::ray_led`] trades that for earlier points.
+/// Without gaze, or if the ray meets nothing touchable within reach, the ray along the hand's direction of motion gives the surface. If that meets
+/// nothing either, the closest touchable surface is used. [`ContactPrediction::source`] states which of them it was. By default the point is always
+/// the projection of the hand, so that the board does not jump when the source changes within one surface; [`DeterministicConfig::ray_led`] gives
+/// that up for earlier points.
 ///
 /// During saccades, or up to 0.3 s of lost gaze, the last fixated place is still used. A hand that has passed through a surface touches it from the
 /// side it came from.

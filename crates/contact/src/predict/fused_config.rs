@@ -19,7 +19,7 @@ pub struct FusedConfig {
     pub default_sd_m: f64,
     /// Standard deviation of the registration of the tracker to the scene in each axis, m. It is added to every covariance, and a hand at rest
     /// within a few of it from a surface counts as on that surface. Default 0.008; measure it with [`RigidFit`](hwall_hand::RigidFit), and use 0 in
-    /// simulation. It shifts hand, gaze and estimate alike, so they stay consistent with each other.
+    /// simulation. The error shifts hand, gaze and estimate by the same amount, so they stay consistent with each other.
     pub registration_sd_m: f64,
     /// Settings to learn the registration error from touches ([`RegistrationEstimator`](crate::RegistrationEstimator)); its covariance then
     /// replaces `registration_sd_m`. Touches must be reported ([`Predictor::touched`](super::Predictor::touched)), and the scene must match the

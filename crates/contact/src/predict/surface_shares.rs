@@ -245,7 +245,8 @@ impl SurfaceShares {
         }
     }
 
-    /// Casts the rays: all of them if `closely` is set and the first few disagree, else those few. Appends the faces met after `first`, each once.
+    /// Casts the rays: all of them if `closely` is set and the first few disagree; otherwise only those few. Appends the faces met after `first`,
+    /// each once.
     fn cast(
         &mut self,
         scene: &Scene,
@@ -372,7 +373,7 @@ impl SurfaceShares {
         }
         let is_near = face.mean_m.distance(origin_m) <= FARTHEST_M;
         if !is_near || Gaussian::new(face.mean_m, face.covariance_m2).is_none() {
-            // The viewpoint is absurdly far away.
+            // The viewpoint is extremely far away.
             face.log_mass = f64::NEG_INFINITY;
         }
     }

@@ -7,7 +7,7 @@ use crate::error::ContactError;
 use glam::{DMat3, DVec3};
 use hwall_hand::Pose;
 
-/// Most touches remembered.
+/// Largest number of touches remembered.
 const REMEMBERED: usize = 64;
 /// A move is only detected within this many touches: touches of three surfaces in turn show a move across one of them at every third touch.
 const MOVED_WITHIN: usize = 9;

@@ -10,7 +10,7 @@ use hwall_numeric::dense::{cholesky_in_place, solve_lower, solve_lower_transpose
 /// Degrees of freedom of Student's t distribution of a touch's residual: heavy tails, so that outliers weigh little.
 const DEGREES: f64 = 4.0;
 
-/// Most iterations of a fit; it converges in 5 to 10.
+/// Largest number of iterations of a fit; it converges in 5 to 10.
 const STEPS: usize = 30;
 /// A smaller step, in standard deviations of the prior, ends a fit.
 const SMALL: f64 = 1e-9;

@@ -81,7 +81,7 @@ fn failure_gaze_misses_the_object() {
 
 #[test]
 fn failure_the_object_is_occluded() {
-    // The eye sees a panel in front of the wall; the hand, beside the panel, is going to touch the wall.
+    // The eye sees a panel in front of the wall; the hand, next to the panel, is going to touch the wall.
     let scene = scene(
         &[
             ("wall", WALL),

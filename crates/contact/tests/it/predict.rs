@@ -303,7 +303,7 @@ fn led_by_the_ray_a_hand_at_a_slant_meets_the_wall_where_its_motion_leads() {
     let led = predict_led(&scene, &slanted, None);
     assert_eq!(led.source, HandDirection);
     assert_close!(led.point_m, DVec3::new(1.0, 0.2, 1.2), Tol::abs(1e-9));
-    // The same near the wall, whatever the gaze.
+    // The same near the wall, for any gaze.
     let close = hand(DVec3::new(0.985, 0.1, 1.2), DVec3::new(0.5, 0.5, 0.0));
     let led = predict_led(&scene, &close, Some(gaze_at(DVec3::new(1.0, -0.4, 1.0))));
     assert_close!(led.point_m, DVec3::new(1.0, 0.115, 1.2), Tol::abs(1e-9));

@@ -94,7 +94,7 @@ fn forged_numbers_are_refused() {
     assert!(a > 0.0 && a <= b && b <= c && c.is_finite());
 }
 
-/// Whatever the damage, a file gives the written model or an error.
+/// A damaged file gives the written model or an error.
 #[test]
 fn no_damage_passes_unnoticed() {
     let text = signed(unsigned());

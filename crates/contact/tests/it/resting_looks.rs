@@ -12,7 +12,7 @@ use hwall_testkit::{Sampler, Tol, assert_close};
 
 const REST: DVec3 = DVec3::new(0.0, 0.0, 1.2);
 
-/// A wall, with a door beside it seen at a slant.
+/// A wall, with a door next to it that is seen at a slant.
 fn with_a_door() -> Scene {
     scene(
         &[

@@ -21,7 +21,7 @@ const SLOW_SHARE: f64 = 0.05;
 /// A slow stretch at an end of a trial that is shorter than this, s, plus a tenth of the movement belongs to the movement, so that a trial cropped
 /// to the movement loses nothing.
 const SHORTEST_REST_S: f64 = 0.1;
-/// Fewest samples that show the touching point.
+/// Smallest number of samples that show the touching point.
 const MIN_SAMPLES: usize = 5;
 /// Slow share of a movement at either end: 6 % of a minimum-jerk motion, plus margin.
 const SLOW_FLANK: f64 = 0.1;

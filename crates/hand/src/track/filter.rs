@@ -12,7 +12,7 @@ use hwall_numeric::check::{non_negative, positive};
 /// Largest accepted time, s. It includes Unix time, exact to 0.2 microseconds; far beyond, f64 would round the steps.
 const MAX_TIME_S: f64 = 1e11;
 
-/// Shortest step in the smoothing window, s, so that a 1 kHz tracker still gives a velocity over some 15 ms.
+/// Shortest step in the smoothing window, s, so that a 1 kHz tracker still gives a velocity over about 15 ms.
 const MIN_STEP_S: f64 = 0.005;
 /// Below this speed the direction of motion is dominated by noise, m/s.
 const MIN_DIRECTION_SPEED_M_PER_S: f64 = 0.05;
@@ -59,7 +59,7 @@ impl HandFilterConfig {
         }
     }
 
-    /// The same with a known grid step of the values, m ([`FreezeConfig::value_step_m`]).
+    /// The same settings with a known grid step of the values, m ([`FreezeConfig::value_step_m`]).
     #[must_use]
     pub fn with_value_step(mut self, value_step_m: f64) -> Self {
         if let Some(freeze) = &mut self.freeze {

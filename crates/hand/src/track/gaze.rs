@@ -11,7 +11,7 @@ pub enum Gaze {
     Lost,
     /// A saccade is under way, or has landed too recently to estimate the target.
     InFlight {
-        /// Its start, s; the first sample if there was no fixation before.
+        /// Start of the saccade, s; the first sample if there was no fixation before.
         since_s: f64,
     },
     /// A fixation.

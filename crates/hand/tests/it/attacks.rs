@@ -82,7 +82,7 @@ fn a_late_time_stamp_is_not_resampled() {
     assert!(recording.resampled(1.0, 0.1).is_ok());
 }
 
-/// Lines are counted as in editors, whatever the line ending.
+/// Lines are counted as in editors, for any line ending.
 #[test]
 fn line_numbers_with_every_line_end() {
     for end in ["\n", "\r\n", "\r"] {

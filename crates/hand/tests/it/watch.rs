@@ -38,7 +38,7 @@ fn run(until_s: f64, x: impl Fn(f64) -> Option<f64>) -> (Diary, Vec<f64>) {
     run_trembling(until_s, 100.0, 0.0, 0, x)
 }
 
-/// The same at another rate, with noise in each axis, m.
+/// As [`run`], at another rate, with noise in each axis, m.
 fn run_trembling(
     until_s: f64,
     rate_hz: f64,

@@ -36,7 +36,7 @@ const COMMANDS_PER_S: f64 = 10_000.0;
 /// Error on feasible streams planned with half the servo's jerk (tests/it/following.rs): below 1e-9 rad with commands
 /// every 1 ms, 1e-4 rad every 4 ms, 5e-4 rad every 8 ms or at irregular times. Between commands more than 1 ms apart the
 /// motion is interpolated; such a motion may exceed the acceleration limit of a joint by 0.6 % per further millisecond.
-/// If a stream stops abruptly, the joints overshoot and return, because no joint can stop at once. If the delay is
+/// If a stream stops abruptly, the joints overshoot and return, because no joint can stop immediately. If the delay is
 /// shorter than the period of a stream, the servo must extrapolate and is less exact.
 ///
 /// Does not allocate after construction.
@@ -107,7 +107,7 @@ impl ServoArm {
             } else {
                 event_s.min(self.t_s + MAX_STEP_S)
             };
-            // If the clock is too large to resolve a millisecond, take the whole step at once.
+            // If the clock is too large to resolve a millisecond, take the whole step in one piece.
             let is_end = next_s <= self.t_s || end_s - next_s <= rounding_s;
             let next_s = if is_end { end_s } else { next_s };
             self.step(asked.as_ref(), next_s, rounding_s);

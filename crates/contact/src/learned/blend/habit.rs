@@ -74,7 +74,7 @@ impl Habits {
 /// stored until the contact is known.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::learned) struct Ways {
-    /// First position of the hand; all else is relative to it, which avoids rounding errors far from the origin, m.
+    /// First position of the hand; everything else is relative to it, which avoids rounding errors far from the origin, m.
     origin_m: DVec3,
     /// Sums of the products of the terms; of the terms over the standard deviation; and of the latter times the end.
     products: [[f64; TERMS]; TERMS],

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 /// Largest number of ends kept; a longer list is thinned evenly.
 const MOST_ENDS: usize = 256;
-/// Most touches of this person in this room that are kept.
+/// Largest number of touches of this person in this room that are kept.
 pub(in crate::learned) const OWN_ENDS: usize = 32;
 /// Weight of one of this person's touches, as a number of ends of other people.
 const OWN_COUNTS: f64 = 4.0;

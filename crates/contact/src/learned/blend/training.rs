@@ -208,7 +208,7 @@ fn arrivals(evidence: &Evidence, points_m: &[DVec3]) -> (Arrival, Vec<DVec3>) {
     (Arrival::of(stops.iter()), points_m)
 }
 
-/// Number of independent errors: reaches of one person are alike [Kish 1965, section 5.4].
+/// Number of independent errors: reaches of one person are correlated [Kish 1965, section 5.4].
 fn independent(evidence: &Evidence, points_m: &[DVec3], regions: &[Region]) -> f64 {
     let alike = lasting(evidence, 1.0, |row| {
         let region = Region::between(regions, evidence.rows.gates(row));

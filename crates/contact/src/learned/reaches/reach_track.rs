@@ -26,7 +26,7 @@ const KEPT: usize = 512;
 /// Number of scalars that describe the progress of a reach.
 pub(in crate::learned) const PROGRESS: usize = 4;
 
-/// The inputs of a regression: the touching point and whatever else was usually seen.
+/// The inputs of a regression: the touching point and everything else that was seen in most samples.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::learned) struct Inputs {
     pub(in crate::learned) point: HandPoint,

@@ -30,7 +30,7 @@ pub(in crate::learned) struct Regression {
 
 /// Candidate numbers of regions.
 const REGIONS: [usize; 4] = [16, 32, 64, 128];
-/// Most samples for choosing among them.
+/// Largest number of samples for choosing the number of regions.
 const TRIED_ON: usize = 16_000;
 /// More regions must lower the error by at least this share.
 const WORTH_REGIONS: f64 = 0.005;

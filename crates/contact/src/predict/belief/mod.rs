@@ -167,7 +167,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                 normal: closest.normal,
                 located_sd_m: None,
             };
-            // It refuses only implausible touches, which must be ignored.
+            // The estimator rejects only implausible touches, which must be ignored.
             let _ = registration.touched(&touch);
         }
     }
@@ -300,8 +300,8 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         }
     }
 
-    /// Origin from which the surfaces of a source are visible. A moving hand meets whatever lies on its path. A hand without a direction yet may go
-    /// to anything the person sees.
+    /// Origin from which the surfaces of a source are visible. A moving hand meets whatever lies on its path. A hand that has no direction yet may
+    /// go to anything the person sees.
     fn viewpoint(
         &self,
         hand: &HandState,
@@ -355,7 +355,7 @@ pub enum Experience {
     Enough,
     /// Too little training: the gaze ray is used instead.
     TooLittle {
-        /// Its number of training reaches.
+        /// Number of training reaches of the estimator.
         reaches: usize,
         /// The required number ([`FusedConfig::least_reaches`]).
         needed: usize,

@@ -12,7 +12,7 @@ use hwall_hand::HandState;
 pub(super) const SCATTER_M: f64 = 0.04;
 /// A touch within this distance of a place belongs to it, m: two and a half standard deviations.
 const SAME_M: f64 = 0.1;
-/// Most places kept.
+/// Largest number of places kept.
 const PLACES: usize = 8;
 /// Weight of a touch relative to the next one.
 pub(super) const FADES: f64 = 0.9;
@@ -151,7 +151,7 @@ impl TouchWatch {
         if let Some(place) = self.under_way {
             let way = hand.point_m - place.point_m;
             let is_free = side.behind.is_none() && rests_on.is_none();
-            // Beside a table or behind the edge of a wall the hand is not in front of the surface.
+            // A hand next to a table or behind the edge of a wall is not in front of the surface.
             if way.dot(place.normal) < AWAY_M && !(is_free && way.length() > AWAY_M) {
                 return None;
             }

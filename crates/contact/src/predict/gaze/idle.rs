@@ -28,7 +28,7 @@ struct IdlePlace {
     pauses: f64,
 }
 
-/// Most places and fixations of one pause that are remembered.
+/// Largest numbers of places, and of fixations in one pause, that are remembered.
 const MOST_PLACES: usize = 8;
 const MOST_LOOKS: usize = 8;
 /// Discount of older pauses when a new one ends.

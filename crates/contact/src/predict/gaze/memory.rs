@@ -103,7 +103,7 @@ impl GazeMemory {
         let mut next = Look::new(fixation);
         if let Some(back) = back {
             next.before_s = back.age_s(back.until_s);
-            // It is the present one again; a short fixation in between leaves no previous one.
+            // The previous fixation is the present one again; if only a short fixation was in between, there is no previous one.
             if self.before.is_some_and(|look| look.since_s == back.since_s) {
                 self.before = None;
             }
@@ -138,7 +138,7 @@ impl GazeMemory {
         (self.now.as_ref(), before)
     }
 
-    /// The last ended fixation, whatever its age.
+    /// The last ended fixation, of any age.
     pub(in crate::predict) const fn before(&self) -> Option<&Look> {
         self.before.as_ref()
     }
