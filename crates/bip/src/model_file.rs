@@ -87,7 +87,7 @@ pub enum ModelFileError {
         problem: String,
     },
     /// The contents of the file were changed.
-    #[error("the file was changed: its digest is {computed}, it says {stored}")]
+    #[error("the file was changed: its contents have digest {computed}, not {stored}")]
     Digest {
         /// Digest in the file.
         stored: String,

@@ -34,7 +34,7 @@ pub enum RecordError {
     #[error(transparent)]
     Argument(#[from] hwall::numeric::ArgumentError),
     /// The drawn arm is not the one that the session moves.
-    #[error("the links of the arm end {distance_m} m from where its kinematics has the board")]
+    #[error("the links of the arm end {distance_m} m from the board of its kinematics")]
     OtherArm {
         /// Distance at the zero configuration, m.
         distance_m: f64,

@@ -11,9 +11,9 @@
 //!   model, your own variances or a full covariance.
 //! - Persistent deviations (`correlation_time`) are a Markov process in addition to the motion. They need no further state: a share of the last
 //!   measurement is subtracted from each new one, so that the rows depend on two phases. On recorded hands this halves the error once 90 % of a
-//!   reach is observed; a step takes half as long again.
+//!   reach is observed; a step takes one and a half times as long.
 //! - An `EnsembleFilter` consists of members drawn from the prior and linearises nothing. It has two kinds of update: perturbed observations, and a
-//!   deterministic square root, the default. With no more perturbed members than state variables it can diverge.
+//!   deterministic square root, the default. With perturbed observations it can diverge if there are no more members than state variables.
 //! - Model files are JSON with a version and a digest; they restore every bit, on any machine, because the change to orthonormal functions is
 //!   stored instead of recomputed.
 //! - AIC and BIC count all parameters and estimate the noise. The published forms count too few and fix the noise, so that, on data in metres, they

@@ -165,8 +165,8 @@ impl SurfaceShares {
         !self.faces.is_empty()
     }
 
-    /// Adds the faces that hold a part of a Gaussian and are met first from a viewpoint. Together they get the weight of the source, times the
-    /// share of rays that met something. How well the source fits these surfaces does not change its weight. Returns whether there are any.
+    /// Adds the faces that contain a part of a Gaussian and are met first from a viewpoint. Together they get the weight of the source times the
+    /// share of rays that met something, however well the source fits these surfaces. Returns whether there are any.
     pub(super) fn add(
         &mut self,
         scene: &Scene,

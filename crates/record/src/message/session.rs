@@ -380,4 +380,4 @@ impl<'a> Body<'a> {
 }
 
 /// Error of a field with too many or too few values.
-const COUNT: &str = "another number of values than it has";
+const COUNT: &str = "the wrong number of values";

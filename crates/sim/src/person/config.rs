@@ -306,7 +306,7 @@ impl PersonConfig {
             within,
             "glances",
             most as f64,
-            "at least the fewest, at most 3",
+            "at least the lower number, at most 3",
         )?;
         positive("dropout_s", self.dropout_s)?;
         // With a smaller depth, the tremor alone could move the tip back through the surface.
