@@ -15,10 +15,10 @@ use rand_pcg::rand_core::SeedableRng;
 
 /// An estimate of one motion in progress, as an ensemble of phases, phase velocities and coefficients.
 ///
-/// Model, observations, units and errors are those of [`Filter`](crate::filter::Filter), and the initial members are drawn from its prior. Unlike
-/// there, each member predicts the observation at its own phase, so nothing is linearised, and mean and covariance are those of a sample, with a
-/// sampling error. With [`FilterConfig::clip_phase`](crate::filter::FilterConfig::clip_phase), the mean of the phases is kept within `[0, 1]`, and
-/// a member beyond that predicts that the motion rests at its start or end.
+/// Model, observations, units and errors are those of [`Filter`](crate::filter::Filter), and the initial members are drawn from its prior. In
+/// contrast, each member predicts the observation at its own phase, so nothing is linearised, and mean and covariance are those of a sample, with
+/// a sampling error. With [`FilterConfig::clip_phase`](crate::filter::FilterConfig::clip_phase), the mean of the phases is kept within `[0, 1]`,
+/// and a member beyond that predicts that the motion rests at its start or end.
 ///
 /// Use it if the phase is so uncertain that linearisation at its mean fails, or if the shape of the distribution itself is of interest
 /// ([`phases`](Self::phases)). A step takes tens of times as long as with the exact filter. On 18 reaches with 47 demonstrations, 300 members with

@@ -294,8 +294,8 @@ impl LearnedEstimator {
         self.adaptation.touches() + self.alone.as_ref().map_or(0, |alone| alone.touches())
     }
 
-    /// Squared errors of the last touches relative to the expected ones, per axis: normally about 1; far above it, something in the room has
-    /// moved or the person has changed. Refers to the model that answers: the smaller one while a required input is missing.
+    /// Squared errors of the last touches relative to the expected ones, per axis: normally about 1. Values far above 1 mean that something in the
+    /// room has moved or that the person has changed. They refer to the model that answers: the smaller one while a required input is missing.
     #[must_use]
     pub fn surprise(&self) -> f64 {
         let answered_alone = self.before_alone.unwrap_or(self.answered_alone);

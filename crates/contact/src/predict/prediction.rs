@@ -23,9 +23,9 @@ pub struct PredictorInput<'a> {
 pub struct ContactPrediction {
     /// The surface.
     pub surface: SurfaceId,
-    /// The expected point on it, m, if it is this surface.
+    /// Expected contact point, m, given that this surface is touched.
     pub point_m: DVec3,
-    /// Covariance of the error of `point_m`, if it is this surface, symmetric, m²; `None` if the predictor states none.
+    /// Covariance of the error of `point_m`, given that this surface is touched, symmetric, m²; `None` if the predictor states none.
     pub covariance_m2: Option<DMat3>,
     /// Sizes of the regions of 50, 70 and 90 %, in standard deviations of this covariance; those of a normal distribution unless learned.
     pub regions: RegionSizes,

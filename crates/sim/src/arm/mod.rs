@@ -23,13 +23,13 @@
 //! | --- | --- | --- | --- |
 //! | command delay | a command applies from the first control period (1 ms) that begins after the delay | 5 ms | assumed, for FRI |
 //! | servo | acceleration feedforward, PD on the reference motion of a `ServoArm`, model torques | 10 Hz, critically damped | assumed |
-//! | overlay | added to gravity and friction compensation; no Coriolis torques | 1 N m in 1 ms | rate: usual clients of the torque interface |
+//! | overlay | added to gravity and friction compensation; no Coriolis torques | 1 N m in 1 ms | rate: typical clients of the torque interface |
 //! | saturation | limit of the commanded motor torques | efforts of the chain: 176, 176, 110, 110, 110, 40, 40 N m | KUKA |
 //! | inner torque loop | pure delay and first-order lag, both exact for any step | 1 ms, 2 ms (80 Hz) | assumed |
 //! | rotors | inertia on the diagonal of the mass matrix, no gyroscopic torques, stiff gears | 3.4, 3.4, 3.4, 3.4, 1.3, 1.2, 1.2 kg m² | Drake's estimate for the iiwa 14 |
 //! | hidden share | part of the rotor inertia `B` that the torque loop hides, `(1 - s) B` is felt | 0.8 | assumed; (Ott 2008) says that torque feedback does this |
 //! | friction | breakaway, Stribeck, Coulomb, viscous, between motor and sensor; what the torque loop leaves | 1 N m (joints 1 to 4), 0.5, 0.3, 0.3; breakaway a quarter more | assumed |
-//! | friction compensation | 80 % of the friction in motion, none below 0.01 rad/s, full from 0.05 rad/s | | that it is off at standstill: owners; figures assumed |
+//! | friction compensation | 80 % of the friction in motion, none below 0.01 rad/s, full from 0.05 rad/s | | users report that it is off at standstill; figures assumed |
 //! | torque sensors | behind gear and friction; mean of a period, noise, bias, ripple by joint angle | 0.05 N m, 0, 0.1 N m 320 times a turn | assumed |
 //! | external torque | momentum observer, no friction in it, first-order low pass | 25 Hz at -3 dB, time constant 6.4 ms | assumed |
 //! | stops | at the joint limits, without rebound; their torque counts as external | on | |

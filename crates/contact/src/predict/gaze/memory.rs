@@ -2,7 +2,7 @@
 
 use hwall_hand::{Fixation, Gaze, GazeRay};
 
-/// A stay of the eyes at one place: one fixation, or several that hardly differ.
+/// A period in which the eyes stay at one place: one fixation, or several that hardly differ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::predict) struct Look {
     /// The mean line of sight of the newest fixation.
