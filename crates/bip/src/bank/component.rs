@@ -15,7 +15,6 @@ pub struct Component<'a> {
     pub probability: f64,
 }
 
-/// A component with its filter.
 #[derive(Debug, Clone)]
 pub(super) struct ComponentFilter {
     /// Processes the posteriors of all hypotheses of this component in turn.

@@ -20,7 +20,6 @@ pub(super) struct Predictor {
     raw: Vec<f64>,
 }
 
-/// Phase of the predictions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum PredictedPhase {
     /// Each at its own phase.

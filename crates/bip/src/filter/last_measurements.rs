@@ -52,7 +52,6 @@ impl LastMeasurements {
         self.last[dof]
     }
 
-    /// Time since a measurement.
     pub(super) fn time_since(&self, last: &LastMeasurement) -> f64 {
         self.clock - last.clock
     }

@@ -141,7 +141,6 @@ impl Filter {
         }
     }
 
-    /// Degrees of freedom.
     pub(crate) fn dofs(&self) -> usize {
         self.projector.dofs()
     }

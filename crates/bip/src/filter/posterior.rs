@@ -15,7 +15,6 @@ const SAME_MEAN: f64 = 0.25;
 /// Largest difference of the logarithms of the diagonal entries of the square roots of two posteriors that are alike.
 const SAME_SPREAD: f64 = 0.3;
 
-/// Dynamics of the phase.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PhaseDynamics {
     /// Standard deviation of the acceleration.

@@ -18,7 +18,6 @@ pub struct Model {
     parts: ModelParts,
 }
 
-/// Parts of a model.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ModelParts {
     pub layout: WeightLayout,

@@ -40,7 +40,6 @@ impl Rows {
         &self.gates[row * self.regions..(row + 1) * self.regions]
     }
 
-    /// Weight of a row in a region.
     fn weight(&self, row: usize, region: usize) -> f64 {
         self.weights[row] * self.gates(row)[region]
     }

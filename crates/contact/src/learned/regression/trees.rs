@@ -140,7 +140,6 @@ impl Trees {
         self.values.extend_from_slice(&other.values);
     }
 
-    /// The correction for features.
     pub(in crate::learned) fn correction(&self, features: &[f64]) -> [f64; CORRECTED] {
         let mut sum = [0.0; CORRECTED];
         for number in 0..self.roots.len() {

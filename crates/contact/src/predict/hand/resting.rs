@@ -5,7 +5,6 @@ use glam::DVec3;
 use hwall_hand::{HandState, WatchConfig};
 use hwall_scene::{Hit, Scene, SurfaceId};
 
-/// A place on a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::predict) struct SurfacePlace {
     pub(in crate::predict) surface: SurfaceId,
