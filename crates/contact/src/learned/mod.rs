@@ -4,10 +4,10 @@
 //! # How the learned estimator works
 //!
 //! Five sources predict the end of a reach. Two are ridge regressions of the remaining displacement and time, with their own coefficients in each
-//! of 16 to 128 soft regions of progress: the first uses the place in the room, the second uses only quantities relative to the start of the
-//! reach. The third source corrects the second by trees. The fourth is a Bayesian interaction primitive (`hwall-bip`). The fifth predicts that the
-//! hand stays where it is, which is right once it has arrived. All use the same samples, so their errors are correlated; they are weighted by the
-//! joint moments of their errors on held-out people (or reaches, with fewer than three people), region by region. The combination is then shifted
+//! of 16 to 128 soft regions of progress. The first uses the place in the room, the second only quantities relative to the start of the reach. The
+//! third source corrects the second by trees. The fourth is a Bayesian interaction primitive (`hwall-bip`). The fifth predicts that the hand stays
+//! where it is, which is right once it has arrived. All use the same samples, so their errors are correlated; they are weighted by the joint
+//! moments of their errors on held-out people (or reaches, with fewer than three people), region by region. The combination is then shifted
 //! towards places where others have touched, as far as that helped on held-out reaches.
 //!
 //! A reach starts at its onset (`ReachOnset` of `hwall-hand`), so a rest before it, or a different segmentation, changes little.
@@ -24,10 +24,10 @@
 //! # Feedback from touches
 //!
 //! After each touch, call `ContactEstimator::touched`, then `begin` for the next reach. The estimator then adapts to this person and this room. It
-//! learns the offset of this person's ends from the predictions and the dependence of that offset on the remaining displacement (three numbers and
-//! a matrix at each time left), and the delay, both only as far as people differed in training. It also learns what has moved in the room, the
-//! weights of the sources, the places, and the spread at each time left. `LearnedEstimator::surprise` is normally about 1 and far larger after
-//! something has moved; the estimator follows a moved screen within a few touches. Call `forget` when the person changes.
+//! learns the offset of this person's ends from the predictions, its dependence on the remaining displacement (three numbers and a matrix at each
+//! time left), and the delay, but only as far as people differed in these in training. It also learns what has moved in the room, the weights of
+//! the sources, the places, and the spread at each time left. `LearnedEstimator::surprise` is normally about 1 and far larger after something has
+//! moved; the estimator follows a moved screen within a few touches. Call `forget` when the person changes.
 //!
 //! # Data and time
 //!

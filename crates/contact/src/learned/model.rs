@@ -29,13 +29,13 @@ const FEWEST: usize = 8;
 
 /// A model learned from labelled reaches: it predicts where a similar reach ends.
 ///
-/// The sources are two ridge regressions of the remaining displacement, linear in the motion so far, with coefficients that change with the
-/// progress of the reach (one uses the place in the room, the other only the reach), trees that correct the latter, a Bayesian interaction
-/// primitive of the hand, and the present position. All use the same samples, so their errors are correlated. They are weighted, region by region
-/// of progress, by the joint second moments of their errors on held-out people (or reaches, with fewer than three people): [Bar-Shalom 1986], with
-/// non-negative weights. The covariance of an estimate is that of the combination, with factors that make 90 % regions contain 90 % of the
-/// held-out ends in every region and at every time left. Regions, inputs, ridges and the noise of the primitive are chosen on the same held-out
-/// reaches, which makes the factors a little optimistic; with few reaches, the factors are increased to compensate.
+/// The sources are two ridge regressions, trees that correct the second one, a Bayesian interaction primitive of the hand, and the present
+/// position. The regressions predict the remaining displacement, linear in the motion so far, with coefficients that change with the progress of
+/// the reach; the first uses the place in the room, the second only the reach. All use the same samples, so their errors are correlated. They are
+/// weighted, region by region of progress, by the joint second moments of their errors on held-out people (or reaches, with fewer than three
+/// people): [Bar-Shalom 1986], with non-negative weights. The covariance of an estimate is that of the combination, with factors that make 90 %
+/// regions contain 90 % of the held-out ends in every region and at every time left. Regions, inputs, ridges and the noise of the primitive are
+/// chosen on the same held-out reaches, which makes the factors a little optimistic; with few reaches, the factors are increased to compensate.
 ///
 /// The model contains a smaller fallback model without gaze, if gaze was learned, and that one contains a model of the touching point alone. If a
 /// required input has been missing for 0.1 s, the smaller model answers, with a larger covariance, until the input is seen.

@@ -61,9 +61,9 @@ impl DeterministicConfig {
 /// During saccades, or up to 0.3 s of lost gaze, the last fixated place is still used. A hand that has passed through a surface touches it from the
 /// side it came from.
 ///
-/// Known failures, kept as tests: if the gaze meets another object in front of the target, that object is predicted; near a corner the prediction
-/// changes wall as soon as the gaze does; a hand that approaches at a slant touches next to its projection, and the error grows with the distance;
-/// without gaze, a hand first seen after it has passed through a wall seems to be behind it.
+/// Known failures, kept as tests: If the gaze meets another object in front of the target, that object is predicted. Near a corner the prediction
+/// changes wall as soon as the gaze does. A hand that approaches at a slant touches next to its projection, and the error grows with the distance.
+/// Without gaze, a hand first seen after it has passed through a wall seems to be behind it.
 ///
 /// It returns one surface, with probability 1: it has no uncertainty estimate.
 #[derive(Debug, Clone, Default)]

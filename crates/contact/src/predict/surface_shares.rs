@@ -69,7 +69,7 @@ pub(super) struct SeenFace {
 /// likely to be touched: the weight is proportional to the sine of the angle of incidence of the path from the hand, because a hand rarely touches
 /// a surface it grazes. The weight of the Gaussian in a plane is known in closed form; rays through regular points of the Gaussian only estimate
 /// the reachable share. Ray i through the node zᵢ meets the plane f at xᵢ and has the weight wᵢ = N(xᵢ | f) |dA/dz| / φ(zᵢ), whether or not
-/// something is in front; the share is Σ wᵢ over the rays that meet f first, divided by Σ wᵢ over all. So an infinite wall gets its exact weight
+/// something is in front. The share is Σ wᵢ over the rays that meet f first, divided by Σ wᵢ over all. So an infinite wall gets its exact weight
 /// from any number of rays, and an edge causes an error of about half a ray.
 #[derive(Debug, Clone)]
 pub(super) struct SurfaceShares {

@@ -30,10 +30,10 @@ const ASTRAY: f64 = 3.0;
 /// If all surfaces face one way, the flesh of the finger looks like a registration error; boards then stand where the finger meets them, as
 /// desired.
 ///
-/// Error, for simulated errors and touches of the default standard deviations on three walls at right angles in turn (tests/it/registration.rs): a
+/// Error, for simulated errors and touches of the default standard deviations on three walls at right angles in turn (tests/it/registration.rs): A
 /// point 0.3 to 0.6 m from the centre is off by 15.0 mm (root mean square) before the first touch, by 9.3 mm after 3, 5.9 mm after 10 and 3.1 mm
-/// after 40; 90 % regions contain 88 to 93 % of the errors. A tracker moved by 35 mm is detected after 3 to 7 touches in 99 of 100 cases, with no
-/// false detection in 3,000 touches without a move. Maximum a posteriori by iteratively reweighted least squares over up to 64 touches;
+/// after 40. The 90 % regions contain 88 to 93 % of the errors. A tracker moved by 35 mm is detected after 3 to 7 touches in 99 of 100 cases, with
+/// no false detection in 3,000 touches without a move. Maximum a posteriori by iteratively reweighted least squares over up to 64 touches;
 /// allocation-free.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RegistrationEstimator {

@@ -128,8 +128,8 @@ const CHOICE_RIDGES: [f64; 3] = [3e-3, 3e-2, 0.3];
 /// Outputs that decide: the remaining displacement.
 const DECIDING: usize = 3;
 
-/// True if the squared errors `after` are clearly below those `before`, both by fold: by at least the share `WORTH`, and by more than the standard
-/// error of the difference (with few reaches up to 2.5 times it), to exclude chance.
+/// True if the squared errors `after` are clearly below those `before`, both by fold. The difference must be at least the share `WORTH`, and above
+/// its standard error (with few reaches up to 2.5 times it), to exclude chance.
 fn is_worth(before: &[f64], after: &[f64], reaches: f64) -> bool {
     let n = before.len().max(1) as f64;
     let gains = || before.iter().zip(after).map(|(b, a)| b - a);

@@ -74,8 +74,9 @@ impl EvidenceModel {
         })
     }
 
-    /// Sets the shares of a phase for fixations of all ages: while moving, for fixations at the predicted end of the motion and for fixations far
-    /// from it; at rest, for places never fixated in pauses and for places always fixated. Values in between are interpolated.
+    /// Sets the shares of a phase for fixations of all ages. While moving, `low` is for fixations at the predicted end of the motion and `high`
+    /// for fixations far from it. At rest, `low` is for places never fixated in pauses and `high` for places always fixated. Values in between
+    /// are interpolated.
     pub fn set_shares(&mut self, phase: ReachPhase, [low, high]: [SourceShares; 2]) {
         let between = |cue: f64| std::array::from_fn(|i| (1.0 - cue) * low[i] + cue * high[i]);
         let of_cue = [CUES[0], CUES[1], CUES[2], CUES[1]].map(between);
