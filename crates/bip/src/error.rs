@@ -84,7 +84,7 @@ pub enum BipError {
         /// Upper bound of the speed from noise alone.
         noise_speed: f64,
     },
-    /// The trainer does not hold this demonstration, or no longer.
+    /// The trainer does not contain this demonstration, or no longer contains it.
     #[error("no demonstration with number {id}")]
     UnknownDemonstration {
         /// Its number: how many were added before it.

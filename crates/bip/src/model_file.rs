@@ -1,5 +1,5 @@
-//! Common format of learned model files: JSON with a header and a digest, and the errors of reading it. For [`Model`](crate::Model) and for models
-//! of other crates that contain one.
+//! Common format of learned model files: JSON with a header and a digest, and the errors of reading it. Used by [`Model`](crate::Model) and by
+//! models of other crates that contain one.
 //!
 //! A file is one JSON object with the fields `format` (its type), `version` (from 1 up) and `digest`, and the data of the model. The version is
 //! checked before the rest is read, because a newer version may differ.
@@ -87,7 +87,7 @@ pub enum ModelFileError {
         problem: String,
     },
     /// The contents of the file were changed.
-    #[error("the file was changed: its digest is {computed}, it says {stored}")]
+    #[error("the file was changed: its contents have digest {computed}, not {stored}")]
     Digest {
         /// Digest in the file.
         stored: String,

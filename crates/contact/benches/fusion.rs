@@ -1,6 +1,6 @@
 //! Time and error of a fused prediction by the number of rays: `cargo bench -p hwall-contact`.
 //!
-//! The estimator states an error of 8, 5 and 2 cm, which it really has, and takes no time.
+//! The estimator has an error of 8, 5 and 2 cm, states it correctly, and takes no time.
 
 #[path = "../tests/it/common/mod.rs"]
 mod common;

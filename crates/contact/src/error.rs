@@ -36,7 +36,7 @@ pub enum ContactError {
     #[cfg(feature = "serde")]
     #[error(transparent)]
     File(#[from] hwall_bip::model_file::ModelFileError),
-    /// A list has another length than the rest of the model file requires.
+    /// The length of a list does not match the rest of the model file.
     #[cfg(feature = "serde")]
     #[error("{what} has {got} entries, it must have {expected}")]
     FileLength {

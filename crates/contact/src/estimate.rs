@@ -58,16 +58,17 @@ impl ContactEstimate {
     }
 }
 
-/// Follows one reach after another and estimates, sample by sample, where and when it ends.
+/// Follows one reach after another and estimates, sample by sample, where and when each one ends.
 ///
 /// All samples are in one frame, by convention the robot's base frame, in order of time. Any point of the hand may be missing in any sample.
 pub trait ContactEstimator {
-    /// A new reach begins: forgets the samples of the one before.
+    /// A new reach begins: forgets the samples of the previous reach.
     fn begin(&mut self);
 
-    /// A reach may have begun: as [`begin`](Self::begin), but [`touched`](Self::touched) still refers to the previous reach until
+    /// A reach may have begun. Like [`begin`](Self::begin), but [`touched`](Self::touched) still refers to the previous reach until
     /// [`confirm`](Self::confirm). The next `begin` or `begin_tentatively` without `confirm` means that the reach did not begin. Returns whether
-    /// the estimator supports this; one that does not does nothing (the default) and receives the samples again when the reach has begun.
+    /// the estimator supports tentative reaches. An estimator that does not (the default) ignores the call and receives the samples again once the
+    /// reach has begun.
     fn begin_tentatively(&mut self) -> bool {
         false
     }
@@ -79,8 +80,8 @@ pub trait ContactEstimator {
     /// numbers of an estimate are finite.
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate>;
 
-    /// The last reach ended when its touching point touched at this point, m, and time, s. An estimator that adapts to a person and a room learns
-    /// from it before the next [`begin`](Self::begin). The default does nothing.
+    /// The last reach ended with a contact at `contact_m`, m, at `contact_s`, s. An estimator that adapts to a person and a room learns from it
+    /// before the next [`begin`](Self::begin). The default does nothing.
     fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
         let _ = (contact_m, contact_s);
     }

@@ -54,7 +54,7 @@ pub(crate) fn mean(
 const FEWEST_PEOPLE: usize = 3;
 
 /// The held-out group of each reach, as an index. With three people or more a group holds all reaches of its people, in at most `by_person` groups;
-/// else every n-th reach, in `by_reach` groups. Reaches without a person count as those of one person.
+/// otherwise every n-th reach, in `by_reach` groups. Reaches without a person count as reaches of one person.
 pub(crate) fn held_out_groups(
     reaches: &[&LabelledReach],
     by_person: usize,

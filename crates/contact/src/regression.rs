@@ -2,7 +2,7 @@
 
 use hwall_numeric::dense::{Cholesky, Matrix, NotPositiveDefinite};
 
-/// Share of the ridge on the constant: almost none, so that it stays free, but enough to solve equations without any samples left.
+/// Share of the ridge on the constant: small enough to leave the constant free, but large enough to solve equations without samples.
 const CONSTANT_SHARE: f64 = 1e-9;
 
 /// `XᵀX` and `XᵀY` of some samples; the last feature is the constant.
@@ -119,7 +119,7 @@ impl PartedEquations {
         Some(Self { parts, all })
     }
 
-    /// The same with the parts merged into at most `count`.
+    /// The same equations with the parts merged into at most `count`.
     pub(crate) fn joined(&self, count: usize) -> Self {
         let mut parts: Vec<NormalEquations> = Vec::new();
         for (i, part) in self.parts.iter().enumerate() {

@@ -20,7 +20,7 @@ pub enum BodyPoint {
 }
 
 impl BodyPoint {
-    /// All six: up the arm, then the controller.
+    /// All six, from the wrist up the arm, then the controller.
     pub const ALL: [Self; 6] = [
         Self::Wrist,
         Self::Forearm,
@@ -59,12 +59,12 @@ impl BodyPoint {
     }
 }
 
-/// A named tracked point: of the hand, or not.
+/// A named tracked point of the hand, the arm or a controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum NamedPoint {
-    /// Of the hand.
+    /// A point of the hand.
     Hand(HandPoint),
-    /// Of the arm or a controller.
+    /// A point of the arm or of a controller.
     Body(BodyPoint),
 }
 

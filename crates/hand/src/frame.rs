@@ -60,7 +60,7 @@ pub struct HandFrame {
     pub head_m: Option<DVec3>,
     /// Unit direction of gaze.
     pub gaze: Option<DVec3>,
-    /// Does it show a different person than the previous frame?
+    /// True if this frame shows a different person than the previous one.
     pub is_of_another: bool,
 }
 

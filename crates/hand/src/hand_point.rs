@@ -30,8 +30,8 @@ impl HandPoint {
 
     /// Priority of points as contact point: the first tracked one is used.
     ///
-    /// The index tip first: it leads a pointing or pushing hand, and recordings of reaches track it. Then the palm, which trackers lose last and
-    /// with which a flat hand touches; then the other tips, by how far they usually stand out.
+    /// The index tip comes first, because it leads a pointing or pushing hand and recordings of reaches track it. The palm follows: trackers
+    /// lose it last, and a flat hand touches with it. Then come the other tips, ordered by how far they usually stand out.
     pub const BY_CONTACT: [Self; 6] = [
         Self::Index,
         Self::Palm,

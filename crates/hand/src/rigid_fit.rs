@@ -24,9 +24,9 @@ pub struct RigidFit {
     pub residuals_m: Vec<f64>,
 }
 
-/// Fewest pairs that determine a rigid transform.
+/// Smallest number of pairs that determine a rigid transform.
 const FEWEST: usize = 3;
-/// The same if the vertical is known.
+/// Smallest number of pairs if the vertical is known.
 const FEWEST_LEVEL: usize = 2;
 /// Points on one line leave the rotation about it undetermined. Below this ratio of the extent that determines the rotation to the extent of the
 /// points, they count as on one line.
@@ -59,8 +59,8 @@ fn size(pairs: &[PointPair], [mean_a, mean_b]: [DVec3; 2]) -> f64 {
 }
 
 impl RigidFit {
-    /// From points known in both frames, e.g. the board's corners touched with a tracked finger. Three pairs that are not on one line suffice; more
-    /// average noise out.
+    /// From points known in both frames, e.g. the board's corners touched with a tracked finger. Three pairs that are not on one line suffice;
+    /// further pairs reduce the effect of noise.
     ///
     /// Error: exact up to rounding for exact pairs; with independent noise of standard deviation `s` per coordinate, the mean of `n` points is off
     /// by `s √(3 / n)`. Source: [Horn 1987], unit quaternions.
@@ -96,7 +96,8 @@ impl RigidFit {
         Self::of(rotation, [mean_a, mean_b], pairs)
     }
 
-    /// The same where z is up in both frames, so that only the heading and the place are searched. Two pairs suffice, unless one is above the other.
+    /// As [`from_pairs`](Self::from_pairs), for two frames with z up, so that only heading and position are fitted. Two pairs suffice, unless one
+    /// is above the other.
     ///
     /// Error: as of [`from_pairs`](Self::from_pairs); noise of standard deviation `s` turns the heading by `s / √(Σ r²)`, with `r` the horizontal
     /// distances of the points from their mean. Source: the least squares of \[Horn 1987\] for a rotation about z, whose angle is

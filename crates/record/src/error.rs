@@ -4,7 +4,7 @@ use hwall_protobuf::ProtobufError;
 use std::io;
 use std::path::PathBuf;
 
-/// Why a recording cannot be written, or what is wrong with one that was read.
+/// Why a recording cannot be written, or what is wrong with a recording that was read.
 ///
 /// Offsets count bytes from the start of the file.
 #[derive(Debug, thiserror::Error)]
@@ -34,7 +34,7 @@ pub enum RecordError {
     #[error(transparent)]
     Argument(#[from] hwall::numeric::ArgumentError),
     /// The drawn arm is not the one that the session moves.
-    #[error("the links of the arm end {distance_m} m from where its kinematics has the board")]
+    #[error("the links of the arm end {distance_m} m from the board of its kinematics")]
     OtherArm {
         /// Distance at the zero configuration, m.
         distance_m: f64,

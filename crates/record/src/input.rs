@@ -13,7 +13,7 @@ pub enum Request {
     Reset,
     /// [`Session::refused`](hwall::Session::refused).
     Refused,
-    /// Not a request of a person: in the coming cycle, the session takes a result from its planner's thread
+    /// Not a request of a person: in the next cycle, the session takes a result from its planner's thread
     /// ([`Session::planned`](hwall::Session::planned)).
     Planned {
         /// The step that the result is for.
@@ -21,7 +21,7 @@ pub enum Request {
         /// The number of the surfaces that the planner used.
         surfaces: u64,
     },
-    /// Not a request of a person: from the coming cycle on, the session uses the results of its perception thread
+    /// Not a request of a person: from the next cycle on, the session uses the results of its perception thread
     /// ([`Session::perceived`](hwall::Session::perceived)).
     Perceived,
     /// [`Session::set_clock_offset_s`](hwall::Session::set_clock_offset_s).
@@ -32,7 +32,7 @@ pub enum Request {
 }
 
 /// An input or output of a session.
-// Not boxed, because inputs are read one at a time.
+// Not boxed: inputs are read one at a time, so the size does not matter.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, PartialEq)]
 pub enum Input {

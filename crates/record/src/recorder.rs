@@ -23,7 +23,7 @@ use std::thread::JoinHandle;
 pub struct Summary {
     /// Messages of the session, including dropped ones.
     pub messages: u64,
-    /// Messages of the session that were dropped: a replay is only possible up to the first of them.
+    /// Messages of the session that were dropped: a replay is possible only up to the first of them.
     pub dropped: u64,
     /// Views and log lines that were dropped.
     pub views_dropped: u64,
@@ -57,7 +57,7 @@ pub struct Recorder {
 
 impl Recorder {
     /// Creates or empties the file, and writes the setup. While the recorder exists, no other one can open the file. `scene` is drawn at
-    /// its current pose: it is that of `setup` in the arm's base frame, with its moving surfaces at opening zero.
+    /// its current pose; it must be the scene of `setup` in the arm's base frame, with its moving surfaces at opening zero.
     ///
     /// # Errors
     /// A file that cannot be written or that another program records to, a setting outside its range, an invalid scene.
@@ -127,7 +127,8 @@ impl Recorder {
         self.input(Input::Cycle(*cycle));
     }
 
-    /// Records an event. Frames and predictions are too frequent for a log: of these, only the loss and return of the hand are recorded.
+    /// Records an event. Frames and predictions are too frequent for a log, so only the loss and the return of the hand are recorded from
+    /// them.
     pub fn event(&mut self, event: &Event) {
         match event.kind {
             EventKind::Predicted(_) => return,

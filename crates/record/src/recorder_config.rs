@@ -6,9 +6,9 @@ use hwall::numeric::check::{non_negative, that};
 /// What happens if the writing thread falls behind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Overflow {
-    /// The loop blocks: for simulations, in which every step counts.
+    /// The loop blocks. Use it for simulations, in which every step counts.
     Wait,
-    /// Drops what does not fit, and records how much: for loops that must not block.
+    /// Drops messages that do not fit, and records their number. Use it for loops that must not block.
     Drop,
 }
 
@@ -17,15 +17,15 @@ pub enum Overflow {
 pub struct RecorderConfig {
     /// What happens if the writing thread falls behind; default [`Overflow::Drop`].
     pub overflow: Overflow,
-    /// Most messages that wait to be written; default 4096, four seconds of a loop at 1 kHz.
+    /// Largest number of messages that wait to be written; default 4096, four seconds of a loop at 1 kHz.
     pub capacity: usize,
     /// A chunk is written when it has this size, bytes; default 256 KiB.
     pub chunk_bytes: usize,
-    /// A chunk is written after this time at the latest, s; a crash loses no more than that. Default 0.5.
+    /// A chunk is written after this time at the latest, s; a crash loses no more than this time. Default 0.5.
     pub flush_s: f64,
     /// Period of the views, s; default 0.01.
     pub view_period_s: f64,
-    /// Every n-th view is drawn in `/scene/now`; default 3; 0 draws none.
+    /// Every view whose number is a multiple of this is drawn in `/scene/now`; default 3; 0 draws none.
     pub scene_every: u32,
     /// Scenes with more triangles are not drawn; default 200,000.
     pub most_triangles: usize,

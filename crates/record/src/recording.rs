@@ -97,8 +97,8 @@ fn body<'a>(bytes: &'a [u8], message: &MessageAt) -> Body<'a> {
     }
 }
 
-/// The inputs of a recording, see [`Recording::inputs`]. Each has its number among all messages of the sessions; a skipped number is a
-/// dropped message.
+/// The inputs of a recording, see [`Recording::inputs`]. Each comes with its number among all messages of the sessions; a skipped number is
+/// a dropped message.
 #[derive(Debug, Clone)]
 pub struct Inputs<'a> {
     recording: &'a Recording,

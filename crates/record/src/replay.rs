@@ -19,7 +19,7 @@ pub(crate) fn tell<P: Predictor>(session: &mut Session<P>, request: Request) {
         Request::Refused => session.refused(),
         // Handled by the planner.
         Request::Planned { .. } => {}
-        // What the session rejected then, it rejects now.
+        // The session rejects now what it rejected in the recording.
         Request::ClockOffset {
             arm_minus_tracker_s,
         } => {
@@ -170,7 +170,7 @@ fn of_run(inputs: Inputs<'_>) -> impl Iterator<Item = Input> {
     })
 }
 
-/// Repeats on one thread what a planner on its own thread was asked, and when its results were used.
+/// Repeats on one thread the requests to a planner on its own thread, and the times at which its results were used.
 #[derive(Default)]
 struct Plans {
     are_recorded: bool,
@@ -195,7 +195,7 @@ impl Plans {
         }
     }
 
-    /// Requests a plan for the next step, and lets the planner work once it has the surfaces that it used then.
+    /// Requests a plan for the next step, and lets the planner work once it has the surfaces that it used in the recording.
     fn go_on<P: Predictor>(&mut self, session: &mut Session<P>) {
         let Some([step, surfaces]) = self.ahead.front() else {
             return;

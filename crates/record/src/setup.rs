@@ -17,7 +17,7 @@ pub enum ArmSource {
 }
 
 impl ArmSource {
-    /// The preset's name, or that of the file.
+    /// The name of the preset or of the file.
     #[must_use]
     pub fn name(&self) -> &str {
         match self {
@@ -51,7 +51,7 @@ impl Setup {
     }
 }
 
-/// One session of a recording: each starts anew, as with another person.
+/// One session of a recording. Each session starts anew, as with another person.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Run {
     /// Its number, from 0.

@@ -13,12 +13,12 @@ pub(crate) const BOARD: &str = "board";
 /// The frame of the scene.
 pub(crate) const WORLD: &str = "world";
 
-/// Radius of the first link's capsule, m, and the decrease from link to link, m.
+/// Radius of the first link's capsule, m, and its decrease from link to link, m.
 const RADIUS_M: f64 = 0.068;
 const THINNER_M: f64 = 0.004;
 /// Links shorter than this are drawn as a sphere, m.
 const SHORT_M: f64 = 0.005;
-/// Chain and kinematics agree within this, m: descriptions have five digits.
+/// Chain and kinematics must agree within this, m: descriptions have five digits.
 const AGREES_M: f64 = 1e-4;
 
 /// A capsule in the frame of its link: all points closer to a segment than a radius, m.

@@ -96,7 +96,7 @@ fn origin(pose: &Pose) -> String {
     )
 }
 
-/// `R = Rz(yaw) Ry(pitch) Rx(roll)`, as in URDF; if yaw and roll turn about one axis, roll is zero.
+/// `R = Rz(yaw) Ry(pitch) Rx(roll)`, as in URDF; if yaw and roll turn about the same axis, roll is zero.
 fn roll_pitch_yaw_rad(r: &DMat3) -> [f64; 3] {
     let (x, y, z) = (r.x_axis, r.y_axis, r.z_axis);
     let level = x.x.hypot(x.y);

@@ -5,7 +5,7 @@ use hwall::contact::Predictor;
 use hwall::haptics::ArmState;
 use hwall::{Session, SessionState};
 
-/// Most moving surfaces in a view; further ones are not drawn.
+/// Largest number of moving surfaces in a view; further ones are not drawn.
 pub(crate) const MOST_MOVING: usize = 8;
 
 /// A predicted contact, as drawn.

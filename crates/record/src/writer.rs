@@ -23,7 +23,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::{Duration, Instant};
 
-/// Sleep of the thread when there is nothing to do. It is not woken, which would cost the loop a system call.
+/// Sleep of the thread when there is nothing to do. The loop does not wake it, because that would cost the
+/// loop a system call.
 const NAP: Duration = Duration::from_millis(2);
 /// Pause between two sessions of a recording, ns.
 const PAUSE_NS: u64 = 1_000_000_000;
@@ -31,7 +32,7 @@ const PAUSE_NS: u64 = 1_000_000_000;
 const LONGEST_S: f64 = 1e9;
 
 /// An item for the writing thread. `sequence` counts the messages of the session, so that a reader sees gaps.
-// Boxing the large ones would allocate in the loop.
+// Boxing the large variants would allocate in the loop.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug)]
 pub(crate) enum Item {
@@ -60,7 +61,7 @@ impl Stage {
                 path: object.path,
             });
         }
-        // In their own frames they are at opening zero.
+        // Surfaces are drawn in their own frames, in which they are at opening zero.
         for (surface, _) in &surfaces {
             scene.set_opening(*surface, 0.0)?;
         }
@@ -178,7 +179,7 @@ impl Writer {
         })
     }
 
-    /// Writes the setup of the session at once.
+    /// Writes the setup of the session immediately.
     pub(crate) fn setup(&mut self, setup: &Setup) -> Result<(), RecordError> {
         let t_ns = self.zero_ns;
         self.write(Topic::Setup, t_ns, |m, _| session::write_setup(m, setup))?;
@@ -244,7 +245,7 @@ impl Writer {
                 self.begun = true;
                 (Topic::Run, self.zero_ns)
             }
-            // Its stamp is the tracker's; it arrived now.
+            // Its time stamp is from the tracker's clock; in the file, the frame has its time of arrival.
             Input::Frame(_) => (Topic::Frame, self.newest_ns),
             Input::World(_) => (Topic::World, self.newest_ns),
             Input::Request(_) => (Topic::Request, self.newest_ns),

@@ -51,7 +51,7 @@ fn row(table: &mut MarkdownTable, name: &str, commands: &[JointPositions]) {
     let timing = time_each(commands.len(), |step| {
         let accepted = arm.command(ArmCommand::Position(commands[step]));
         let advanced = arm.advance(1e-3);
-        // Commands are those at the end of the step before: one more until they are in force.
+        // Commands are those at the end of the previous step, so that they take effect one step later.
         let then = (step + 1).checked_sub(DELAY_STEPS);
         errors.push(then.map_or(0.0, |then| arm.q().max_abs_difference(&commands[then])));
         accepted.is_ok() && advanced.is_ok()

@@ -17,8 +17,8 @@ pub(crate) struct Fold {
     pub(crate) log_determinant: f64,
 }
 
-/// The work of [`SquareRoot::fold`](super::SquareRoot::fold), compiled once for any machine and once for wide vectors, chosen at run time. On
-/// machines with fused multiply-add the last digits differ.
+/// The work of [`SquareRoot::fold`](super::SquareRoot::fold), compiled once for any machine and once for wide vectors; the choice is made at run
+/// time. On machines with fused multiply-add the last digits differ.
 pub(super) struct Folding<'a> {
     /// Number of variables.
     pub(super) n: usize,
@@ -170,7 +170,7 @@ fn reflect_first<S: Simd>(
     v: &mut [f64],
 ) -> Reflector {
     let lane = k % LANES;
-    // All products with the column, including its own square, before anything waits for a root.
+    // Computes all products with the column, including its own square, before anything waits for a square root.
     let products = column_products(simd, lane, block);
     for (v, row) in v.iter_mut().zip(block.iter()) {
         *v = row[lane];
@@ -190,9 +190,9 @@ fn reflect_first<S: Simd>(
     reflector
 }
 
-/// Sum of the rows, each times its entry in `lane`. Uses several independent chains of additions.
+/// Sum of the rows, each multiplied by its entry in `lane`. Uses several independent chains of additions.
 ///
-/// If a vector holds a tile, vectors are explicit: otherwise the compiler takes one column of many rows at a time, with gathers and scatters.
+/// If a tile fits a vector, uses explicit vectors: otherwise the compiler takes one column of many rows at a time, with gathers and scatters.
 #[inline(always)]
 fn column_products<S: Simd>(simd: S, lane: usize, block: &[AlignedTile]) -> Tile {
     let lane = lane % LANES;
@@ -242,7 +242,7 @@ fn add_to_rows<S: Simd>(simd: S, block: &mut [AlignedTile], v: &[f64], w: &Tile)
     }
 }
 
-/// The reflections of two neighbouring columns in sequence.
+/// The reflections of two neighbouring columns, applied one after the other.
 struct Pair<'a> {
     one: Reflector,
     two: Reflector,
@@ -253,7 +253,7 @@ struct Pair<'a> {
 }
 
 impl Pair<'_> {
-    /// Applies both to `LANES` columns: the diagonal rows `r` and `s`, and the evidence rows.
+    /// Applies both reflections to `LANES` columns: the diagonal rows `r` and `s`, and the evidence rows.
     #[inline(always)]
     fn reflect<S: Simd>(&self, simd: S, r: &mut Tile, s: &mut Tile, block: &mut [AlignedTile]) {
         if S::F64_LANES == LANES {
@@ -285,7 +285,7 @@ impl Pair<'_> {
         }
     }
 
-    /// The same with explicit vectors, if a vector holds a tile.
+    /// As [`reflect`](Self::reflect), with explicit vectors, if a tile fits a vector.
     #[inline(always)]
     fn reflect_at_once<S: Simd>(
         &self,

@@ -7,7 +7,7 @@ use super::tile::{AlignedTile, LANES, Tile, lane_sum, tiles};
 pub(crate) struct Rows {
     capacity: usize,
     pub(super) len: usize,
-    /// The tiles of all rows for the first columns, then those for the next ...
+    /// The tiles of all rows for the first columns, then the tiles of all rows for the next columns, and so on.
     pub(super) a: Vec<AlignedTile>,
     /// Right-hand sides.
     pub(crate) e: Vec<f64>,

@@ -20,7 +20,7 @@ pub(crate) struct SquareRoot {
 }
 
 impl Clone for SquareRoot {
-    /// Keeps the capacity, so that overwriting the copy allocates no more than in the original.
+    /// Keeps the capacity, so that overwriting the copy allocates no more than overwriting the original.
     fn clone(&self) -> Self {
         let mut r = Vec::with_capacity(self.r.capacity());
         r.extend_from_slice(&self.r);
@@ -91,8 +91,8 @@ impl SquareRoot {
         self.r[..2 * width].split_at_mut(width)
     }
 
-    /// Adds rows of evidence. `z` accumulates the right-hand side of `R δ = z` for the change of the mean since `z` was zero; `column` is scratch
-    /// of twice the capacity of the rows.
+    /// Adds rows of evidence. `z` accumulates the right-hand side of `R δ = z`, where `δ` is the change of the mean since `z` was zero; `column` is
+    /// scratch of twice the capacity of the rows.
     pub(crate) fn fold(&mut self, rows: &mut Rows, z: &mut [f64], column: &mut [f64]) -> Fold {
         Arch::new().dispatch(Folding {
             n: self.n,
@@ -175,7 +175,7 @@ impl WithSimd for Solving<'_> {
         let (n, width) = (root.n, tiles(root.n));
         padded.fill([0.0; LANES]);
         for first in (0..width).rev() {
-            // Contributions of the later tiles to all rows of this one: independent of each other.
+            // Contributions of the later tiles to all rows of this tile; they are independent of each other.
             let in_tile = first * LANES..n.min((first + 1) * LANES);
             let mut left: Tile = [0.0; LANES];
             let mut inverse: Tile = [0.0; LANES];

@@ -58,7 +58,7 @@ pub(crate) fn add_multiple<S: Simd>(to: &mut Tile, factor: f64, from: &Tile) {
     }
 }
 
-/// `to += a b`, lane by lane, fused in the same cases.
+/// `to += a b`, lane by lane, fused under the same condition.
 #[inline(always)]
 pub(super) fn add_product<S: Simd>(to: &mut Tile, a: &Tile, b: &Tile) {
     for l in 0..LANES {

@@ -44,8 +44,8 @@ struct Candidate {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Room {
     pub any: usize,
-    /// Additional places for hypotheses that joined the motion under way and have not branched since, as one sample cannot distinguish a late phase
-    /// from another shape. Their branches get no additional places, which they would fill.
+    /// Additional places for hypotheses that joined the motion under way and have not branched since: one sample cannot distinguish a late phase
+    /// from another shape. Their branches get none of these places, because they would fill them all.
     pub joining: usize,
 }
 
@@ -72,7 +72,7 @@ pub(super) struct Hypotheses {
     pub list: Vec<Hypothesis>,
     /// Posteriors of dropped hypotheses, for reuse.
     spare: Vec<Posterior>,
-    /// A posterior of the component of largest rank; all others are made from it, so that each has capacity for any component.
+    /// A posterior of the component of largest rank; all others are copied from it, so that each has capacity for any component.
     largest: Posterior,
     candidates: Vec<Candidate>,
 }
@@ -118,7 +118,7 @@ impl Hypotheses {
         for h in &mut list {
             h.posterior = roomy(&largest, &h.posterior);
         }
-        // Each dropped hypothesis is kept for reuse: as many parents as children.
+        // Parents and children are in the list at the same time, and each dropped hypothesis is kept for reuse.
         list.reserve(2 * capacity);
         let mut spare = Vec::with_capacity(4 * capacity);
         spare.resize(2 * capacity, largest.clone());
@@ -208,7 +208,7 @@ impl Hypotheses {
         let pause = at_least_one(config.pauses);
         let change = (1.0 - pause) * at_least_one(config.changes);
         let resume = at_least_one(1.0 / config.pause_length);
-        // It ends either way: at rest or at full speed.
+        // A change of speed ends either at rest or at full speed.
         let settled = at_least_one(1.0 / CHANGE_OF_SPEED);
         self.candidates.clear();
         for (from, h) in self.list.iter().enumerate() {
@@ -311,7 +311,7 @@ impl Hypotheses {
     /// Turns scores into weights, drops impossible hypotheses and returns the logarithm of the sum of the weights.
     ///
     /// # Errors
-    /// All hypotheses are impossible: the given failure, if any, else an overflow. The weights stay.
+    /// All hypotheses are impossible: returns the given failure if there is one, otherwise an overflow. The weights stay unchanged.
     pub(super) fn adopt_scores(&mut self, failed: Option<BipError>) -> Result<f64, BipError> {
         let scores = self.list.iter().map(|h| h.score);
         // NaN counts as impossible: `max` skips it, and its weight becomes zero below.

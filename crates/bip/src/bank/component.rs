@@ -11,11 +11,10 @@ use hwall_numeric::check;
 pub struct Component<'a> {
     /// The model.
     pub model: &'a Model,
-    /// Its probability; those of all components are normalised.
+    /// Its probability, up to a common factor: the probabilities of all components are normalised.
     pub probability: f64,
 }
 
-/// A component with its filter.
 #[derive(Debug, Clone)]
 pub(super) struct ComponentFilter {
     /// Processes the posteriors of all hypotheses of this component in turn.

@@ -17,16 +17,16 @@ pub struct BankConfig {
     pub pauses: f64,
     /// Mean duration of a pause. Default 0.3.
     pub pause_length: f64,
-    /// Expected number of changes of mind: the shape of the motion is drawn again from the prior of all components, the phase continues; evidence
-    /// about the old end is forgotten. Default 0.2.
+    /// Expected number of changes of mind. At each, the phase continues, the shape of the motion is drawn again from the prior of all components,
+    /// and evidence about the old end is forgotten. Default 0.2.
     pub changes: f64,
     /// Probability that the motion has not begun when the filter starts. Default 0.2.
     pub not_begun: f64,
-    /// Probability that it is well under way then, at any phase. Default 0.05. With the observation noise of the fit alone, one late start in
-    /// twenty is still lost: the linearisation error of the phase exceeds that noise.
+    /// Probability that the motion is well under way when the filter starts, at any phase. Default 0.05. With the observation noise of the fit
+    /// alone, one late start in twenty is still lost: the linearisation error of the phase exceeds that noise.
     pub under_way: f64,
-    /// Most hypotheses kept. Default 8; the time of a step grows in proportion. In the first tenth of a motion at least two per component are kept,
-    /// and up to eighteen more that joined under way.
+    /// Largest number of hypotheses kept. Default 8; the time of a step is proportional to it. In the first tenth of a motion, at least two per
+    /// component are kept, and up to eighteen more that joined the motion under way.
     pub hypotheses: usize,
 }
 

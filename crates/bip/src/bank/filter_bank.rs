@@ -14,7 +14,7 @@ const UNDER_WAY: [f64; 18] = [
     0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85,
     0.9,
 ];
-/// Their variance: small enough for linearisation, because from a tenth of a motion away the shape is adapted instead of the phase.
+/// Variance of these phases: small enough for linearisation, because from a tenth of a motion away the shape is adapted instead of the phase.
 const UNDER_WAY_VARIANCE: f64 = 0.000_625;
 
 /// Share of a motion in which two hypotheses per component and those under way have places.
@@ -22,8 +22,8 @@ const SETTLING: f64 = 0.1;
 
 /// An estimate as a mixture over components of the prior and over modes of the motion.
 ///
-/// A jump Markov system: at every step a moving hypothesis may pause, at once or by slowing down, or change its mind, and a resting one may
-/// continue with a new random velocity or gather speed, each as a new hypothesis. Nearly equal hypotheses are merged, the lightest are dropped. An
+/// A jump Markov system. At every step a moving hypothesis may pause, suddenly or by slowing down, or change its mind; a resting one may continue
+/// with a new random velocity or gather speed. Each event gives a new hypothesis. Nearly equal hypotheses are merged, the lightest are dropped. An
 /// interacting multiple model would instead mix all histories of a mode into one Gaussian at every step, which fails after a change of mind, where
 /// the ends lie far apart.
 ///
@@ -38,7 +38,7 @@ pub struct Bank {
     /// Shares of a motion since the last branching, and since the start.
     since_branching: f64,
     elapsed: f64,
-    /// Has there been evidence since the last branching? Without it, hypotheses that were unlikely before would be dropped untested.
+    /// Has there been evidence since the last branching? Without evidence, unlikely hypotheses would be dropped untested.
     weighed: bool,
     health: Health,
 }
@@ -67,7 +67,7 @@ impl Bank {
     ) -> Result<Self, BipError> {
         config.validate()?;
         let total = total_probability(components)?;
-        // With several components there are enough hypotheses initially.
+        // Several components already give enough initial hypotheses.
         let split = config.split_velocity && components.len() == 1;
         let (mut filters, mut list) = (Vec::new(), Vec::new());
         for (at, component) in components.iter().enumerate() {
@@ -318,8 +318,8 @@ struct VelocityPart {
     velocity: PhaseVelocity,
 }
 
-/// Phase velocity of each hypothesis at the start. Three normal distributions one standard deviation apart, with half the variance each, have the
-/// mean and the variance of the one they replace; phase and position are too nonlinear in the velocity for a single filter.
+/// Phase velocity of each hypothesis at the start. Three normal distributions one standard deviation apart, with half the variance each, together
+/// have the mean and the variance of the distribution they replace. Phase and position are too nonlinear in the velocity for a single filter.
 fn velocity_parts(velocity: PhaseVelocity, split: bool) -> Vec<VelocityPart> {
     if !split {
         return vec![VelocityPart {

@@ -24,7 +24,7 @@ pub struct HypothesisView {
     pub component: usize,
     /// Mean of the phase.
     pub phase: f64,
-    /// Mean of the phase velocity, 1/time; while resting, that before the rest.
+    /// Mean of the phase velocity, 1/time; at rest, the velocity before the rest.
     pub phase_velocity: f64,
 }
 
@@ -53,7 +53,7 @@ impl Hypothesis {
         }
     }
 
-    /// The same with a copy of its posterior.
+    /// The same hypothesis with another posterior.
     pub(super) fn with(&self, posterior: Posterior) -> Self {
         Self { posterior, ..*self }
     }

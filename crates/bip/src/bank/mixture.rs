@@ -14,11 +14,11 @@ use crate::train::{Demonstration, Trainer, TrainingConfig};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Covariance {
-    /// That of all demonstrations around the means of their groups: better with a few dozen demonstrations, because no direction in which people
-    /// differ is lost.
+    /// The covariance of all demonstrations around the means of their groups. Better with a few dozen demonstrations, because no direction in which
+    /// people differ is lost.
     #[default]
     Shared,
-    /// That of its own group; needs many demonstrations in each group, at least two.
+    /// The covariance of its own group; needs many demonstrations in each group, at least two.
     Own,
 }
 
@@ -108,7 +108,7 @@ impl Mixture {
         &self.members
     }
 
-    /// The same with these parameters for the filters of every component.
+    /// The same mixture with these parameters for the filters of every component.
     ///
     /// # Errors
     /// As [`Model::with_tuning`].

@@ -28,7 +28,7 @@ impl Bank {
         self.average(|h| h.posterior.phase())
     }
 
-    /// Mean of the phase velocity, 1/time; that of a resting hand is 0.
+    /// Mean of the phase velocity, 1/time; a resting hand has velocity 0.
     #[must_use]
     pub fn phase_velocity(&self) -> f64 {
         self.average(Hypothesis::velocity)
@@ -103,8 +103,8 @@ impl Bank {
     }
 
     /// Mean and covariance (row-major) of some degrees of freedom at a phase, over the hypotheses of one component; returns `false` without writing
-    /// if none of them is left. Use it if components are mutually exclusive motions, e.g. configurations of an arm on different branches, whose
-    /// overall mean is none of them.
+    /// if no such hypothesis is left. Use it if components are mutually exclusive motions, e.g. configurations of an arm on different branches,
+    /// because the overall mean of such motions is not a possible motion.
     ///
     /// # Errors
     /// As [`Filter::covariance_at`].
@@ -131,7 +131,7 @@ impl Bank {
         Ok(true)
     }
 
-    /// Moments of a mixture of the hypotheses that count, from their own moments by `each`.
+    /// Moments of the mixture of the hypotheses that `counts` accepts, from the moments that `each` computes for one of them.
     fn mix(
         &mut self,
         counts: impl Fn(&Hypothesis) -> bool,

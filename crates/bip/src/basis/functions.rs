@@ -134,7 +134,7 @@ impl Basis {
             .map_err(|_| BipError::Overflow { phase })
     }
 
-    /// Values at evenly spaced phases, one row for each phase.
+    /// Values at evenly spaced phases, one row per phase.
     pub(super) fn on_grid(&self, samples: usize) -> Matrix {
         let count = self.count();
         let mut rows = Matrix::zeros(samples, count);
@@ -146,7 +146,7 @@ impl Basis {
         rows
     }
 
-    /// Rejects an empty or absurdly large family and too narrow functions.
+    /// Rejects an empty or extremely large family and too narrow functions.
     pub(super) fn validate(&self) -> Result<(), ArgumentError> {
         check::that(
             (1..=MAX_COUNT).contains(&self.count()),
@@ -225,7 +225,7 @@ fn normalized(phase: f64, count: usize, variance: f64, values: &mut [f64], slope
     let (mut sum, mut moment) = (0.0, 0.0);
     for (i, value) in values.iter_mut().enumerate() {
         let c = centre(i, count);
-        // ((phase - c)² - (phase - base)²) without the common, possibly huge, phase².
+        // ((phase - c)² - (phase - base)²) without the common term phase², which may be huge.
         let excess = (base - c) * (2.0 * phase - base - c);
         *value = (-0.5 * excess / variance).exp();
         sum += *value;
@@ -238,7 +238,7 @@ fn normalized(phase: f64, count: usize, variance: f64, values: &mut [f64], slope
     }
 }
 
-/// By recurrence, so that `x = 0`, in the middle of the motion, is not singular.
+/// Uses a recurrence, so that `x = 0`, in the middle of the motion, is not singular.
 fn powers(x: f64, values: &mut [f64], derivatives: &mut [f64]) {
     let (mut power, mut below) = (1.0, 0.0);
     for (d, (value, derivative)) in values.iter_mut().zip(derivatives).enumerate() {

@@ -6,13 +6,15 @@ use hwall_numeric::dense::{Matrix, Svd, dot};
 
 /// Number of phases for the orthonormalisation.
 const GRID: usize = 257;
-/// Directions below this share of the largest singular value are dropped: in them the rounding of the basis functions, 1e-16, would grow past 1e-6.
+/// Directions below this share of the largest singular value are dropped: along them, the rounding of the basis functions, 1e-16, would grow past
+/// 1e-6.
 const DEPENDENT: f64 = 1e-10;
 /// Largest deviation of stored functions from orthonormality: rounding over [`DEPENDENT`], with a margin for exponential functions of other
 /// machines.
 #[cfg(feature = "serde")]
 const STORED: f64 = 1e-4;
-/// Largest deviation of computed functions; directions are dropped until it holds. The margin of ten makes files readable on every machine.
+/// Largest deviation of computed functions; directions are dropped until the functions meet it. The margin of ten relative to `STORED` makes files
+/// readable on every machine.
 const MADE: f64 = 1e-5;
 
 /// Number of phases for this number of functions.
@@ -22,7 +24,7 @@ fn grid(count: usize) -> usize {
 
 /// A basis `Φ` and the change of coordinates `Ψ = Φ T` with `mean(Ψᵀ Ψ) = 1` on `[0, 1]`.
 ///
-/// The weights of `Ψ` have the size of the data, whatever the condition number of `Φ`.
+/// The weights of `Ψ` have the size of the data, for any condition number of `Φ`.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct OrthonormalBasis {
     basis: Basis,
@@ -58,7 +60,7 @@ impl OrthonormalBasis {
             inverse: Matrix::from_fn(size, count, |j, i| right[(i, j)] * singular[j]),
         };
         let mut made = of_size(svd.rank(DEPENDENT));
-        // Rounding errors where the functions are steep do not show in the singular values.
+        // Rounding errors where the functions are steep do not affect the singular values.
         while made.size > 1 && made.deviation() > MADE {
             made = of_size(made.size - 1);
         }

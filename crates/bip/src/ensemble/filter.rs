@@ -15,14 +15,14 @@ use rand_pcg::rand_core::SeedableRng;
 
 /// An estimate of one motion in progress, as an ensemble of phases, phase velocities and coefficients.
 ///
-/// Same model, observations, units and errors as [`Filter`](crate::filter::Filter); the initial members are drawn from its prior. The difference:
-/// each member predicts the observation at its own phase, so nothing is linearised, and mean and covariance are those of a sample, with its
-/// sampling error. With [`FilterConfig::clip_phase`](crate::filter::FilterConfig::clip_phase), the mean of the phases is kept within `[0, 1]`, and
-/// a member beyond that predicts that the motion rests at its start or end.
+/// Model, observations, units and errors are those of [`Filter`](crate::filter::Filter), and the initial members are drawn from its prior. In
+/// contrast, each member predicts the observation at its own phase, so nothing is linearised, and mean and covariance are those of a sample, with
+/// a sampling error. With [`FilterConfig::clip_phase`](crate::filter::FilterConfig::clip_phase), the mean of the phases is kept within `[0, 1]`,
+/// and a member beyond that predicts that the motion rests at its start or end.
 ///
 /// Use it if the phase is so uncertain that linearisation at its mean fails, or if the shape of the distribution itself is of interest
-/// ([`phases`](Self::phases)). It takes tens of times as long as the exact filter. On 18 reaches with 47 demonstrations, 300 members with the
-/// deterministic update were a little more accurate than the exact filter, with intervals of the same quality; 50 members with perturbed
+/// ([`phases`](Self::phases)). A step takes tens of times as long as with the exact filter. On 18 reaches with 47 demonstrations, 300 members with
+/// the deterministic update were a little more accurate than the exact filter, with intervals of the same quality; 50 members with perturbed
 /// observations, about as many as state variables, diverged by metres in some runs.
 ///
 /// [`predict`](Self::predict), [`observe`](Self::observe) and [`observe_at`](Self::observe_at) do not allocate. After an error, members and random
@@ -46,7 +46,7 @@ impl EnsembleFilter {
     /// Draws members from the prior.
     ///
     /// # Errors
-    /// Fewer than two members, a gate, a correlation time (also from a tuned model: see
+    /// Fewer than two members, a gate, a correlation time (including that of a tuned model: see
     /// [`TuningConfig::correlation_times`](crate::judge::TuningConfig)); as [`Filter::new`](crate::filter::Filter::new).
     pub fn new(model: &Model, config: &EnsembleConfig) -> Result<Self, BipError> {
         let members = config.members;
@@ -75,7 +75,7 @@ impl EnsembleFilter {
             for x in state.row_mut(k) {
                 *x = StandardNormal.sample(&mut generator);
             }
-            // Shift their mean to that of the prior.
+            // Shift the mean of the members to that of the prior.
             state.centre(k);
             for x in state.row_mut(k) {
                 *x = mean + sd * *x;
@@ -95,7 +95,7 @@ impl EnsembleFilter {
         Ok(filter)
     }
 
-    /// Lets `dt` pass: every member moves at its own velocity with its own random acceleration, whatever the update.
+    /// Lets `dt` pass: every member moves at its own velocity with its own random acceleration, for both kinds of update.
     ///
     /// # Errors
     /// A `dt` that is negative or not finite.
@@ -134,8 +134,8 @@ impl EnsembleFilter {
         self.observe_rows(at, observation)
     }
 
-    /// Takes evidence about another phase, such as an end point. The members predict there, so with [`EnsembleUpdate::Deterministic`] this is the
-    /// exact update of their mean and covariance.
+    /// Takes evidence about another phase, such as an end point. The members predict at that phase, so with [`EnsembleUpdate::Deterministic`] this
+    /// is the exact update of their mean and covariance.
     ///
     /// # Errors
     /// As [`observe`](Self::observe); a phase that is not finite or so far out that a basis overflows.

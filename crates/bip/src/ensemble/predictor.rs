@@ -20,7 +20,6 @@ pub(super) struct Predictor {
     raw: Vec<f64>,
 }
 
-/// Phase of the predictions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum PredictedPhase {
     /// Each at its own phase.
@@ -90,7 +89,7 @@ impl Predictor {
         }
     }
 
-    /// Evaluates the functions of all required groups, at the same phase in several lanes.
+    /// Evaluates the functions of all required groups, at one phase, in the given lanes.
     fn evaluate(&mut self, lanes: std::ops::Range<usize>, phase: f64) {
         for (group, basis) in self.model.parts().layout.bases().iter().enumerate() {
             if !self.needed[group] {

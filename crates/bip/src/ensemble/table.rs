@@ -104,7 +104,7 @@ impl Table {
             .for_each(|x| *x *= factor);
     }
 
-    /// `row[to] += factor · row[from]`; the two differ.
+    /// `row[to] += factor · row[from]`; `to` and `from` must differ.
     fn add_row(&mut self, to: usize, factor: f64, from: usize) {
         let width = self.width;
         let (low, high) = self.entries.split_at_mut(to.max(from) * width);

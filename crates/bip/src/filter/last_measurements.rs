@@ -13,7 +13,7 @@ pub(super) struct LastMeasurement {
 pub(super) struct LastMeasurements {
     /// Time since the start.
     clock: f64,
-    /// The part of it during which the phase moved.
+    /// Time since the start during which the phase moved.
     travelled: f64,
     last: Vec<Option<LastMeasurement>>,
 }
@@ -52,12 +52,11 @@ impl LastMeasurements {
         self.last[dof]
     }
 
-    /// Time since a measurement.
     pub(super) fn time_since(&self, last: &LastMeasurement) -> f64 {
         self.clock - last.clock
     }
 
-    /// Time since then during which the phase moved.
+    /// Time since a measurement during which the phase moved.
     pub(super) fn travelled_since(&self, last: &LastMeasurement) -> f64 {
         self.travelled - last.travelled
     }
@@ -70,12 +69,13 @@ impl LastMeasurements {
         });
     }
 
-    /// After a change of shape: old deviations are void.
+    /// Forgets all measurements: after a change of shape, old deviations are void.
     pub(super) fn forget(&mut self) {
         self.last.fill(None);
     }
 
-    /// After a change of velocity, which cannot be extrapolated back to the last measurement.
+    /// Forgets the travel since each measurement: after a change of velocity, the phase cannot be
+    /// extrapolated back to it.
     pub(super) fn forget_travel(&mut self) {
         for last in self.last.iter_mut().flatten() {
             last.travelled = self.travelled;

@@ -13,7 +13,7 @@ use crate::model::Model;
 #[derive(Debug, Clone)]
 pub(super) struct Scratch {
     pub rows: Rows,
-    /// Rows of all values at the state, before scaling, and their predictions; for the gate.
+    /// Rows of all values at the present state, before scaling, and their predictions; used by the gate.
     pub plain: Rows,
     pub predicted: Vec<Predicted>,
     pub root: SquareRoot,
@@ -62,7 +62,7 @@ impl Filter {
             gate: config.gate,
             health: Health::NEW,
             scratch: Scratch {
-                // At least two, for the phase and its velocity.
+                // At least two rows, for the phase and its velocity.
                 rows: Rows::new(size, dofs.max(2)),
                 plain: Rows::new(size, dofs),
                 predicted: vec![Predicted::default(); dofs],
@@ -72,7 +72,7 @@ impl Filter {
                 padded: vec![[0.0; LANES]; tiles(size)],
                 lower: vec![0.0; dofs * dofs],
                 seen: vec![false; dofs],
-                // Full, so that a copy has capacity for all.
+                // Full length, so that a copy has capacity for all values.
                 kept: (0..dofs).collect(),
             },
             posterior,
@@ -141,7 +141,6 @@ impl Filter {
         }
     }
 
-    /// Degrees of freedom.
     pub(crate) fn dofs(&self) -> usize {
         self.projector.dofs()
     }

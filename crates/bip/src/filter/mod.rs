@@ -10,14 +10,14 @@
 //! - Evidence may concern the present (`observe`), any other phase (`observe_at`) or the phase itself (`observe_phase`), with the noise of the
 //!   model, your own variances or a full covariance.
 //! - Persistent deviations (`correlation_time`) are a Markov process in addition to the motion. They need no further state: a share of the last
-//!   measurement is subtracted from each new one, and the rows then depend on two phases. On recorded hands this halves the error once 90 % of a
-//!   reach is observed; a step takes half as long again.
-//! - An `EnsembleFilter` carries members drawn from the prior and linearises nothing. It has two updates: perturbed observations, and a
-//!   deterministic square root, the default. With no more perturbed members than state variables it can diverge.
+//!   measurement is subtracted from each new one, so that the rows depend on two phases. On recorded hands this halves the error once 90 % of a
+//!   reach is observed; a step takes one and a half times as long.
+//! - An `EnsembleFilter` consists of members drawn from the prior and linearises nothing. It has two kinds of update: perturbed observations, and a
+//!   deterministic square root, the default. With perturbed observations it can diverge if there are no more members than state variables.
 //! - Model files are JSON with a version and a digest; they restore every bit, on any machine, because the change to orthonormal functions is
 //!   stored instead of recomputed.
-//! - AIC and BIC count all parameters and estimate the noise. The published forms count too few and fix the noise, so that on data in metres the
-//!   edge of the grid decides.
+//! - AIC and BIC count all parameters and estimate the noise. The published forms count too few and fix the noise, so that, on data in metres, they
+//!   select the edge of the grid.
 
 mod config;
 mod health;

@@ -16,7 +16,7 @@ pub struct TimeToEnd {
     pub sd: f64,
 }
 
-/// Variances are those of the trajectory itself, unless stated otherwise; a measurement adds the noise of
+/// Unless stated otherwise, variances are those of the trajectory itself; a measurement adds the noise of
 /// [`noise_variance`](Filter::noise_variance). Queries with variances borrow the filter mutably because they use its scratch; they do not change
 /// the estimate.
 impl Filter {
@@ -71,7 +71,7 @@ impl Filter {
         )
     }
 
-    /// Checks a request and answers it in parts of the scratch capacity: a degree of freedom may be repeated.
+    /// Checks a request and answers it in parts that fit the scratch, because a degree of freedom may be repeated.
     fn in_parts(
         &mut self,
         phase: f64,

@@ -1,8 +1,8 @@
 //! Deviations of measurements from what the model can express.
 //!
-//! They have the same direction for many samples: a Markov process `r(t + dt) = a r(t) + noise`, `a = exp(-dt / correlation time)`. It needs no
-//! further state: the difference of a measurement and a share of the previous one has nearly independent noise, and depends on the motion at two
-//! phases [Bryson 1968].
+//! They have the same direction for many samples and are modelled as a Markov process `r(t + dt) = a r(t) + noise`, `a = exp(-dt / correlation
+//! time)`. It needs no further state: the difference between a measurement and a share of the previous one has nearly independent noise, and
+//! depends on the motion at two phases [Bryson 1968].
 
 use super::config::{FilterConfig, NoiseSource};
 use crate::error::BipError;
@@ -14,9 +14,9 @@ use hwall_numeric::check;
 pub(crate) struct NoiseModel {
     /// Standard deviation of a measurement.
     pub sd: Vec<f64>,
-    /// Their logarithms.
+    /// Logarithms of `sd`.
     pub ln_sd: Vec<f64>,
-    /// The same from held-out demonstrations, without the factor.
+    /// Standard deviation on held-out demonstrations, without the factor.
     pub residual_sd: Vec<f64>,
     /// Factor on the standard deviations of predicted measurements.
     pub spread: f64,
@@ -72,8 +72,8 @@ impl NoiseModel {
         })
     }
 
-    /// Best linear prediction of a deviation after a time, from one measurement. The variance of the fit is independent, the rest of the noise
-    /// persists.
+    /// Best linear prediction of a deviation after a time, from one measurement. The part with the variance of the fit is independent; the rest
+    /// of the noise persists.
     pub(super) fn lasting(&self, dof: usize, time: f64) -> Lasting {
         let all = self.sd[dof].powi(2);
         let lasting = (all - self.independent[dof]).max(0.0);

@@ -10,12 +10,11 @@ use hwall_numeric::check;
 /// Number of states before the coefficients: phase and phase velocity.
 pub(crate) const PHASE_STATES: usize = 2;
 
-/// Two posteriors are alike if the squared Mahalanobis distance of their means, by the first one, is below this ...
+/// Largest squared Mahalanobis distance between the means of two posteriors that are alike, in the covariance of the first one.
 const SAME_MEAN: f64 = 0.25;
-/// ... and no diagonal entry of their square roots differs by more than this, as a logarithm.
+/// Largest difference of the logarithms of the diagonal entries of the square roots of two posteriors that are alike.
 const SAME_SPREAD: f64 = 0.3;
 
-/// Dynamics of the phase.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PhaseDynamics {
     /// Standard deviation of the acceleration.
@@ -39,7 +38,7 @@ impl PhaseDynamics {
         })
     }
 
-    /// The same with at least this standard deviation of the acceleration.
+    /// The same dynamics with at least this standard deviation of the acceleration.
     pub(crate) fn faster(self, acceleration_sd: f64) -> Self {
         Self {
             acceleration_sd: self.acceleration_sd.max(acceleration_sd),
@@ -67,7 +66,7 @@ pub(crate) struct PhaseEstimate {
 /// Phase, phase velocity and coefficients: mean, square root of the information matrix, and last measurements.
 #[derive(Debug, Clone)]
 pub(crate) struct Posterior {
-    /// Padded.
+    /// Padded to whole tiles.
     pub(super) mean: Vec<Tile>,
     pub(super) root: SquareRoot,
     pub(super) last: LastMeasurements,

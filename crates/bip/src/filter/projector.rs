@@ -62,7 +62,7 @@ impl Projector {
         self.layout.dofs()
     }
 
-    /// Evaluates all bases; subsequent rows are those at this phase.
+    /// Evaluates all bases at this phase, for the rows that follow.
     pub(super) fn set_phase(&mut self, phase: f64) {
         for (group, basis) in self.layout.bases().iter().enumerate() {
             basis.evaluate_into(
@@ -74,8 +74,8 @@ impl Projector {
         }
     }
 
-    /// Row of degree of freedom `d` on the coefficients, passed tile by tile, and its prediction for the padded `state` (whose first two entries
-    /// are ignored).
+    /// Passes the row of degree of freedom `d` in the coefficients to `tile`, tile by tile, and returns its prediction for the padded `state`,
+    /// whose first two entries are ignored.
     pub(super) fn row(&self, d: usize, state: &[Tile], tile: impl FnMut(usize, Tile)) -> Predicted {
         Arch::new().dispatch(Row {
             projector: self,

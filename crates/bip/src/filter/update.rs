@@ -86,7 +86,7 @@ impl Filter {
         let rows = &mut scratch.rows;
         let m = scratch.kept.len();
         rows.reset(m);
-        // The gate has evaluated the same rows.
+        // The gate has already evaluated the same rows.
         let known = self.gate.is_some();
         if !known {
             self.projector.set_phase(phase);
@@ -155,7 +155,8 @@ impl Filter {
                     *r = *r * scale - old * h;
                 }
             });
-            // That phase is the present one minus the distance since: d/dphase 1, d/dvelocity -age.
+            // The phase of the last measurement is the present one minus the distance since then: its derivatives are 1 by phase and -age by
+            // velocity.
             let slope = old * predicted.slope;
             let first = rows.tile_mut(i, 0);
             first[0] -= slope;
@@ -192,7 +193,7 @@ impl Filter {
                 *plain.tile_mut(at, t) = tile;
             });
             scratch.predicted[at] = predicted;
-            // The prediction only adds to the variance, so this test is sufficient.
+            // The prediction only adds to the variance, so a value within this limit is within the gate.
             within &= (y - predicted.value).powi(2) <= limit * noise_variance(at);
         }
         if within {

@@ -20,7 +20,7 @@ pub struct EvaluationConfig {
 }
 
 impl EvaluationConfig {
-    /// Ten fractions; observes everything that is not [`Controlled`](Role::Controlled), scores everything.
+    /// Ten fractions; observes every degree of freedom that is not [`Controlled`](Role::Controlled) and scores all.
     #[must_use]
     pub fn new(training: &TrainingConfig) -> Self {
         let roles: Vec<Role> = training
@@ -63,7 +63,7 @@ pub struct EndPrediction {
     pub fraction: f64,
     /// Mean of every scored degree of freedom.
     pub mean: Vec<f64>,
-    /// Standard deviation of a measurement there, from shape and residual.
+    /// Standard deviation of a measurement of each, from shape and residual.
     pub sd: Vec<f64>,
     /// Measurement of the last sample.
     pub actual: Vec<f64>,
@@ -164,8 +164,8 @@ impl Evaluation {
         self.average(at, EndPrediction::crps)
     }
 
-    /// Factor on the standard deviations that would give central intervals of this probability exactly that coverage, and more if many errors are
-    /// of equal size; `None` without predictions or for an invalid probability.
+    /// Factor on the standard deviations that would give central intervals of this probability exactly that coverage; larger if many errors are of
+    /// equal size; `None` without predictions or for an invalid probability.
     #[must_use]
     pub fn spread(&self, at: &[usize], probability: f64) -> Option<f64> {
         let predictions = self.predictions.iter();
@@ -173,7 +173,7 @@ impl Evaluation {
         spread_of(distances.collect(), probability, self.motions())
     }
 
-    /// The same for the times to the end, predicted before it.
+    /// Factor on the standard deviations of the times to the end, as [`spread`](Self::spread); predictions at the end do not count.
     #[must_use]
     pub fn time_spread(&self, probability: f64) -> Option<f64> {
         let before = self.predictions.iter().filter(|p| p.fraction < 1.0);
@@ -210,7 +210,7 @@ impl Evaluation {
 /// Relative difference below which distances are equal up to rounding.
 const TIE: f64 = 1e-6;
 
-/// Factor that gives central intervals exactly this coverage of distances, in standard deviations.
+/// Factor that gives central intervals exactly the coverage `probability` of these distances, in standard deviations.
 ///
 /// Different distances show the spread for the next motion. Equal ones only show its scale: their share counts as a scale estimated from that many
 /// motions, with the quantiles of Student's t.
@@ -249,7 +249,7 @@ fn student_ratio(z: f64, degrees: f64) -> f64 {
 
 /// Lets a filter follow a motion and predict its end at every fraction.
 ///
-/// The filter must be new. The time before the first sample is taken as the mean period.
+/// The filter must be new. The time step before the first sample is the mean period.
 ///
 /// # Errors
 /// Fractions out of order, unknown degrees of freedom, errors of the filter.
@@ -286,7 +286,7 @@ pub fn follow(
             &pick(k, &config.observed),
         ))?;
         while let Some(&fraction) = config.fractions.get(predictions.len()) {
-            // Rounded up, tolerating rounding of the product.
+            // Rounds up, but tolerates a rounding error of the product.
             let needed = ((fraction * samples as f64) - 1e-9).ceil().max(1.0) as usize;
             if k + 1 < needed {
                 break;
@@ -312,8 +312,8 @@ pub fn follow(
     Ok(predictions)
 }
 
-/// Leave-one-out cross-validation: every demonstration is followed by a filter trained on the others; with [`TrainingConfig::onset`], the rest
-/// before and after is cut off both. With the feature `parallel` it runs on all cores, with the same result.
+/// Leave-one-out cross-validation: a filter trained on all other demonstrations follows each one; with [`TrainingConfig::onset`], the rest before
+/// and after the motion is cut from both. With the feature `parallel` it runs on all cores, with the same result.
 ///
 /// # Errors
 /// Fewer than two demonstrations, errors of training or filtering.

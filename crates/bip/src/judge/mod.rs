@@ -2,9 +2,9 @@
 //!
 //! # Which noise, and what is evaluated
 //!
-//! There are three noises: the residual of the fit (the published convention, far too small for an unseen person), the residual of held-out
-//! demonstrations, and the latter times the factor found by `tune`, which filters use if the model has it. A person deviates in the same direction
-//! for many samples; a filter that counts each as new evidence needs the larger noise.
+//! There are three noises. The residual of the fit is the published convention, and far too small for an unseen person. The second is the residual
+//! of held-out demonstrations. The third is the second times the factor found by `tune`; filters use it if the model has it. A person deviates in
+//! the same direction for many samples; a filter that counts each as new evidence needs this larger noise.
 //!
 //! `follow` and `leave_one_out` evaluate `predict_at`. Filters of a tuned model use its tuning by default; `leave_one_out` trains new models, so
 //! pass `|m| Filter::new(&m.clone().with_tuning(t)?, &config)` to evaluate a tuning.

@@ -14,7 +14,7 @@ const TAU: f64 = std::f64::consts::TAU;
 #[non_exhaustive]
 pub enum Criterion {
     /// Smallest Akaike information criterion. Its penalty does not grow with the samples, so it selects at least as many functions as
-    /// [`Bic`](Self::Bic), and more often ends at the upper edge of a narrow grid.
+    /// [`Bic`](Self::Bic) and ends more often at the upper edge of a narrow grid.
     Aic,
     /// Smallest Schwarz (Bayesian) information criterion: a larger penalty, hence fewer functions.
     Bic,
@@ -22,7 +22,7 @@ pub enum Criterion {
     LeaveOneOut,
 }
 
-/// Settings for scoring candidates; as the fields of [`TrainingConfig`] of the same names.
+/// Settings for scoring candidates. Fields have the meaning of the fields of [`TrainingConfig`] with the same names.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SelectionConfig {
     /// Subtract the mean over all samples before the fit. Default `true`.
@@ -56,7 +56,7 @@ pub fn default_candidates() -> Vec<Basis> {
 
 /// The groups, each with the best basis for its own degrees of freedom.
 ///
-/// A controlled group is also scored by its own motion, not by how well it follows from the observed ones. Fits are those of
+/// A controlled group, too, is scored by its own motion, not by how well the observed groups predict it. Fits are those of
 /// [`Model::train`](crate::model::Model::train). Time grows with candidates, degrees of freedom and, for [`Criterion::LeaveOneOut`], with the cube
 /// of the number of demonstrations (up to 64). Ties go to the first candidate.
 ///
@@ -149,14 +149,15 @@ fn loss(
     let fits = trainer.fit_qualities(&model);
     let samples: usize = fits.iter().map(|f| f.samples).sum();
     let n = samples as f64;
-    // Under the fits, with the most likely variance for each degree of freedom.
+    // Log likelihood under the fits, with the most likely variance of each degree of freedom.
     let mut log_likelihood = 0.0;
     for d in 0..dofs {
         let squares: f64 = fits.iter().map(|f| f.residual[d] * f.samples as f64).sum();
         let variance = (squares / n).max(trainer.noise_floor(d));
         log_likelihood -= 0.5 * (n * (TAU * variance).ln() + squares / variance);
     }
-    // A weight for each demonstration, degree of freedom and function that its samples resolve, and a variance for each degree of freedom.
+    // The parameters: a weight for each demonstration, degree of freedom and function that its samples resolve, and a variance for each degree of
+    // freedom.
     let weights: usize = fits.iter().map(|f| f.functions).sum();
     let parameters = dofs * (weights + 1);
     Ok(penalty(n) * parameters as f64 - 2.0 * log_likelihood)

@@ -23,8 +23,8 @@ pub struct TuningConfig {
     pub evaluation: EvaluationConfig,
     /// Demonstrations to hold out one at a time, spread evenly. Default 48.
     pub folds: usize,
-    /// Correlation times of deviations, as multiples of the sampling period, increasing; 0: independent from sample to sample, which makes a step a
-    /// third faster and is the only choice for an [ensemble](crate::ensemble::EnsembleFilter). Default 0, 3, 10, 30, 100.
+    /// Correlation times of deviations, as multiples of the sampling period, increasing; 0 means independent from sample to sample; it makes a step
+    /// a third faster and is the only choice for an [ensemble](crate::ensemble::EnsembleFilter). Default 0, 3, 10, 30, 100.
     pub correlation_times: Vec<f64>,
     /// Parameters that are not tuned, such as the variance of the phase at the start.
     pub filter: FilterConfig,
@@ -88,8 +88,8 @@ pub struct Tuned {
 /// Trains a model and chooses noise factor, acceleration variance and correlation time by the
 /// leave-one-out log score of the end of the motion.
 ///
-/// The search varies the noise with the second of the velocity changes, then the velocity changes, then the noise again, and for each of the
-/// correlation times.
+/// The search varies the noise with the second of the velocity changes, then the velocity changes, then the noise again, and finally the noise for
+/// each further correlation time.
 ///
 /// # Errors
 /// Fewer than three demonstrations, empty or bad lists, errors of training or filtering.
@@ -162,7 +162,7 @@ pub fn tune(
         Ok(score)
     };
     let start = 1.min(config.velocity_changes.len() - 1);
-    // Every third first: the score may have several maxima along the noise.
+    // Every third factor first, because the score may have several maxima along the noise.
     let mut coarse = (0, f64::NEG_INFINITY);
     for i in (0..config.noise_factors.len()).step_by(3) {
         let score = search(i, start, 0)?;
@@ -189,8 +189,8 @@ pub fn tune(
     Ok(Tuned { model, trials })
 }
 
-/// Indices of the degrees of freedom that move: the others would be predicted without error, and make the intervals of the rest look too wide. All
-/// of them if none moves.
+/// Indices of the degrees of freedom that move, or of all if none moves. Constant ones would be predicted without error and make the intervals of
+/// the others look too wide.
 fn moving(demonstrations: &[Demonstration], scored: &[usize]) -> Vec<usize> {
     let moves = |dof: usize| {
         let values = demonstrations
@@ -262,7 +262,8 @@ impl<'a> Folds<'a> {
         let models = map_indexed(folds, |f| {
             let left_out = f * n / folds;
             let model = all_but_one.model(left_out)?;
-            // The noise is one number per degree of freedom: the share of one in n of the motion left out is negligible, and n² fits are saved.
+            // The noise is one number per degree of freedom. The motion left out contributes one part in n to it, which is negligible, and keeping
+            // it saves n² fits.
             let model = Model::from_parts(ModelParts {
                 noise_held_out: all.parts().noise_held_out.clone(),
                 ..model.parts().clone()

@@ -19,8 +19,8 @@ const FORMAT: Format = Format {
     version: 2,
 };
 
-/// A whole file. Numbers are those of the filter, not of the named bases: the change of coordinates is stored too, because another machine may
-/// compute it with other signs.
+/// A whole file. Numbers are in the orthonormal bases of the filter, not in the named bases. The change of coordinates is stored too, because
+/// another machine may compute it with other signs.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
@@ -77,8 +77,8 @@ impl Model {
     /// Reads what [`to_json`](Self::to_json) wrote, on any machine. White space does not matter.
     ///
     /// # Errors
-    /// The text is not JSON, has another format or a newer version, or was truncated or edited: each number is checked by itself, and all together
-    /// against the digest.
+    /// The text is not JSON, has another format or a newer version, or was truncated or edited: each number is checked, and all together are
+    /// checked against the digest.
     pub fn from_json(text: &str) -> Result<Self, BipError> {
         FORMAT.parse::<File>(text)?.into_model()
     }
@@ -86,7 +86,7 @@ impl Model {
     /// Reads a file to its end; see [`from_json`](Self::from_json).
     ///
     /// # Errors
-    /// As there; the reader fails, or the text is not UTF-8.
+    /// Errors of [`from_json`](Self::from_json); also if the reader fails or the text is not UTF-8.
     pub fn read_json(reader: impl Read) -> Result<Self, BipError> {
         Self::from_json(&model_file::read(reader)?)
     }

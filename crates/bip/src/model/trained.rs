@@ -18,7 +18,6 @@ pub struct Model {
     parts: ModelParts,
 }
 
-/// Parts of a model.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ModelParts {
     pub layout: WeightLayout,
@@ -143,8 +142,8 @@ impl Model {
         self.parts.layout.dofs()
     }
 
-    /// Number of independent directions in which the demonstrations, and so the motions of the prior, differ. The state of a filter has two more
-    /// variables.
+    /// Number of independent directions in which the demonstrations differ, and therefore the motions of the prior. The state of a filter has two
+    /// more variables.
     #[must_use]
     pub fn rank(&self) -> usize {
         self.parts.factor.columns()
@@ -163,8 +162,8 @@ impl Model {
         &self.parts.noise_fit
     }
 
-    /// The same from held-out demonstrations: deviations that the model cannot express in unseen motions. `None` if not requested or if there was
-    /// only one demonstration.
+    /// Variance of the measurement noise from held-out demonstrations: deviations of unseen motions that the model cannot express. `None` if not
+    /// requested or if there was only one demonstration.
     #[must_use]
     pub fn noise_held_out(&self) -> Option<&[f64]> {
         self.parts.noise_held_out.as_deref()

@@ -11,13 +11,13 @@ pub struct Tuning {
     pub noise_factor: f64,
     /// Variance of the random acceleration of the phase, 1/time⁴.
     pub acceleration_variance: f64,
-    /// Factor on the standard deviations of predictions, which gave 90 % intervals a coverage of 90 % on the ends of held-out motions, and more
-    /// where their errors are all of equal size. Used by `predict_at`, not by moments.
+    /// Factor on the standard deviations of predictions, chosen so that 90 % intervals contained 90 % of the ends of held-out motions; larger if
+    /// their errors are all of equal size. Used by `predict_at`, not by moments.
     pub spread: f64,
     /// Correlation time of deviations; 0: independent from sample to sample.
     pub correlation_time: f64,
-    /// Factor on the standard deviation of the time to the end, which gave 90 % intervals a coverage of 90 % on held-out motions. It accounts for
-    /// variations of the phase velocity that are slower than the random acceleration of the filter. Absent in files of version 1.
+    /// Factor on the standard deviation of the time to the end, chosen so that 90 % intervals contained 90 % of the ends of held-out motions. It
+    /// accounts for variations of the phase velocity that are slower than the random acceleration of the filter. Absent in files of version 1.
     #[cfg_attr(feature = "serde", serde(default = "unit_spread"))]
     pub time_spread: f64,
 }

@@ -25,20 +25,20 @@ pub enum PhaseRate {
 pub struct TrainingConfig {
     /// Groups of degrees of freedom, in the order of the columns.
     pub groups: Vec<Group>,
-    /// Subtract the mean over all samples before the fit. It only matters for bases that cannot express a constant (Gaussian, sigmoid). Scaling
-    /// would have no effect, because each degree of freedom is fitted by itself. Default `true`.
+    /// Subtract the mean over all samples before the fit. It matters only for bases that cannot express a constant (Gaussian, sigmoid). Scaling
+    /// would have no effect, because each degree of freedom is fitted separately. Default `true`.
     pub centre: bool,
     /// Definition of the phase velocity. Default [`PhaseRate::PerDuration`].
     pub rate: PhaseRate,
-    /// Cut the rest before and after the motion from every demonstration. Default `None`: already done.
+    /// Cut the rest before and after the motion from every demonstration. Default `None`: the demonstrations contain no rest.
     pub onset: Option<Onset>,
     /// Largest number of directions kept, the strongest ones relative to the spread of each degree of freedom. Default `None`: all, which is exact.
     pub max_rank: Option<usize>,
-    /// Number of demonstrations to hold out, one at a time, for the measurement noise, spread evenly; 0 for none. Default 64: with more, time grows
-    /// and the estimate hardly changes.
+    /// Number of demonstrations to hold out, one at a time, for the measurement noise, spread evenly; 0 for none. Default 64: more cost time and
+    /// hardly change the estimate.
     pub held_out: usize,
     /// Lowest standard deviation of the measurement noise as a share of the range of the degree of freedom (of its magnitude if constant). Default
-    /// 1e-4; without it a perfect fit would imply a perfect sensor.
+    /// 1e-4; without this floor a perfect fit would imply a perfect sensor.
     pub noise_floor: f64,
     /// Lowest standard deviation of the phase velocity as a share of its mean. Default 0.05; it applies with one demonstration, or several of the
     /// same length.

@@ -17,7 +17,7 @@ pub(super) const NEGLIGIBLE: f64 = 1e-12;
 #[derive(Debug, Clone)]
 pub(super) struct Fit {
     pub samples: usize,
-    /// From the first to the last sample.
+    /// Time from the first to the last sample.
     pub duration: f64,
     /// One per degree of freedom.
     pub columns: Vec<Column>,

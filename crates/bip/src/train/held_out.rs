@@ -29,8 +29,8 @@ impl HeldOut<'_> {
         (0..count).map(move |h| h * n / count)
     }
 
-    /// Measurement noise per degree of freedom: each held-out demonstration is fitted with the prior of the others on the observed degrees of
-    /// freedom; mean squared residuals over all.
+    /// Measurement noise per degree of freedom: the mean squared residual of the held-out demonstrations, each fitted on the observed degrees
+    /// of freedom with the prior of the others.
     ///
     /// `max_rank`: number of directions that the priors keep.
     pub(super) fn noise(
@@ -92,7 +92,7 @@ impl HeldOut<'_> {
         self.distribution.without(i, self.fits[i], self.fits.len())
     }
 
-    /// The same with its strongest directions only.
+    /// The distribution of the others, with its strongest directions only.
     fn truncated(&self, i: usize, rank: usize) -> Result<WeightDistribution, BipError> {
         let others: Vec<&Centred<'_>> = (0..self.fits.len())
             .filter(|k| *k != i)

@@ -6,14 +6,14 @@ use hwall_numeric::check;
 
 /// Exponent of the probability that noise is taken for speed: at most `exp(-7)`, in practice about 1e-5.
 const CLEAR: f64 = 7.0;
-/// Fewest samples for estimating noise.
+/// Smallest number of samples for estimating noise.
 const FEWEST: usize = 10;
 /// Longest smoothing window before a clear motion is found, as a share of the recording.
 const LONGEST: f64 = 0.25;
-/// The same in samples on either side: keeps the time linear in the length of the recording.
+/// The longest smoothing window in samples on either side; keeps the time linear in the length of the recording.
 const LONGEST_HALF: usize = 500;
-/// Longest smoothing window of a clear motion, as a share of the time above half of its peak speed: longer windows blur the start more than noise
-/// does.
+/// Longest smoothing window of a clear motion, as a share of the time above half of its peak speed: a longer window would blur the start more than
+/// noise does.
 const LONGEST_OF_MOTION: f64 = 0.3;
 /// A motion is clear if noise stays below this share of its peak.
 const CLEAR_SHARE: f64 = 0.25;
@@ -21,16 +21,16 @@ const CLEAR_SHARE: f64 = 0.25;
 /// Cuts the rest before and after a motion: only the motion itself has a phase.
 ///
 /// The speed at a sample is the slope of a straight line through the samples around it, over all selected degrees of freedom. The window is the
-/// shortest one for which the noise, estimated from second differences, stays below the thresholds: in a clean recording, a motion that starts in
-/// one step is found to the sample. If no window is long enough, the thresholds are raised above the noise. With fewer than 10 samples no noise is
-/// assumed.
+/// shortest one for which the noise, estimated from second differences, stays below the thresholds: in a recording without noise, the start of a
+/// sudden motion is found to the sample. If no window is long enough, the thresholds are raised above the noise. With fewer than 10 samples no
+/// noise is assumed.
 ///
 /// Error: for 600 reaches of 0.6 to 1.4 s with 1.5 mm of noise at 50, 90 and 150 Hz, the first and last sample are 6 to 10 ms (median) and at worst
 /// 45 ms from where the true speed passes the thresholds. That holds for independent noise. Tremor and smoothing trackers have correlated noise,
 /// which counts as motion: the cut may then come half a second early if the rest is longer than that; check the result of
 /// [`Demonstration::trimmed`]. A recording that was already cut loses a few more samples at its noisy ends.
 ///
-/// A filter must see the same motion. Start it when the hand starts to move: when a speed smoothed in the same way reaches
+/// A filter must see the same motion. Start the filter when the hand starts to move: when a speed smoothed in the same way reaches
 /// [`start_share`](Self::start_share) of the typical [`peak_speed`](Self::peak_speed). Any detection is late or early by some samples, so give the
 /// filter a larger [`phase_variance`](crate::filter::FilterConfig::phase_variance): the square of the possible error as a share of the motion.
 /// After phase 1 the motion is over: stop predicting.
@@ -40,7 +40,7 @@ pub struct Onset {
     pub dofs: Vec<usize>,
     /// The motion starts at this share of its peak speed. Default 0.05.
     pub start_share: f64,
-    /// It ends at this share. Default 0.05.
+    /// The motion ends at this share of its peak speed. Default 0.05.
     pub end_share: f64,
 }
 
@@ -49,7 +49,7 @@ struct Speed {
     values: Vec<f64>,
     /// Upper bound of the speed from noise alone, at every sample: larger where the window is short.
     clear: Vec<f64>,
-    /// The same for a full window.
+    /// Upper bound of the speed from noise alone, for a full window.
     clear_of_full: f64,
     /// Largest speed above the noise.
     peak: f64,
@@ -144,7 +144,7 @@ impl Onset {
                 || speed.clear_of_full <= CLEAR_SHARE * speed.peak && blurs
                 || half >= longest;
             if enough {
-                // In this form an overflow, which is NaN, does not count as motion.
+                // Written so that an overflow, which gives NaN, does not count as motion.
                 let moves = speed.peak > speed.clear_of_full && speed.peak.is_finite();
                 if !moves {
                     return Err(BipError::NothingMoves {
@@ -162,8 +162,8 @@ impl Onset {
 impl Demonstration {
     /// The motion without the rest before and after it.
     ///
-    /// From the first sample whose speed reaches the start share of the peak to the last one that reaches the end share; pauses in between are
-    /// kept, as are time stamps.
+    /// It extends from the first sample whose speed reaches the start share of the peak to the last one that reaches the end share. Pauses in
+    /// between and time stamps are kept.
     ///
     /// # Errors
     /// Nothing moves; an unknown or repeated degree of freedom, shares outside their range.
@@ -182,8 +182,8 @@ impl Demonstration {
     }
 }
 
-/// Variance of the noise of one degree of freedom, from the distances of samples from the line between their neighbours: motion hardly bends within
-/// two periods, and the median ignores where it does.
+/// Variance of the noise of one degree of freedom, from the distances of samples from the line between their neighbours: a motion hardly bends
+/// within two periods, and the median ignores the places where it does.
 fn noise_variance(demonstration: &Demonstration, dof: usize) -> f64 {
     let times = demonstration.times();
     let mut squares: Vec<f64> = (1..demonstration.len().saturating_sub(1))
@@ -216,7 +216,7 @@ fn smoothed(demonstration: &Demonstration, dofs: &[usize], half: usize, noise: &
     for k in 0..n {
         let half = half.min(k.max(1)).min((n - 1 - k).max(1)).min((n - 1) / 2);
         let centre = k.clamp(half, n - 1 - half);
-        // With two samples there is no window: both have the slope between them.
+        // With two samples there is no window: both get the slope between them.
         let window = match half {
             0 => 0..n,
             _ => centre - half..centre + half + 1,

@@ -15,8 +15,8 @@ pub struct DemonstrationId(u64);
 
 /// A set of demonstrations that can grow and shrink, and its model.
 ///
-/// Adding only fits the new demonstration; the other fits are kept. The model does not depend on the history of the set: adding some and removing
-/// them again gives the same model, bit by bit. Another order of additions only changes the rounding and, with more demonstrations than
+/// Adding fits only the new demonstration; the other fits are kept. The model does not depend on the history of the set: adding some and removing
+/// them again gives the same model, bit by bit. Another order of additions changes only the rounding and, with more demonstrations than
 /// [`TrainingConfig::held_out`], which of them are held out.
 ///
 /// ```
@@ -95,7 +95,7 @@ impl Trainer {
     /// Removes a demonstration.
     ///
     /// # Errors
-    /// The trainer does not hold this demonstration, or no longer.
+    /// The trainer does not contain this demonstration, or no longer contains it.
     pub fn remove(&mut self, id: DemonstrationId) -> Result<(), BipError> {
         match self.fits.binary_search_by_key(&id, |(id, _)| *id) {
             Ok(at) => {
@@ -199,8 +199,8 @@ impl Trainer {
         Ok(Some(held_out.log_density(count, noise) / count as f64))
     }
 
-    /// One model per group of demonstrations: with the mean of the group, and the common covariance around the group means. Everything else is from
-    /// the model of all.
+    /// One model per group of demonstrations, with the mean of the group and the common covariance around the group means. Everything else comes
+    /// from the model of all demonstrations.
     pub(crate) fn models_of_groups(
         &self,
         labels: &[usize],
@@ -224,7 +224,7 @@ impl Trainer {
             .collect()
     }
 
-    /// Quality of the fits, minus the offset of a model of one group.
+    /// Quality of the fits of the values minus the offset of a model with one group.
     pub(crate) fn fit_qualities(&self, model: &Model) -> Vec<FitQuality> {
         self.centred(model.offset())
             .into_iter()
@@ -271,7 +271,7 @@ impl Trainer {
             });
         let range = high - low;
         let size = low.abs().max(high.abs());
-        // A constant column has the range of its rounding; an all-zero one has no magnitude either.
+        // A constant column has the range of its rounding; an all-zero column has no magnitude either.
         let scale = if range > 1e-9 * size {
             range
         } else if size > 0.0 {

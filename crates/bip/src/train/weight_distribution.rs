@@ -5,7 +5,7 @@ use crate::error::BipError;
 use crate::model::WeightLayout;
 use hwall_numeric::dense::{Matrix, Svd, dot};
 
-/// Below this, only the left-out demonstration had its direction.
+/// Below this, only the left-out demonstration moves in its direction.
 const ALONE: f64 = 1e-10;
 
 /// Mean and factor `F` with `F Fᵀ` the covariance (with `demonstrations - 1`) of the weights.
@@ -90,7 +90,7 @@ impl WeightDistribution {
         }
     }
 
-    /// Mean and covariance of the others, from those of all `n` fits without another decomposition; invalid after directions were dropped.
+    /// Mean and covariance of the other demonstrations, from those of all `n` without another decomposition; invalid after directions were dropped.
     ///
     /// With `v` the row of `V`, the covariance of the others is
     /// `(n-1)/(n-2) F (1 - n/(n-1) v vᵀ) Fᵀ`, and `1 - γ v vᵀ` is the square of `1 - β v vᵀ`.
@@ -131,7 +131,8 @@ impl WeightDistribution {
     }
 }
 
-/// Equal demonstrations differ by rounding, which is not a direction of motion: degrees of freedom with no larger differences are taken as equal.
+/// Equal demonstrations differ by rounding, which is not a direction of motion: degrees of freedom that differ by no more than rounding are taken
+/// as equal.
 fn drop_rounding(away: &mut Matrix, fits: &[&Centred<'_>], layout: &WeightLayout) {
     for d in 0..layout.dofs() {
         let range = layout.range(d);
@@ -158,8 +159,8 @@ fn rows_mut(matrix: &mut Matrix, rows: std::ops::Range<usize>) -> &mut [f64] {
 
 /// Factors `(F, V)`, `F Vᵀ` the matrix, which has one row per weight; strongest direction first.
 ///
-/// Strength is relative to the spread of each degree of freedom: otherwise radians would vanish beside millimetres when small directions are
-/// dropped.
+/// Strength is relative to the spread of each degree of freedom: otherwise radians would be negligible next to millimetres, and their directions
+/// would be dropped.
 fn strongest(mut matrix: Matrix, layout: &WeightLayout) -> Result<(Matrix, Matrix), BipError> {
     let mut scale = vec![0.0; matrix.rows()];
     for d in 0..layout.dofs() {

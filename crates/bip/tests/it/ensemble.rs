@@ -156,8 +156,8 @@ fn row(model: &Model, dof: usize, phase: f64) -> (f64, Vec<f64>) {
     unreachable!()
 }
 
-/// Evidence at a fixed phase is linear: the mean and covariance of the members after it are the Kalman update of those before, for any number of
-/// members and for diagonal or full noise.
+/// Evidence at a fixed phase is linear: the mean and covariance of the members after it are the Kalman update of those before it, for any number
+/// of members and for diagonal or full noise.
 #[test]
 fn deterministic_update_is_the_textbook_one_for_the_sample() {
     let (model, motion) = (model(), &cubics(2, 1, 3, 0.01)[0]);

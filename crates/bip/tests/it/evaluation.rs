@@ -12,7 +12,7 @@ fn motions(seed: u64, count: usize, drift: f64) -> Vec<Demonstration> {
         .map(|_| {
             let samples = 50 + sampler.index(40);
             let goal: [f64; 3] = [0; 3].map(|_| sampler.uniform(0.2, 0.7));
-            // Not shared by demonstrations: slow wandering of each motion.
+            // Slow wandering of each motion, which demonstrations do not share.
             let wander: Vec<[f64; 2]> = (0..9)
                 .map(|_| [sampler.normal(), sampler.uniform(0.0, 6.3)])
                 .collect();
@@ -117,7 +117,7 @@ fn held_out_motions_are_predicted_and_intervals_hold() {
             .iter()
             .any(|t| t.tuning == tuning && t.log_score == best)
     );
-    // Motions wander individually: independent noise must be larger than the residual.
+    // Each motion wanders in its own way, so independent noise must be larger than the residual.
     assert!(tuning.noise_factor > 1.0, "{tuning:?}");
 
     let config = EvaluationConfig::new(&training);
@@ -152,7 +152,8 @@ fn held_out_motions_are_predicted_and_intervals_hold() {
     assert!(naive.spread(&[0, 1, 2], 0.9).unwrap() > 1.0);
 }
 
-/// Regression test: equal demonstrations show one error without scatter; the ends were on the edges of the intervals, and none contained any.
+/// Regression test: equal demonstrations show one error without scatter, so all ends lay on the edges of the intervals, and no interval
+/// contained one.
 #[test]
 fn intervals_of_equal_demonstrations_hold_another_one() {
     for count in [3, 12] {

@@ -53,7 +53,7 @@ fn tuned(model: Model) -> Model {
     model.with_tuning(tuning).unwrap()
 }
 
-/// The bits of all public numbers of a model, as `==` does not compare NaN or ±0.
+/// The bits of all public numbers of a model, because `==` does not compare NaN or ±0.
 fn bits(model: &Model) -> Vec<u64> {
     let prior = model.to_prior();
     let held_out = model.noise_held_out().unwrap_or(&[]);
@@ -121,7 +121,7 @@ fn error(text: &str) -> BipError {
 
 type Field<'a> = (&'a [&'a str], Value);
 
-/// Each field, replaced by a value, must give this error.
+/// Replacing a field by its value must give the expected error.
 fn assert_refused<const N: usize>(is_expected: impl Fn(&BipError) -> bool, fields: [Field<'_>; N]) {
     for (path, value) in fields {
         let error = error(&with(path, value));
@@ -186,7 +186,7 @@ fn each_damage_has_its_error() {
             (&["noise_fit", "1"], (-1.0).into()),
             (&["noise_held_out", "2"], (-1.0).into()),
             (&["phase_velocity_variance"], 0.0.into()),
-            // The duration is the inverse. Checked before the digest: a forged one does not help.
+            // The duration is the inverse. This is checked before the digest, so a forged digest does not help.
             (&["phase_velocity_mean"], (-1.0).into()),
             (&["phase_velocity_mean"], 0.0.into()),
             (&["sampling_period"], 0.0.into()),
@@ -274,7 +274,7 @@ fn readers_and_writers_that_fail() {
     assert_eq!(cut_off, std::io::ErrorKind::WriteZero);
 }
 
-/// Whatever the damage, a file gives the written model or an error.
+/// A damaged file gives the written model or an error.
 #[test]
 fn no_damage_passes_unnoticed() {
     let model = small();

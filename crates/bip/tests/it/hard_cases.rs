@@ -19,7 +19,7 @@ fn filter(model: &Model) -> Filter {
     Filter::new(model, &FilterConfig::default()).unwrap()
 }
 
-/// Follows a motion to its end; checks that all stays finite and returns the final error.
+/// Follows a motion to its end; checks that all numbers stay finite and returns the final error.
 fn follow(filter: &mut Filter, motion: &Demonstration) -> f64 {
     let dofs: Vec<usize> = (0..motion.dofs()).collect();
     for k in 0..motion.len() {
@@ -36,7 +36,7 @@ fn follow(filter: &mut Filter, motion: &Demonstration) -> f64 {
         .fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
 }
 
-/// Largest deviation from symmetry is zero by construction; the Cholesky factor must exist.
+/// Symmetry holds by construction; a Cholesky factor must exist.
 fn assert_positive_definite(p: &[f64]) {
     let n = (p.len() as f64).sqrt() as usize;
     let mut l = p.to_vec();
@@ -138,7 +138,7 @@ fn repeated_identical_frames() {
         step(&mut filter, &[0, 1, 2], demonstrations[1].sample(10));
     }
     assert_positive_definite(&filter.covariance());
-    // Also without time between them: a tracker that sends every frame twice.
+    // Also without time between the frames: a tracker that sends every frame twice.
     for _ in 0..2_000 {
         filter.predict(0.0).unwrap();
         filter
@@ -255,7 +255,7 @@ fn constant_columns() {
             .collect();
         demonstrations.push(Demonstration::from_samples(1.0, 4, values).unwrap());
     }
-    // Plain Gaussians do not rest well at the end of a reach, which is irrelevant here.
+    // Plain Gaussians fit the rest at the end of a reach badly, which is irrelevant here.
     for (basis, allowed) in [
         (Basis::Legendre { count: 6 }, 0.01),
         (Basis::gaussian(6), 0.03),
@@ -267,7 +267,7 @@ fn constant_columns() {
         let [mean, variance] = moments(&mut f, 0.4, [1, 3]);
         assert!(mean[0].abs() < 1e-9 && (mean[1] - 4.25).abs() < 1e-9);
         assert!(variance.iter().all(|v| *v < 1e-15));
-        // A constant that varies: unusual, but no reason to lose the motion.
+        // A constant value may change without the filter losing the motion.
         f.observe(&Observation::new(&[3], &[5.0])).unwrap();
         assert!(f.phase().is_finite());
     }

@@ -131,7 +131,7 @@ fn small_filter() -> Filter {
     filter
 }
 
-/// The covariance by its definition: evidence with unit gain on a linear row.
+/// Checks the covariance by its definition: evidence with unit gain on a linear row.
 #[test]
 fn evidence_at_a_phase_is_the_textbook_update() {
     let mut filter = small_filter();

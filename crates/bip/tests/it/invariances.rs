@@ -25,7 +25,7 @@ fn rows(seed: u64, count: usize) -> Vec<Rows> {
     reaches.iter().map(of).collect()
 }
 
-/// The predicted end after every third of a motion, each time means and variances.
+/// The predicted end after every third of a motion, as means and variances.
 fn said(
     basis: Basis,
     training: &[Rows],
@@ -55,7 +55,7 @@ fn said(
     said
 }
 
-/// Compares with transformed values: the means transform alike, the variances by the square of the scale.
+/// Compares with transformed values: the means transform like the values, the variances by the square of the scale.
 fn compare(
     name: &str,
     a: &[[[f64; DOFS]; 2]],
@@ -145,7 +145,7 @@ fn place_sense_and_unit_of_the_values_and_of_time_do_not_matter() {
     }
 }
 
-/// A polynomial contains a constant exactly; bumps only nearly, so they are not tested.
+/// A polynomial contains a constant exactly; bell-shaped functions contain it only nearly, so they are not tested.
 #[test]
 fn the_origin_of_the_values_does_not_matter() {
     let training = rows(3, 14);

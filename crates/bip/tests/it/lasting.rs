@@ -63,8 +63,7 @@ fn solve(n: usize, matrix: &[f64], b: &[f64]) -> Vec<f64> {
     b
 }
 
-/// Differences from the last measurement give the same posterior, and the same likelihood, as all measurements at once with the covariance of the
-/// process.
+/// Differences from the last measurement give the same posterior and likelihood as all measurements together with the covariance of the process.
 #[test]
 fn differences_are_generalised_least_squares() {
     let correlation_time = 7.0;
@@ -73,7 +72,7 @@ fn differences_are_generalised_least_squares() {
     let (mut times, mut ys, mut now) = (Vec::new(), Vec::new(), 0.0);
     let mut log_likelihood = 0.0;
     for k in 0..20 {
-        // Irregular, with gaps.
+        // Irregular steps with gaps.
         let dt = 0.5 + sampler.uniform(0.0, 2.0);
         now += dt;
         filter.predict(dt).unwrap();
@@ -108,7 +107,7 @@ fn differences_are_generalised_least_squares() {
         filter.coefficients().next().unwrap(),
         filter.covariance()[8],
     );
-    // The factor's sign is the filter's choice.
+    // The filter chooses the sign of the factor.
     assert!((got.abs() - c.abs()).abs() < 1e-5, "{got} {c}");
     assert!((variance * precision - 1.0).abs() < 1e-5);
     // ln N(away; 0, Σ + row rowᵀ), by the determinant lemma and elimination.
@@ -163,7 +162,7 @@ fn a_deviation_lasts_and_is_forgotten() {
     let (m, v, plain) = at(&mut filter, 1.0); // 40 later, eight correlation times
     assert!((m - plain).abs() < 1e-3);
     assert!(v.sqrt() > 0.09);
-    // In between, less and less certain.
+    // In between, the prediction becomes less and less certain.
     let sds = [0.25, 0.3, 0.5].map(|phase| at(&mut filter, phase).1);
     assert!(sds[0] < sds[1] && sds[1] < sds[2]);
 }

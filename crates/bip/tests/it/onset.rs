@@ -189,7 +189,7 @@ fn hard_numbers_are_errors_or_stay_finite() {
     let tiny = (0..50).map(|k| 1e-300 * f64::from(k)).collect();
     let tiny = Demonstration::from_samples(1.0, 1, tiny).unwrap();
     let _ = tiny.trimmed(&Onset::new([0])); // its squares are zero: either result, no panic
-    // Frames a hundred times closer here and there, and repeated ones.
+    // Some frames are a hundred times closer together, and some are repeated.
     let mut sampler = Sampler::new(6);
     let (mut times, mut values, mut t) = (Vec::new(), Vec::new(), 0.0);
     for k in 0..300 {

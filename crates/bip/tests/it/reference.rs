@@ -87,7 +87,8 @@ fn run_exact(model: &Model, samples: &[Vec<f64>], expected: &Value, out: &mut Di
     }
 }
 
-/// Prior and test runs of the excerpt in `tests/data`, rounded to 13 digits. Its other filter is for `hwall-lab`, with the published convention.
+/// Prior and test runs of the excerpt in `tests/data`, rounded to 13 digits. The excerpt's other filter, with the published convention, is for
+/// `hwall-lab`.
 fn excerpt() -> (Prior, Value) {
     let data = json(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/poly_b4.json"));
     let number = |key: &str| data[key].as_f64().unwrap();

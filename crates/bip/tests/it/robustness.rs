@@ -60,7 +60,7 @@ fn a_finger_that_jumps_is_refused_alone() {
     let (mut open, mut safe) = (gated(&model, None), gated(&model, Some(Gate::default())));
     for k in 0..seen.len() {
         let mut y = seen.sample(k).to_vec();
-        // The tracker sometimes swaps fingers: half a metre off.
+        // The tracker sometimes swaps fingers, an error of half a metre.
         if k % 7 == 3 {
             y[k % DOFS] += 0.5;
         }
@@ -111,7 +111,7 @@ fn refusing_is_not_listing() {
     assert_eq!(gate.covariance(), less.covariance());
 }
 
-/// Whether all values are within the noise alone, so that no variance is computed, or only within that of their prediction.
+/// The values are within the noise alone, so that no variance is computed, or only within the variance of their prediction.
 #[test]
 fn a_gate_that_refuses_nothing_changes_no_bit() {
     let model = model();
@@ -173,7 +173,7 @@ fn a_filter_that_refuses_everything_listens_again() {
     for k in 0..30 {
         step(&mut filter, &ALL, first.sample(k));
     }
-    // Another hand, somewhere else: the estimate is wrong, not the tracker.
+    // The values are those of another hand, somewhere else: the estimate is wrong, not the tracker.
     let mut refused = 0;
     for k in 30..second.len() {
         let y: Vec<f64> = second.sample(k).iter().map(|y| y + 0.3).collect();

@@ -163,7 +163,8 @@ fn degenerate_demonstrations_have_a_best_basis() {
     }
 }
 
-/// Among the 75 candidates of the reference, uncentred as there, BIC selects nine functions for both parts.
+/// Among the 75 candidates of the reference, uncentred as in the reference, BIC selects nine functions for
+/// both parts.
 #[test]
 fn choice_agrees_with_the_reference() {
     let Some(reference) = reference() else { return };

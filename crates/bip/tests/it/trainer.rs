@@ -117,7 +117,7 @@ fn adding_all_and_removing_some_is_training_on_the_rest() {
         assert_same(&trainer.model().unwrap(), &trained, 1e-10);
         assert_eq!(trainer.model().unwrap(), trained); // bit-identical
 
-        // Back in, at another position: only the order differs.
+        // Add them again, at another position: only the order differs.
         for i in [6, 0, 13, 5] {
             trainer.add(&demonstrations[i]).unwrap();
         }
@@ -149,8 +149,8 @@ fn offset_far_away_costs_no_digits() {
 
 #[test]
 fn shared_decomposition_is_the_direct_one() {
-    // A rank bound without effect takes the direct path: one decomposition per held-out demonstration. More and fewer demonstrations than weights;
-    // two; one that alone moves a degree of freedom.
+    // A rank bound without effect takes the direct path: one decomposition per held-out demonstration. The cases are more and fewer demonstrations
+    // than weights, two demonstrations, and one that alone moves a degree of freedom.
     for count in [2, 3, 9, 80] {
         let demonstrations: Vec<_> = motions(5, count, 4)
             .iter()

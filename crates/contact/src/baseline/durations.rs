@@ -17,7 +17,8 @@ impl Durations {
         Self { sorted_s }
     }
 
-    /// Mean and standard deviation of the remaining time, over the reaches that last longer; 0 if there are none.
+    /// Mean and standard deviation, s, of the remaining time of the training reaches that last longer than
+    /// `elapsed_s`; 0 if none does.
     pub(super) fn left(&self, elapsed_s: f64) -> TimeToContact {
         let longer = &self.sorted_s[self.sorted_s.partition_point(|d| *d <= elapsed_s)..];
         let left = MeanAndSd::of(longer);
@@ -31,7 +32,7 @@ impl Durations {
         }
     }
 
-    /// Over all reaches, s.
+    /// Mean and standard deviation of the durations of all reaches, s.
     pub(super) fn mean_and_sd_s(&self) -> MeanAndSd {
         MeanAndSd::of(&self.sorted_s)
     }

@@ -156,7 +156,7 @@ impl PathTracker {
     ) -> Option<ContactEstimate> {
         if self.path.take(frame) {
             let estimate = predict(&self.path);
-            // Absurd times and lengths may overflow: predict that the hand stays where it is.
+            // Extreme times and lengths may overflow: predict that the hand stays where it is.
             self.last = Some(if estimate.is_finite() {
                 estimate
             } else {

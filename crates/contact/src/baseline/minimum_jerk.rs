@@ -9,9 +9,9 @@ use glam::DVec3;
 use hwall_hand::{HandFrame, LabelledReach};
 use std::borrow::Borrow;
 
-/// Most samples in a fit: more only cost time.
+/// Largest number of samples in a fit: more would cost time without a benefit.
 const MOST_SAMPLES: usize = 16;
-/// Typical deviation of a real hand from a minimum-jerk motion, m; weighs the samples against the prior.
+/// Typical deviation of a real hand from a minimum-jerk motion, m; sets the weight of the samples relative to the prior.
 const STRAY_M: f64 = 2e-3;
 /// Standard deviation of the start about the first sample, as a share of the duration: segmentation by speed misses the first, slow part.
 const START_SD: f64 = 0.05;
@@ -65,7 +65,7 @@ impl MinimumJerk {
                 Some(start_m.distance(r.contact_m))
             })
             .collect();
-        // A few reaches that happen to be alike must not rule out all others.
+        // A few reaches that happen to be similar must not rule out all others.
         let wide = |MeanAndSd { mean, sd }| Normal {
             mean,
             sd: sd.unwrap_or(0.0).max(0.1 * mean),
@@ -179,7 +179,7 @@ impl PathMoments {
         }
     }
 
-    /// `a` and `b` by least squares on all axes at once.
+    /// `a` and `b` by least squares on all axes together.
     fn fit(&mut self, start_s: f64, duration_s: f64, length_m: Normal, at: [f64; 2]) -> Fit {
         let n = self.count as f64;
         let (points, shares) = (&self.points_m[..self.count], &mut self.shares[..self.count]);

@@ -9,7 +9,7 @@ use glam::DVec3;
 use hwall_hand::{HandFrame, LabelledReach};
 use std::borrow::Borrow;
 
-/// Fewest and most neighbours; between them, the square root of the number of demonstrations.
+/// Smallest and largest number of neighbours; between these bounds, it is the square root of the number of demonstrations.
 const NEIGHBOURS: (usize, usize) = (5, 20);
 /// Demonstrations are resampled at this period, s.
 const PERIOD_S: f64 = 0.01;
@@ -19,8 +19,8 @@ const MOST_SAMPLES: usize = 6000;
 const SENSOR_M: f64 = 1e-3;
 
 /// Template matching: selects the demonstrations (the square root of their number, 5 to 20) whose motion from their start was most similar to this
-/// one at the same times (least integral of the squared distance). The mean of their remaining displacements is the prediction; their spread is the
-/// covariance.
+/// reach at the same times (least integral of the squared distance). The mean of their remaining displacements is the prediction; their spread is
+/// the covariance.
 ///
 /// Every sample is compared with all demonstrations, so time grows with their number: about 10 µs for 1,600.
 #[derive(Debug, Clone)]
@@ -28,7 +28,7 @@ pub struct NearestNeighbour {
     tracker: PathTracker,
     /// Longest first.
     demonstrations: Demonstrations,
-    /// Distance of each demonstration from this reach so far, m² s.
+    /// Integral of the squared distance between each demonstration and this reach so far, m² s.
     apart: Vec<f64>,
     counted: usize,
 }
@@ -73,9 +73,9 @@ impl ContactEstimator for NearestNeighbour {
 struct Demonstrations {
     /// Displacements from the start, m: for each time, those of the demonstrations that still move, which come first.
     displacements_m: Vec<DVec3>,
-    /// Start of each time in that list, and the end of the last one.
+    /// Index in `displacements_m` at which each time starts, and the end of the last one.
     times: Vec<usize>,
-    /// Displacement of each at the end of its movement, m.
+    /// Displacement of each demonstration at the end of its movement, m.
     rests_m: Vec<DVec3>,
     ends_m: Vec<DVec3>,
     durations_s: Vec<f64>,
@@ -178,7 +178,7 @@ impl Demonstrations {
         let count = k as f64;
         let mean_m = chosen.iter().map(|&i| left_m(i)).sum::<DVec3>() / count;
         let mean_s = chosen.iter().map(|&i| left_s(i)).sum::<f64>() / count;
-        // Predictive variance of a new reach about the mean of the k.
+        // Predictive variance of a new reach about the mean of the neighbours.
         let scale = (1.0 + 1.0 / count) / (count - 1.0).max(1.0);
         let mut covariance = isotropic(SENSOR_M);
         let mut variance_s2 = 0.0;

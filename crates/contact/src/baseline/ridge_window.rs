@@ -22,7 +22,7 @@ const REGRESSIONS: f64 = 25.0;
 const FEWEST: usize = 8;
 /// With fewer than three people, reaches are held out in this many groups.
 const GROUPS: usize = 10;
-/// Other points are used if they are seen in this share of the training frames.
+/// Other points of the hand are used if at least this share of the training frames shows them.
 const SEEN_SHARE: f64 = 0.9;
 /// Candidates for the ridge, as shares of the number of samples; features have variance 1.
 const RIDGES: [f64; 7] = [1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0];
@@ -35,10 +35,10 @@ const OUTPUTS: usize = 4;
 ///
 /// Features: the start of the touching point, its displacement since then and over each of the last frames of the window (frames of the median
 /// period in training, interpolated linearly), the other points of the hand relative to it, the time since the start. There is one regression for
-/// every twenty-fifth of the mean duration, fitted to all reaches that last as long.
+/// every twenty-fifth of the mean duration, fitted to all reaches that last that long.
 ///
-/// The ridge is the one with the least error on held-out people, one at a time, if there are three or more; otherwise on held-out tenths of
-/// the reaches. Those errors give the covariance. They are exact: the held-out person is removed from the normal equations. Source: [Allen 1974].
+/// The ridge minimises the error on held-out people, one at a time, if there are three or more; otherwise on held-out tenths of the reaches.
+/// These errors also give the covariance. They are exact: the held-out person is removed from the normal equations. Source: [Allen 1974].
 #[derive(Debug, Clone)]
 pub struct RidgeWindow {
     tracker: PathTracker,
@@ -104,7 +104,7 @@ impl RidgeWindow {
                 });
             }
         }
-        // If few reaches last as long, the last regression with enough of them is used.
+        // If few reaches last that long, the last regression with enough of them is used.
         let mut regressions: Vec<Regression> = Vec::new();
         let mut unfit = 0;
         for (place, examples) in samples.iter().enumerate() {

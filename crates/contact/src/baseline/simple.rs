@@ -1,4 +1,4 @@
-//! The hand stops at once, or keeps its velocity.
+//! The hand stops immediately, or keeps its velocity.
 
 use super::durations::Durations;
 use super::hand_path::PathTracker;

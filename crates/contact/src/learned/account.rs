@@ -18,11 +18,11 @@ pub struct Account {
     pub regions: usize,
     /// The inputs of the regression, and the share of the regions that use each: with the place in the room, and without.
     pub inputs: Vec<InputUse>,
-    /// Are errors alike along the path of the hand (or along the axes of the room)?
+    /// True if error statistics use axes along and across the path of the hand; false if they use the axes of the room.
     pub along_the_way: bool,
     /// Scatter of touches of one place, sd, m.
     pub place_scatter_m: f64,
-    /// By time left.
+    /// One entry per range of the time left.
     pub stages: Vec<StageAccount>,
 }
 
@@ -35,7 +35,7 @@ pub struct InputUse {
     pub used: [f64; 2],
 }
 
-/// Held-out errors at some time left.
+/// Held-out errors in one range of the time left.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StageAccount {
     /// Start of this range of time left, s; it ends at that of the next one.
@@ -44,11 +44,11 @@ pub struct StageAccount {
     pub median_m: f64,
     /// Mean weight of every source, with its name.
     pub weights: Vec<(&'static str, f64)>,
-    /// Mean share of the distance to the places.
+    /// Mean share of the distance to the places that is applied.
     pub places: f64,
 }
 
-/// A point is relied on if the regression uses it in more than this share of the regions.
+/// The model relies on a point if the regression uses it in more than this share of the regions.
 const RELIED_ON: f64 = 0.25;
 
 impl Account {
@@ -91,7 +91,7 @@ impl Account {
     }
 }
 
-/// Errors of the first `made` reaches: the time-scaled copies are no evidence.
+/// Errors of the first `made` reaches: time-scaled copies do not count as evidence.
 fn stage(evidence: &Evidence, blend: &Blend, stage: usize, made: usize) -> StageAccount {
     let until_s = STAGES_S.get(stage + 1).copied().unwrap_or(f64::INFINITY);
     let (mut errors, mut sums) = (Vec::new(), [0.0; SOURCES]);

@@ -9,7 +9,8 @@ const REGIONS: usize = 16;
 const FOLDS: usize = 8;
 const REACHES: usize = 400;
 
-/// The same reaches without gaze if gaze was learned, else with the touching point alone, and the settings for them.
+/// The same reaches without gaze if gaze was learned, otherwise with the touching point alone, and the settings for
+/// them.
 pub(super) fn stripped(
     reaches: &[&LabelledReach],
     inputs: &Inputs,

@@ -58,11 +58,11 @@ pub struct LearnedConfig {
     pub basis: Basis,
     /// Largest rank of the primitive's covariance; the cost of a step grows with it. Default 24.
     pub rank: usize,
-    /// Most parts in which reaches are held out; whole people if there are three or more. Default 16.
+    /// Largest number of folds of the held-out reaches; with three people or more, a fold holds whole people. Default 16.
     pub folds: usize,
-    /// Learns from each reach twice: as recorded, and as a copy slowed down or sped up by this factor, in turn; above 1 and at most 4. A reach and
-    /// its copy together count as one; training takes about one and a half times as long. Default `None`: as recorded. Use it if few people were
-    /// recorded and users may be slower or faster than all of them.
+    /// Learns from each reach twice: as recorded, and as a copy slowed down or sped up by this factor, alternately; the factor is above 1 and at
+    /// most 4. A reach and its copy together count as one; training takes about one and a half times as long. Default `None`: as recorded. Use it
+    /// if few people were recorded and users may be slower or faster than all of them.
     pub other_pace: Option<f64>,
 }
 

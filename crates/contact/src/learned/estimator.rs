@@ -56,8 +56,8 @@ pub(super) struct Origin {
 /// Follows a reach with a [`LearnedModel`](super::LearnedModel). Only the first step of a reach and [`begin`](ContactEstimator::begin) allocate.
 ///
 /// While the touching point is missing, another point of the hand replaces it. While no point is seen, the last estimate is repeated for up to 0.1
-/// s, with the time to contact counting down. If a required point, or gaze, has not been seen in a reach, a model without it takes over after 0.1
-/// s.
+/// s, with the time to contact counting down. If a required point, or gaze, has not been seen in a reach for 0.1 s, a model without that input
+/// takes over.
 #[derive(Debug, Clone)]
 pub struct LearnedEstimator {
     learnt: Arc<Learnt>,
@@ -68,12 +68,12 @@ pub struct LearnedEstimator {
     gates: Vec<f64>,
     last: Option<ContactEstimate>,
     adaptation: Adaptation,
-    /// Required inputs besides the touching point.
+    /// Required inputs in addition to the touching point.
     relied_on: Vec<Cue>,
     alone: Option<Box<LearnedEstimator>>,
     /// Did the smaller model give the last estimate of this reach?
     answered_alone: bool,
-    /// The same for the previous reach while this one is tentative: a touch still belongs to the previous one.
+    /// `answered_alone` of the previous reach while this one is tentative: a touch still belongs to the previous reach.
     before_alone: Option<bool>,
 }
 
@@ -294,8 +294,8 @@ impl LearnedEstimator {
         self.adaptation.touches() + self.alone.as_ref().map_or(0, |alone| alone.touches())
     }
 
-    /// Squared errors of the last touches relative to the expected ones, per axis: normally about 1; far above it, something in the room has
-    /// moved or the person has changed. Refers to the model that answers: the smaller one while a required input is missing.
+    /// Squared errors of the last touches relative to the expected ones, per axis: normally about 1. Values far above 1 mean that something in the
+    /// room has moved or that the person has changed. They refer to the model that answers: the smaller one while a required input is missing.
     #[must_use]
     pub fn surprise(&self) -> f64 {
         let answered_alone = self.before_alone.unwrap_or(self.answered_alone);

@@ -24,21 +24,21 @@ use std::borrow::Borrow;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// Fewest reaches to learn from.
+/// Smallest number of training reaches.
 const FEWEST: usize = 8;
 
 /// A model learned from labelled reaches: it predicts where a similar reach ends.
 ///
-/// The sources are two ridge regressions of the remaining displacement, linear in the motion so far, with coefficients that change with the
-/// progress of the reach (one uses the place in the room, the other only the reach), trees that correct them, a Bayesian interaction primitive of
-/// the hand, and the present position. All use the same samples, so their errors are correlated. They are weighted, region by region of progress,
-/// by the joint second moments of their errors on held-out people (or reaches, with fewer than three people): [Bar-Shalom 1986], with non-negative
-/// weights. The covariance of an estimate is that of the combination, with factors that make 90 % regions hold 90 % of the held-out ends in every
-/// region and at every time left. Regions, inputs, ridges and the noise of the primitive are chosen on the same held-out reaches, which makes the
-/// factors a little optimistic; with few reaches they are widened for that.
+/// The sources are two ridge regressions, trees that correct the second one, a Bayesian interaction primitive of the hand, and the present
+/// position. The regressions predict the remaining displacement, linear in the motion so far, with coefficients that change with the progress of
+/// the reach; the first uses the place in the room, the second only the reach. All use the same samples, so their errors are correlated. They are
+/// weighted, region by region of progress, by the joint second moments of their errors on held-out people (or reaches, with fewer than three
+/// people): [Bar-Shalom 1986], with non-negative weights. The covariance of an estimate is that of the combination, with factors that make 90 %
+/// regions contain 90 % of the held-out ends in every region and at every time left. Regions, inputs, ridges and the noise of the primitive are
+/// chosen on the same held-out reaches, which makes the factors a little optimistic; with few reaches, the factors are increased to compensate.
 ///
-/// It contains a smaller fallback model: without gaze, if gaze was learned, and inside that one a model of the touching point alone. If a required
-/// input has been missing for 0.1 s, the smaller model answers, less certain, until the input is seen.
+/// The model contains a smaller fallback model without gaze, if gaze was learned, and that one contains a model of the touching point alone. If a
+/// required input has been missing for 0.1 s, the smaller model answers, with a larger covariance, until the input is seen.
 #[derive(Debug, Clone)]
 pub struct LearnedModel {
     pub(super) learnt: Arc<Learnt>,
@@ -59,8 +59,8 @@ impl LearnedModel {
         Self::train_and_hold_out(reaches, config).map(|(model, _)| model)
     }
 
-    /// The same, with the held-out estimates of each reach, in the order of the reaches. Models on top of this one learn from their errors, e.g.
-    /// [`RegionModel::fit_streams`](crate::RegionModel::fit_streams).
+    /// As [`train`](Self::train), and also returns the held-out estimates of each reach, in the order of the reaches. Models built on this one
+    /// learn from the errors of these estimates, e.g. [`RegionModel::fit_streams`](crate::RegionModel::fit_streams).
     ///
     /// # Errors
     /// As [`train`](Self::train).
@@ -179,13 +179,13 @@ impl LearnedModel {
         self.learnt.origin.reaches
     }
 
-    /// Number of named people who made them.
+    /// Number of named people who made the training reaches.
     #[must_use]
     pub fn people(&self) -> usize {
         self.learnt.origin.people
     }
 
-    /// Median duration of those reaches, s.
+    /// Median duration of the training reaches, s.
     #[must_use]
     pub fn median_duration_s(&self) -> f64 {
         self.learnt.origin.median_duration_s

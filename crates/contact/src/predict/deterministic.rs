@@ -15,8 +15,8 @@ use hwall_scene::{Hit, Scene, SurfaceId};
 /// Settings of the deterministic predictor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DeterministicConfig {
-    /// Surfaces further than this from the hand are ignored, m. Default 1.5: an arm's length and a step. So looking at a far wall does not hide the
-    /// panel under the hand.
+    /// Surfaces further than this from the hand are ignored, m. Default 1.5: an arm's length and a step. Without the limit, a look at a far wall
+    /// would hide the panel under the hand.
     pub max_distance_m: f64,
     /// Does the ray that found the surface (gaze, or direction of motion) give the point while the hand is far? Above 0.06 m the point is the
     /// intersection of that ray with the surface. Within 0.02 m it is where the hand's own motion leads, or the hand's projection if the hand does
@@ -53,16 +53,17 @@ impl DeterministicConfig {
 /// The predictor of the dissertation (section III.C): the gaze ray gives the surface, the projection of the hand on it gives point and normal, and
 /// the hand velocity gives the time.
 ///
-/// Without gaze, or if the ray meets nothing touchable within reach, the ray along the hand's direction of motion gives the surface, else the
-/// closest touchable surface is taken; [`ContactPrediction::source`] tells which. By default the point is always the projection of the hand, so
-/// that the board does not jump when the source changes within one surface; [`DeterministicConfig::ray_led`] trades that for earlier points.
+/// Without gaze, or if the ray meets nothing touchable within reach, the ray along the hand's direction of motion gives the surface. If that meets
+/// nothing either, the closest touchable surface is used. [`ContactPrediction::source`] states which of them it was. By default the point is always
+/// the projection of the hand, so that the board does not jump when the source changes within one surface; [`DeterministicConfig::ray_led`] gives
+/// that up for earlier points.
 ///
 /// During saccades, or up to 0.3 s of lost gaze, the last fixated place is still used. A hand that has passed through a surface touches it from the
 /// side it came from.
 ///
-/// Known failures, kept as tests: if the gaze meets another object in front of the target, that object is predicted; near a corner the prediction
-/// changes wall as soon as the gaze does; a hand that approaches at a slant touches beside its projection, more so from further away; without gaze,
-/// a hand first seen after it has passed through a wall seems to be behind it.
+/// Known failures, kept as tests: If the gaze meets another object in front of the target, that object is predicted. Near a corner the prediction
+/// changes wall as soon as the gaze does. A hand that approaches at a slant touches next to its projection, and the error grows with the distance.
+/// Without gaze, a hand first seen after it has passed through a wall seems to be behind it.
 ///
 /// It returns one surface, with probability 1: it has no uncertainty estimate.
 #[derive(Debug, Clone, Default)]
@@ -165,7 +166,7 @@ impl DeterministicPredictor {
                 let least_m2 = isotropic(LEAST_SD_M);
                 by_gaze * (led * led) + in_plane * (by_hand_m * by_hand_m) + least_m2
             })
-            // Absurd distances overflow.
+            // Extreme distances overflow.
             .filter(|c| c.is_finite());
         Some(ContactPrediction {
             surface,
@@ -200,14 +201,14 @@ impl DeterministicPredictor {
 
 /// Largest distance of the closest touchable surface, the last resort, m.
 const NEAREST_M: f64 = 0.3;
-/// Slower approaches count as none, m/s: the noise of a resting hand.
+/// A slower approach counts as no approach, m/s: it may be the noise of a resting hand.
 const MIN_CLOSING_M_PER_S: f64 = 0.02;
 /// Below the first hand distance the hand's own motion gives the point, above the second the ray, m.
 const NEAR_M: f64 = 0.02;
 const FAR_M: f64 = 0.06;
 /// Error of the line of sight about the target, standard deviation in each of two directions, rad; the noise of the fixation is added.
 const GAZE_SD_RAD: f64 = 0.03;
-/// A hand this near lies on the surface: the rest is rounding error and has no direction, m.
+/// A hand nearer than this lies on the surface, m: the remaining distance is rounding error without a direction.
 const ON_SURFACE_M: f64 = 1e-9;
 
 /// The direction of motion is used only this long before contact, s; earlier the hand still turns.

@@ -11,7 +11,7 @@ use hwall_numeric::check::{non_negative, positive, that};
 /// Settings of a [`FusedPredictor`](super::FusedPredictor).
 #[derive(Debug, Clone, PartialEq)]
 pub struct FusedConfig {
-    /// How people look while they reach. Best fitted to the eye tracker in use.
+    /// How people look while they reach. Fit it to the eye tracker in use.
     pub evidence: EvidenceModel,
     /// Detection of the beginning and end of a reach.
     pub watch: WatchConfig,
@@ -19,31 +19,32 @@ pub struct FusedConfig {
     pub default_sd_m: f64,
     /// Standard deviation of the registration of the tracker to the scene in each axis, m. It is added to every covariance, and a hand at rest
     /// within a few of it from a surface counts as on that surface. Default 0.008; measure it with [`RigidFit`](hwall_hand::RigidFit), and use 0 in
-    /// simulation. It shifts hand, gaze and estimate alike, so they stay consistent with each other.
+    /// simulation. The error shifts hand, gaze and estimate by the same amount, so they stay consistent with each other.
     pub registration_sd_m: f64,
     /// Settings to learn the registration error from touches ([`RegistrationEstimator`](crate::RegistrationEstimator)); its covariance then
     /// replaces `registration_sd_m`. Touches must be reported ([`Predictor::touched`](super::Predictor::touched)), and the scene must match the
     /// real surfaces within millimetres where they are touched. It corrects hand, gaze and head relative to the scene; if the headset that tracks
-    /// the hand also draws the scene, both are off alike, and the correction belongs in the pose of the world instead. Do not use it in a world
-    /// that is turned or moved under the user (redirection): the predictor sees the moved world, in which a tracker-fixed error moves along, so a
-    /// correction learned before a move is wrong after it. Default `None`: not learned.
+    /// the hand also draws the scene, both have the same error, and the correction belongs in the pose of the world instead. Do not use it in a
+    /// world that is turned or moved under the user (redirection): the predictor sees the moved world, in which a tracker-fixed error moves along,
+    /// so a correction learned before a move is wrong after it. Default `None`: not learned.
     pub registration: Option<RegistrationConfig>,
     /// Surfaces further than this from the hand are ignored, m. Default 1.5.
     pub max_distance_m: f64,
-    /// Most rays per hypothesis; only seven are cast for one that weighs little, or that is narrow and meets a single plane. Default 19; use more
-    /// for scenes of many small surfaces.
+    /// Largest number of rays per hypothesis; a hypothesis with little weight, or a narrow one that meets a single plane, gets only seven. Default
+    /// 19; use more for scenes of many small surfaces.
     pub rays: usize,
-    /// Surfaces below this probability are left out, except the best one; the rest is normalised again, before a place touched before takes its
-    /// share. In [0, 1). Default 0.005.
+    /// Surfaces below this probability are left out, except the best one; the others are normalised again before a previously touched place takes
+    /// its share. In [0, 1). Default 0.005.
     pub min_probability: f64,
     /// An estimator with fewer training reaches than this is not used; the gaze ray is used instead
-    /// ([`FusedPredictor::experience`](super::FusedPredictor::experience)). Default 30: eight are the minimum for training, with fifty it is good.
+    /// ([`FusedPredictor::experience`](super::FusedPredictor::experience)). Default 30: training needs at least eight, and about fifty make a good
+    /// model.
     pub least_reaches: usize,
     /// Sizes of the regions of predictions ([`ContactPrediction::regions`](super::ContactPrediction::regions)). Default `None`: those of a normal
-    /// distribution, whose regions of 50 and 70 % hold more than stated; that of 90 % is right. The model describes the error of the prediction;
-    /// the registration error is added unchanged.
+    /// distribution; its regions of 50 and 70 % contain more contacts than stated, and the region of 90 % is right. The model describes the error
+    /// of the prediction; the registration error is added unchanged.
     pub regions: Option<RegionModel>,
-    /// The predictor for that case, and for evidence that points at no surface.
+    /// The predictor for an estimator with fewer than `least_reaches`, and for evidence that points at no surface.
     pub fallback: DeterministicConfig,
 }
 

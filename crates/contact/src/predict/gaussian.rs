@@ -4,7 +4,7 @@ use crate::matrices::{isotropic, square, trace};
 use glam::{DMat3, DVec3};
 use std::f64::consts::TAU;
 
-/// Its square is added to every variance, so that inverses exist, m.
+/// The square of this standard deviation is added to every variance, so that inverses exist, m.
 const FLOOR_M: f64 = 1e-3;
 
 /// Larger standard deviations are meaningless in a room, m.
@@ -101,9 +101,9 @@ pub(super) struct InPlane {
     peak_per_m2: f64,
 }
 
-/// Errors follow a Gaussian up to this many standard deviations; beyond, a t distribution ...
+/// Errors follow a Gaussian up to this many standard deviations, and a t distribution beyond.
 const FAR_SD: f64 = 3.0;
-/// ... with this many degrees of freedom.
+/// Degrees of freedom of that t distribution.
 const TAILS: f64 = 4.0;
 
 impl InPlane {
@@ -137,7 +137,7 @@ pub(super) fn spiral(count: usize) -> Vec<[f64; 2]> {
         let mean = points.iter().map(|p| p[axis]).sum::<f64>() / n;
         points.iter_mut().for_each(|p| p[axis] -= mean);
         let variance = points.iter().map(|p| p[axis] * p[axis]).sum::<f64>() / n;
-        // A single point stays in the middle.
+        // A single point stays at the mean.
         let scale = if variance > 0.0 {
             variance.sqrt().recip()
         } else {

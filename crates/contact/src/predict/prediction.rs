@@ -23,9 +23,9 @@ pub struct PredictorInput<'a> {
 pub struct ContactPrediction {
     /// The surface.
     pub surface: SurfaceId,
-    /// The expected point on it, m, if it is this surface.
+    /// Expected contact point, m, given that this surface is touched.
     pub point_m: DVec3,
-    /// Covariance of the error of `point_m`, if it is this surface, symmetric, m²; `None` if the predictor has none.
+    /// Covariance of the error of `point_m`, given that this surface is touched, symmetric, m²; `None` if the predictor states none.
     pub covariance_m2: Option<DMat3>,
     /// Sizes of the regions of 50, 70 and 90 %, in standard deviations of this covariance; those of a normal distribution unless learned.
     pub regions: RegionSizes,
@@ -37,7 +37,8 @@ pub struct ContactPrediction {
     pub distance_m: f64,
     /// Time until the hand is there, s: 0 for a hand behind the surface, `None` for one that does not approach.
     pub time_to_contact_s: Option<TimeToContact>,
-    /// Probability of this place; they sum to 1 over all predictions of a sample. The probability of a surface is the sum over its places.
+    /// Probability of this place; the probabilities sum to 1 over all predictions of a sample. The probability of a surface is the sum over its
+    /// places.
     pub probability: f64,
     /// How the surface was found.
     pub source: PredictionSource,
@@ -46,8 +47,8 @@ pub struct ContactPrediction {
 }
 
 impl ContactPrediction {
-    /// A single place with probability 1 and the hand there: without covariance, time, roughness or fixation, found by the hand's motion. Fill in
-    /// the rest if known.
+    /// A single place with probability 1, found by the hand's motion, at distance 0 from the hand; without covariance, time, roughness or fixation.
+    /// Fill in the rest if known.
     #[must_use]
     pub const fn of_place(surface: SurfaceId, point_m: DVec3, normal: DVec3) -> Self {
         Self {
@@ -123,8 +124,8 @@ pub trait Predictor {
         false
     }
 
-    /// The touching point touched here, m, at this time, s, on the clock of the samples: adaptive predictors learn from it. The default does
-    /// nothing.
+    /// The touching point made contact at `contact_m`, m, at `contact_s`, s, on the clock of the samples; adaptive predictors learn from it. The
+    /// default does nothing.
     fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
         let _ = (contact_m, contact_s);
     }

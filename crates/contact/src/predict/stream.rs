@@ -10,8 +10,7 @@ use hwall_hand::{HandFrame, HandState, ReachWatch, WatchConfig, WatchUpdate};
 /// An onset is detected some samples late. An estimator that supports it ([`ContactEstimator::begin_tentatively`]) gets these samples as they come,
 /// so that all steps take equally long. For others, and after a turn in the middle of a movement, they are replayed: the step at the onset then
 /// takes as long as that many steps of the estimator, at most [`WatchConfig::buffer`]. The estimates are the same either way. After the
-/// construction nothing is allocated, except by an estimator that allocates when a reach begins or may have begun: at rest, with nearly every
-/// sample.
+/// construction, only the estimator may allocate. One that allocates whenever a reach may have begun does so at nearly every sample at rest.
 #[derive(Debug, Clone)]
 pub struct StreamEstimator<E> {
     watch: ReachWatch,
@@ -99,7 +98,7 @@ impl<E: ContactEstimator> StreamEstimator<E> {
         }
     }
 
-    /// The present or last reach ended with a touch here, m, at this time, s; see [`ContactEstimator::touched`].
+    /// The present or last reach ended with a touch at `contact_m`, m, at `contact_s`, s; see [`ContactEstimator::touched`].
     pub fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
         self.estimator.touched(contact_m, contact_s);
         // The tentative estimates did not include this touch.
@@ -168,8 +167,8 @@ impl<E: ContactEstimator> StreamEstimator<E> {
         }
     }
 
-    /// How many of the newest `samples`, from the first one on, the estimator has processed tentatively, and its estimate then; `None` if it was
-    /// given others.
+    /// How many of the newest `samples`, counted from the oldest of them, the estimator has processed tentatively, and its estimate after them;
+    /// `None` if it was given other samples.
     fn known(&self, samples: usize) -> Option<(usize, Option<ContactEstimate>)> {
         let first_s = self.watch.latest(samples).next()?.t_s;
         let same = |a: &Ahead| a.first_s == first_s && a.samples <= samples;
@@ -178,7 +177,7 @@ impl<E: ContactEstimator> StreamEstimator<E> {
     }
 
     /// Gives the estimator the samples of a reach that may have begun. While the hand is slow, that reach would begin with the newest sample.
-    /// Waiting for the next one would save steps at rest, but put two samples into one step of twelve.
+    /// Waiting for the next sample would save steps at rest, but one step in twelve would then process two samples.
     fn get_ahead(&mut self) {
         let samples = self.watch.samples_if_begun().unwrap_or(1);
         let (known, mut estimate) = match self.known(samples) {

@@ -7,9 +7,9 @@ use crate::matrices::{Plane, axes_across, square};
 use glam::{DMat3, DVec3};
 use hwall_scene::{Hit, Scene, SurfaceId};
 
-/// Two hits lie in one plane if their normals agree to this cosine ...
+/// Two hits lie in one plane if the cosine between their normals is at least this.
 const SAME_NORMAL_COS: f64 = 0.9999;
-/// ... and their offsets to this length, m.
+/// Largest difference of the offsets of two hits in one plane, m.
 const SAME_PLANE_M: f64 = 1e-3;
 
 /// A plane of a surface, and the contact there by one Gaussian.
@@ -69,7 +69,7 @@ pub(super) struct SeenFace {
 /// likely to be touched: the weight is proportional to the sine of the angle of incidence of the path from the hand, because a hand rarely touches
 /// a surface it grazes. The weight of the Gaussian in a plane is known in closed form; rays through regular points of the Gaussian only estimate
 /// the reachable share. Ray i through the node zᵢ meets the plane f at xᵢ and has the weight wᵢ = N(xᵢ | f) |dA/dz| / φ(zᵢ), whether or not
-/// something is in front; the share is Σ wᵢ over the rays that meet f first, divided by Σ wᵢ over all. So an infinite wall gets its exact weight
+/// something is in front. The share is Σ wᵢ over the rays that meet f first, divided by Σ wᵢ over all. So an infinite wall gets its exact weight
 /// from any number of rays, and an edge causes an error of about half a ray.
 #[derive(Debug, Clone)]
 pub(super) struct SurfaceShares {
@@ -108,11 +108,11 @@ struct Ray {
     met: Option<usize>,
 }
 
-/// This many rays are cast first. They suffice if all meet one face and the Gaussian is narrower than typical targets, i.e. its sd is at most this,
-/// m ...
+/// Number of rays that are cast first. They suffice if all meet one face and the Gaussian is narrower than typical targets: its standard deviation
+/// is at most `NARROW_M`, m.
 const FEW_RAYS: usize = 7;
 const NARROW_M: f64 = 0.02;
-/// ... and for every hypothesis with less weight than this.
+/// The first rays also suffice for every hypothesis with less weight than this.
 const LITTLE: f64 = 0.1;
 
 /// Lower bound of the sine of the approach angle: a grazed surface is not excluded.
@@ -165,8 +165,8 @@ impl SurfaceShares {
         !self.faces.is_empty()
     }
 
-    /// Adds the faces that hold a part of a Gaussian and are met first from a viewpoint. Together they get the weight of the source, times the
-    /// share of rays that met something. How well the source fits these surfaces does not change its weight. Returns whether there are any.
+    /// Adds the faces that contain a part of a Gaussian and are met first from a viewpoint. Together they get the weight of the source times the
+    /// share of rays that met something, however well the source fits these surfaces. Returns whether there are any.
     pub(super) fn add(
         &mut self,
         scene: &Scene,
@@ -245,7 +245,8 @@ impl SurfaceShares {
         }
     }
 
-    /// Casts the rays: all of them if `closely` is set and the first few disagree, else those few. Appends the faces met after `first`, each once.
+    /// Casts the rays: all of them if `closely` is set and the first few disagree; otherwise only those few. Appends the faces met after `first`,
+    /// each once.
     fn cast(
         &mut self,
         scene: &Scene,
@@ -372,7 +373,7 @@ impl SurfaceShares {
         }
         let is_near = face.mean_m.distance(origin_m) <= FARTHEST_M;
         if !is_near || Gaussian::new(face.mean_m, face.covariance_m2).is_none() {
-            // The viewpoint is absurdly far away.
+            // The viewpoint is extremely far away.
             face.log_mass = f64::NEG_INFINITY;
         }
     }

@@ -10,7 +10,7 @@ use hwall_numeric::dense::{cholesky_in_place, solve_lower, solve_lower_transpose
 /// Degrees of freedom of Student's t distribution of a touch's residual: heavy tails, so that outliers weigh little.
 const DEGREES: f64 = 4.0;
 
-/// Most iterations of a fit; it converges in 5 to 10.
+/// Largest number of iterations of a fit; it converges in 5 to 10.
 const STEPS: usize = 30;
 /// A smaller step, in standard deviations of the prior, ends a fit.
 const SMALL: f64 = 1e-9;
@@ -114,7 +114,7 @@ impl Prior {
         fit.judged(touches)
     }
 
-    /// In units of the prior standard deviations; 0 where that is 0.
+    /// The error in units of the prior standard deviations; 0 where the standard deviation is 0.
     fn scaled(&self, fit: &Fit) -> Six {
         let share = |value: f64, sd: f64| if sd > 0.0 { value / sd } else { 0.0 };
         let [x, y, z] = fit.offset_m.to_array();

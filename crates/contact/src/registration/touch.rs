@@ -46,9 +46,9 @@ impl MeasuredTouch {
 /// Effect of a touch on the registration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TouchVerdict {
-    /// It fits and was used.
+    /// The touch fits and was used.
     Fits,
-    /// Its residual is three standard deviations or more: it hardly counts, e.g. an elbow, or a mistracked hand.
+    /// The residual of the touch is three standard deviations or more, so it hardly counts: for example, an elbow or a mistracked hand.
     Astray,
     /// The last touches agree with each other but not with the earlier ones: the tracker or the arm was moved. The earlier touches are forgotten.
     Moved,

@@ -63,14 +63,14 @@ pub struct TimeError {
 pub struct EstimateError {
     /// Predicted minus true contact, m.
     pub error_m: DVec3,
-    /// Its length along the surface, m, if the normal is known.
+    /// Length of the error along the surface, m; `None` if the normal is unknown.
     pub along_m: Option<f64>,
     /// Does a board of 0.2 m, centred on the prediction, miss the hand? Measured along the surface if its normal is known; otherwise the limit is a
     /// distance of 0.1 m.
     pub missed: bool,
-    /// If the estimate states a covariance.
+    /// `None` if the estimate states no covariance.
     pub spread: Option<Spread>,
-    /// If it states a time to contact.
+    /// `None` if the estimate states no time to contact.
     pub time: Option<TimeError>,
 }
 

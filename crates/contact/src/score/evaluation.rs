@@ -35,8 +35,9 @@ impl Evaluation {
         Moment::all().chain([Moment::Started]).collect()
     }
 
-    /// Trains on the training part of every fold and evaluates the test reaches in order. With `tell` the estimator gets each touch after its
-    /// evaluation, as in a system that feels contacts; it forgets them when the person changes.
+    /// Trains on the training part of every fold and evaluates the test reaches in order. With `tell`, each touch is reported to the
+    /// estimator after its reach was evaluated, as in a system that measures contacts; the estimator forgets the touches when the person
+    /// changes.
     ///
     /// # Errors
     /// Errors of training.
@@ -92,13 +93,13 @@ impl Evaluation {
         Self { reaches: judged }
     }
 
-    /// Over all reaches at one moment.
+    /// Statistics over all reaches at one moment.
     #[must_use]
     pub fn at(&self, moment: Moment) -> Summary {
         self.among(|_| true, |m| m == moment)
     }
 
-    /// Over some reaches and some moments together.
+    /// Statistics over some reaches and some moments together.
     #[must_use]
     pub fn among(
         &self,
@@ -122,7 +123,7 @@ impl Evaluation {
         people
     }
 
-    /// Every person over some moments together, from the reach with this many earlier touches on.
+    /// Statistics of every person over some moments together, from the reach with `touches` earlier touches on.
     #[must_use]
     pub fn by_person(
         &self,

@@ -26,8 +26,8 @@ pub struct Split {
 }
 
 impl Split {
-    /// Holds out each person if there are two or more; else each recording if there are five or more; else each reach. Above fifty folds,
-    /// neighbours are merged. `recordings`: the recording of each reach.
+    /// Holds out each person if there are two or more; otherwise each recording if there are five or more; otherwise each reach. Above
+    /// fifty folds, neighbours are merged. `recordings`: the recording of each reach.
     #[must_use]
     pub fn of(reaches: &[LabelledReach], recordings: &[usize]) -> Self {
         let people: Option<Vec<&str>> = reaches.iter().map(|r| r.person.as_deref()).collect();
@@ -63,7 +63,7 @@ impl Split {
     }
 }
 
-/// Numbers equal items alike, in the order of their first occurrence.
+/// Gives equal items the same number, in the order of their first occurrence.
 fn units<T: PartialEq>(things: &[T]) -> Vec<usize> {
     let mut known: Vec<&T> = Vec::new();
     things

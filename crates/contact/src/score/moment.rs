@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 pub const SHARES: [f64; 6] = [0.3, 0.5, 0.7, 0.8, 0.9, 1.0];
 /// Times before contact at which it is evaluated, s.
 pub const BEFORE_S: [f64; 7] = [0.5, 0.4, 0.3, 0.2, 0.15, 0.1, 0.05];
-/// Besides the moments, one prediction is written per interval of this length, s.
+/// In addition to the moments, one prediction is written per interval of this length, s.
 pub const WRITTEN_EVERY_S: f64 = 0.05;
 /// Rounding tolerance, s.
 const ROUNDING_S: f64 = 1e-9;
@@ -63,7 +63,8 @@ impl Moment {
         }
     }
 
-    /// The frame of a reach at the moment: the last by then, or the first at that distance; `None` if the reach starts later.
+    /// The frame of a reach at the moment: the last one up to that time, or the first one at that distance; `None` if the reach
+    /// starts later.
     #[must_use]
     pub fn frame(self, reach: &LabelledReach) -> Option<usize> {
         match self {
@@ -146,7 +147,7 @@ mod tests {
         let frames = (0..=100).map(frame).collect();
         let mut short = LabelledReach::new(HandPoint::Index, frames, DVec3::ONE, 1.0);
         short.frames.drain(..80);
-        // A hand that moves 0.1 m never moves ten, and moves from the first sample on.
+        // A hand that moves 0.1 m never moves 10 m, and it moves from the first sample on.
         for (moment, frame) in [
             (Moment::Before(0.3), None),
             (Moment::Before(0.1), Some(10)),

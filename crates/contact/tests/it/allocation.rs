@@ -16,7 +16,7 @@ fn steps_allocate(combination: Combination, frames: &[HandFrame]) -> u64 {
     let model = LearnedModel::train(&reaches(1, 3, 12), &config).expect("good reaches");
     let mut estimator = model.estimator();
     let mut count = 0;
-    // A second reach is no different from the first.
+    // A second reach must not allocate either.
     for _ in 0..2 {
         estimator.begin();
         for frame in &frames[..FIRST] {

@@ -109,7 +109,7 @@ fn constant_velocity_is_exact_on_a_uniform_motion_of_known_duration() {
         let left_s = line.contact_s - estimate.t_s;
         assert!((estimate.time_to_contact_s.unwrap().mean_s - left_s).abs() < 1e-12);
     }
-    // A single frame has no velocity; a late hand is predicted to stay where it is.
+    // A single frame has no velocity; a hand that is late is predicted to stay where it is.
     estimator.begin();
     let first = estimator.step(&line.frames[0]).unwrap();
     assert_eq!(
@@ -195,7 +195,7 @@ fn nearest_neighbours_find_the_demonstrations_of_the_same_kind() {
 fn demonstrations_that_are_over_rest_where_they_ended() {
     let way = |duration_s: f64, end: DVec3| reach(duration_s, move |tau| minimum_jerk(tau) * end);
     let (near, far) = (DVec3::new(0.2, 0.0, 0.0), DVec3::new(0.4, 0.1, 0.0));
-    // Both count, the shorter one first or last.
+    // Both demonstrations count, with the shorter one first or last.
     let (short, long) = (way(0.4, near), way(0.8, far));
     for training in [[short.clone(), long.clone()], [long.clone(), short]] {
         let mut estimator = NearestNeighbour::train(&training).unwrap();
@@ -204,7 +204,7 @@ fn demonstrations_that_are_over_rest_where_they_ended() {
             let estimate = estimator.step(frame).unwrap();
             let now_m = frame.point(HandPoint::Index).unwrap();
             if frame.t_s > 3.45 {
-                // The one has nothing left, the other its whole displacement.
+                // The near demonstration has ended, the far one still has its whole displacement left.
                 let expected_m = now_m + 0.5 * (far - now_m);
                 let off_m = estimate.point_m.distance(expected_m);
                 assert!(off_m < 1e-3, "{off_m} m at {} s", frame.t_s);
@@ -244,7 +244,7 @@ fn ridge_states_the_error_on_people_it_has_not_met() {
     let estimate = after(&mut estimator, &all[0], 0.5);
     let c = estimate.covariance_m2.unwrap();
     let stated = DVec3::new(c.x_axis.x, c.y_axis.y, c.z_axis.z).map(f64::sqrt);
-    // 24 people: their standard deviation is known to about a seventh.
+    // With 24 people, the standard deviation is known to about a seventh.
     let ratio = (stated / sd).to_array();
     assert!(ratio.iter().all(|r| (0.6..1.6).contains(r)), "{ratio:?}");
 }
@@ -288,7 +288,7 @@ fn frames_that_bring_nothing_change_nothing_but_the_clock() {
             before = estimator.step(frame);
         }
         let before = before.unwrap();
-        // The same frame again, an older one, one without a time, one of nonsense.
+        // The same frame again, an older one, one without a time, one without a usable number.
         let mut timeless = reach.frames[half];
         timeless.t_s = f64::NAN;
         for frame in [reach.frames[half - 1], reach.frames[0], timeless] {

@@ -15,7 +15,7 @@ struct Tally {
     right: f64,
     /// Sums of stated probability, of hits, and counts, by tenths of the stated probability.
     bins: [[f64; 3]; 10],
-    /// Number of contacts in the 90 % region, of those on the first surface.
+    /// Numbers of contacts in the 90 % region and of contacts on the first surface.
     inside: f64,
     raw_m: Vec<f64>,
     fused_m: Vec<f64>,
@@ -86,7 +86,7 @@ fn stated_probabilities_are_frequencies_and_regions_hold_what_they_say() {
         for with_gaze in [false, true] {
             for surfaces in [1, 3, 6, 12] {
                 let t = tally(surfaces, sd, with_gaze, 1500);
-                // The distance of a fixation from the motion only counts roughly.
+                // The distance of a fixation from the motion is only roughly accounted for.
                 let (rough, most) = if with_gaze {
                     (0.08, 0.98)
                 } else {

@@ -10,7 +10,7 @@ use std::sync::LazyLock;
 
 const PERIOD_S: f64 = 1.0 / 90.0;
 
-/// With the index tip alone; the elbow moves to where the hand will end, in half the time.
+/// Reaches with the index tip alone; the elbow moves to where the hand will end, in half the time.
 fn reaches(seed: u64, people: usize, each: usize) -> Vec<LabelledReach> {
     reaches_of(seed, (people, each), |sampler, tau, [from, to, tip_m]| {
         let mut frame = HandFrame::empty(0.0);
@@ -28,7 +28,7 @@ fn without_elbow(mut all: Vec<LabelledReach>) -> Vec<LabelledReach> {
     all
 }
 
-/// With a rest before it, with hand tremor.
+/// The reach with a rest before it, and with tremor of the hand.
 fn rested(mut reach: LabelledReach, rest_s: f64, sampler: &mut Sampler) -> LabelledReach {
     let first = reach.frames[0];
     let count = (rest_s / PERIOD_S) as usize;
@@ -45,7 +45,7 @@ fn rested(mut reach: LabelledReach, rest_s: f64, sampler: &mut Sampler) -> Label
     reach
 }
 
-/// Without its first part.
+/// The reach without its first part.
 fn late(mut reach: LabelledReach, share: f64) -> LabelledReach {
     let from_s = share * reach.contact_s;
     reach.frames.retain(|f| f.t_s >= from_s);
@@ -126,7 +126,7 @@ fn a_point_of_the_arm_is_used_where_it_tells_more_and_may_come_and_go() {
     let alone_m = mean_error_m(&MODEL, &without_elbow(test.clone()), 0.3);
     let helped_m = mean_error_m(&model, &test, 0.3);
     assert!(helped_m < 0.8 * alone_m, "{alone_m} {helped_m}");
-    // It is lost, found, NaN and gone for good: estimates never stop or become invalid.
+    // The point is lost, found, NaN and gone for good: estimates never stop or become invalid.
     let mut estimator = model.estimator();
     for reach in &test {
         estimator.begin();
@@ -160,7 +160,7 @@ fn where_a_decisive_point_stays_away_the_others_answer_less_sure() {
             "{share}: {without:?} {usual:?}"
         );
     }
-    // It is decisive.
+    // The point is decisive.
     assert!(judged(&full, &seen, 0.5).0 < 0.6 * judged(&full, &away, 0.5).0);
 }
 

@@ -9,7 +9,7 @@ use hwall_hand::GazeRay;
 use hwall_scene::{Scene, SurfaceId};
 use hwall_testkit::{Tol, assert_close};
 
-/// Without influence of the direction of motion, and without registration error.
+/// Ignores the direction of motion and has no registration error.
 fn by_estimate() -> Fused {
     Fused::new(FusedConfig {
         registration_sd_m: 0.0,
@@ -81,7 +81,7 @@ fn failure_gaze_misses_the_object() {
 
 #[test]
 fn failure_the_object_is_occluded() {
-    // The eye sees a panel in front of the wall; the hand, beside the panel, is going to touch the wall.
+    // The eye sees a panel in front of the wall; the hand, next to the panel, is going to touch the wall.
     let scene = scene(
         &[
             ("wall", WALL),
@@ -125,7 +125,7 @@ fn failure_the_hand_is_already_behind_the_surface() {
             assert_eq!(due_s == 0.0, x > 0.7);
         }
     }
-    // PredictorInput there for the first time, the gaze tells where the person stands.
+    // For a hand first seen there, the gaze shows on which side the person stands.
     let state = (DVec3::new(0.75, 0.0, 1.2), DVec3::X * 0.5);
     let estimate = Some((DVec3::new(0.8, 0.0, 1.2), ball(0.02)));
     let p = fused().see(&scene, state, estimate, gaze)[0];
@@ -154,7 +154,7 @@ fn failure_two_surfaces_meet_in_a_corner() {
         let [front, side] = ["front", "side"].map(|name| probability(&scene, answers, name));
         (front, side, answers.to_vec())
     };
-    // Certain away from the corner, undecided in it, without a jump in between.
+    // Certain away from the corner, undecided at the corner, without a jump in between.
     assert!(aimed(-0.1).0 > 0.97 && aimed(0.1).1 > 0.97);
     let (front, side, answers) = aimed(0.0);
     for half in [front, side] {
@@ -185,7 +185,7 @@ fn what_cannot_be_touched_bars_the_way_but_what_is_or_was_looked_at_is_thought_o
     let answers = fused.see(&scene, state, estimate, None);
     assert_eq!(Some(answers[0].surface), scene.find("post"));
     assert_eq!(probability(&scene, answers, "glass"), 0.0);
-    // The hand may go round; at the end the eyes see nothing touchable.
+    // The hand may go round the glass. At the end the eyes see nothing touchable.
     let eye_m = DVec3::new(0.3, 0.0, 2.6);
     let at_wall = gaze_at(eye_m, DVec3::new(0.7, 0.05, 1.3));
     let away = gaze_at(eye_m, DVec3::new(0.3, 2.0, 2.8));

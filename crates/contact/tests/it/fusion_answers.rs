@@ -49,7 +49,7 @@ fn no_number_that_is_none_comes_out() {
         gaze: Gaze::Lost,
     };
     assert!(fused.predictor.predict(&scene, &seen).is_empty());
-    // And it recovers.
+    // The predictor recovers.
     let state = (DVec3::new(0.1, 0.0, 1.2), DVec3::X);
     let estimate = Some((DVec3::new(0.6, 0.0, 1.2), ball(0.05)));
     assert!(!fused.see(&scene, state, estimate, None).is_empty());

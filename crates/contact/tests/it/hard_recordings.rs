@@ -190,7 +190,7 @@ fn a_room_that_moves_is_noticed_and_followed_within_a_few_touches() {
         Evaluation::run(&all, &split, tell, train).expect("good")
     };
     let (silent, told) = (run(false), run(true));
-    // At 90 % of the time both are within tracker noise.
+    // At 90 % of the time both errors are within tracker noise.
     for (share, better) in [(0.5, 0.8), (0.7, 0.4), (0.9, 2.0)] {
         let late = |e: &Evaluation| e.among(|r| r.reach >= 84, |m| m == Moment::Share(share));
         let (silent, told) = (late(&silent), late(&told));

@@ -9,7 +9,7 @@ use hwall_hand::{HandFrame, HandPoint, LabelledReach};
 use hwall_testkit::Sampler;
 use std::sync::OnceLock;
 
-/// Reaches of half a metre to a wall at x = 0, minimum jerk with curvature, by people who differ. A function makes the frames from the share of the
+/// Reaches of half a metre to a wall at x = 0, minimum jerk with curvature, by people who differ. `frame` makes the frames from the share of the
 /// time, the start, the end and the tip position.
 pub(crate) fn reaches_of(
     seed: u64,
@@ -149,10 +149,10 @@ fn what_is_sure_along_the_normal_of_a_wall_is_said_to_be() {
         least_sure += covariance.y_axis.y.max(covariance.z_axis.z);
         held += f64::from(last.distance_squared(test.contact_m).expect("learnt") <= 6.251);
     }
-    // All contacts are on x = 0; halfway, estimates are off it by 6 mm (rms) and state 11 mm, and 29 mm along the wall. They do not state less
-    // across because one covariance shape holds for all reaches, along the path of each: paths at up to 35 degrees to the normal rotate some of the
-    // uncertainty along the wall into it. Room axes would state less across the wall, and are chosen if they make all held-out contacts more
-    // probable; here they do not.
+    // All contacts are on x = 0. Halfway, estimates are off that plane by 6 mm (rms) and state 11 mm across it and 29 mm along the wall. They do
+    // not state less across the wall because one covariance shape applies to all reaches, along the path of each: paths at up to 35 degrees to the
+    // normal rotate some of the uncertainty along the wall into the normal. Room axes would state less across the wall, and are chosen if they make
+    // all held-out contacts more probable; here they do not.
     assert!(across < 0.18 * least_sure, "{across} of {least_sure}");
     assert!(across > off && across < 4.5 * off, "{across} for {off}");
     let held = held / tests.len() as f64;
@@ -286,7 +286,7 @@ fn ten_kilometres_from_the_origin() {
     assert!(apart_m < 1e-6, "{apart_m} m");
 }
 
-/// With a regular clock, samples lie on thresholds between other samples: rounding must not choose the side.
+/// With a regular clock, samples lie on thresholds between other samples: rounding must not decide on which side a sample lies.
 #[test]
 fn rounding_of_the_samples_decides_nothing() {
     let mut sampler = Sampler::new(3);

@@ -49,7 +49,7 @@ fn what_is_a_persons_own_is_learnt_from_touches() {
     assert!(told_s < time_s, "{time_s} {told_s}");
 }
 
-/// Reaches of people with a personal direction of curvature, up, down, left or right; the same first half leads to different ends.
+/// Reaches of people who each curve to one side: up, down, left or right. The same first half leads to different ends.
 fn bowed(seed: u64, each: usize, size: f64) -> Vec<LabelledReach> {
     let mut made = reaches(seed, 1, each);
     let mut sampler = Sampler::new(seed);
@@ -79,7 +79,7 @@ fn model_of_bows() -> &'static LearnedModel {
     })
 }
 
-/// From the 20th touch on all contacts are 8 cm beside the apparent target, as after a tracker was moved.
+/// From the 20th touch on all contacts are 8 cm to the side of the apparent target, as after a tracker was moved.
 #[test]
 fn a_room_that_has_moved_is_followed_at_all_times_left() {
     let model = model_of_bows();

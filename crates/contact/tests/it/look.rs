@@ -9,7 +9,7 @@ use hwall_testkit::{Sampler, Tol, assert_close};
 const REST: DVec3 = DVec3::new(0.0, 0.0, 1.2);
 const PERIOD_S: f64 = 1.0 / 90.0;
 
-/// Only predicts that a reach ends somewhere on the wall.
+/// Predicts only that a reach ends somewhere on the wall.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Vague;
 
@@ -122,7 +122,7 @@ const GLANCING: Habits = Habits {
 fn how_long_a_look_precedes_a_reach_is_learnt() {
     let steady = model_of(&STEADY);
     assert_eq!(steady.touches, 96);
-    // For a person who looks at one thing and touches it, a young fixation is on the target, and an old one straight ahead.
+    // If a person looks at one thing and touches it, a recent fixation is on the target and an old one is straight ahead.
     let now = |model: &EvidenceModel, age_s: f64, cue: Option<f64>| {
         model.shares(ReachPhase::Rest, Some(age_s), cue)[EvidenceSource::Look as usize]
     };
@@ -131,7 +131,7 @@ fn how_long_a_look_precedes_a_reach_is_learnt() {
         "{steady:?}"
     );
     assert!(now(&steady, 1.5, Some(1.0)) < 0.1);
-    // Of four fixations of a person who glances around, the longest is on the target. The oldest are straight ahead.
+    // If a person glances around, the longest of four fixations is on the target. The oldest are straight ahead.
     let glancing = model_of(&GLANCING);
     assert!(now(&glancing, 0.05, Some(0.0)) < 0.4, "{glancing:?}");
     assert!(
@@ -195,7 +195,7 @@ fn what_a_look_means_is_told_while_it_lasts() {
         let c = last.covariance_m2.unwrap();
         (c.y_axis.y + c.z_axis.z).sqrt()
     };
-    // The longer a person who glances around fixates a place, the more certain it is.
+    // The longer a person who glances around fixates a place, the more certain the prediction is.
     let [young_m, old_m] = [0.1, 0.6].map(|age_s| sd_m_at(age_s, target_m));
     assert!(old_m < 0.8 * young_m, "{young_m} {old_m}");
 }

@@ -297,7 +297,7 @@ fn readers_and_writers_that_fail_are_reported() {
     assert!(io(model.write_json(&mut full[..]).expect_err("full")));
 }
 
-/// Whatever the damage, a file gives the written model or an error.
+/// A damaged file gives the written model or an error.
 #[test]
 fn no_damage_passes_unnoticed() {
     let text = SMALL.as_bytes();

@@ -94,7 +94,7 @@ fn failure_gaze_misses_the_object() {
     let p = predict(&scene, &approaching, past).unwrap();
     assert_eq!(p.source, HandDirection);
     assert_close!(p.point_m, DVec3::new(1.0, 0.1, 1.2), Tol::abs(1e-12));
-    // Neither gaze nor direction: only nearby surfaces.
+    // Without gaze and direction of motion, only nearby surfaces are predicted.
     let idle = |x: f64| hand(DVec3::new(x, 0.1, 1.2), DVec3::ZERO);
     assert_eq!(predict(&scene, &idle(0.0), past), None);
     let p = predict(&scene, &idle(0.8), past).unwrap();
@@ -111,9 +111,9 @@ fn failure_the_object_is_occluded() {
     let state = hand(DVec3::new(0.5, -0.6, 1.2), DVec3::X);
     let p = predict(&scene, &state, Some(gaze_at(DVec3::new(1.0, 0.0, 1.2)))).unwrap();
     assert_eq!((p.source, p.surface), (Gaze, found(&scene, "panel")));
-    // Its edge is closest.
+    // The edge of the panel is closest.
     assert_close!(p.point_m, DVec3::new(0.6, -0.1, 1.2), Tol::abs(1e-12));
-    // The motion alone would have found it.
+    // The motion alone would have found the wall.
     let p = predict(&scene, &state, None).unwrap();
     assert_eq!(p.surface, found(&scene, "wall"));
 }
@@ -172,7 +172,7 @@ fn an_untouchable_surface_that_is_gazed_at_is_not_predicted() {
     let scene = scene(&[("wall", wall(1.0)), ("glass", wall(0.9))], Some(sidecar));
     let gaze = Some(gaze_at(DVec3::new(1.0, 0.0, 1.2)));
     let glass = scene.find("glass");
-    // The glass also blocks the path of the hand, so only nearness is left.
+    // The glass also blocks the path of the hand, so only the distance can decide.
     let p = predict(&scene, &hand(DVec3::new(0.8, 0.0, 1.2), DVec3::X), gaze).unwrap();
     assert_ne!(Some(p.surface), glass);
     assert_eq!(p.source, PredictionSource::Nearest);
@@ -215,7 +215,7 @@ fn bad_numbers_predict_nothing_or_are_refused() {
 
 #[test]
 fn random_hands_and_walls_agree_with_the_plane() {
-    // Known truth: a large wall anywhere, a hand in front of it, a gaze at it.
+    // The truth is known: a large wall anywhere, a hand in front of it, a gaze at it.
     let mut sampler = Sampler::new(12);
     for _ in 0..200 {
         let (turn, middle) = (sampler.rotation(), sampler.unit_vector() * 2.0);
@@ -287,7 +287,7 @@ fn led_by_the_ray_the_point_is_where_the_gaze_rests_until_the_hand_is_near() {
     // Distance and time are still those of the hand.
     assert_close!(far.distance_m, 0.6, Tol::abs(1e-12));
     assert_close!(due_s(&far), 0.6, Tol::abs(1e-12));
-    // Within 0.02 m the hand decides, halfway to 0.06 m both.
+    // Within 0.02 m the hand decides, halfway to 0.06 m the hand and the ray do.
     let resting = |distance: f64| hand(DVec3::new(1.0 - distance, 0.1, 1.2), DVec3::ZERO);
     let near = predict_led(&scene, &resting(0.015), Some(gaze_at(seen)));
     assert_close!(near.point_m, DVec3::new(1.0, 0.1, 1.2), Tol::abs(1e-12));
@@ -303,7 +303,7 @@ fn led_by_the_ray_a_hand_at_a_slant_meets_the_wall_where_its_motion_leads() {
     let led = predict_led(&scene, &slanted, None);
     assert_eq!(led.source, HandDirection);
     assert_close!(led.point_m, DVec3::new(1.0, 0.2, 1.2), Tol::abs(1e-9));
-    // Also near the wall, whatever the gaze.
+    // The same near the wall, for any gaze.
     let close = hand(DVec3::new(0.985, 0.1, 1.2), DVec3::new(0.5, 0.5, 0.0));
     let led = predict_led(&scene, &close, Some(gaze_at(DVec3::new(1.0, -0.4, 1.0))));
     assert_close!(led.point_m, DVec3::new(1.0, 0.115, 1.2), Tol::abs(1e-9));

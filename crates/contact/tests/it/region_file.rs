@@ -6,7 +6,7 @@ use hwall_contact::{ContactError, RegionModel};
 use hwall_testkit::Sampler;
 use serde_json::{Value, json};
 
-/// As a trained model is written, without the digest.
+/// A file as a trained model writes it, without the digest.
 fn unsigned() -> Value {
     let logarithms: Vec<[f64; 3]> = (0..7)
         .map(|knot| [0.1, 0.7, 1.5].map(|l| l + 0.1 * f64::from(knot)))
@@ -20,7 +20,7 @@ fn unsigned() -> Value {
     })
 }
 
-/// With a forged digest.
+/// The file with a forged digest.
 fn signed(mut file: Value) -> String {
     file["digest"] = "?".into();
     match RegionModel::from_json(&file.to_string()) {
@@ -86,7 +86,7 @@ fn forged_numbers_are_refused() {
         let error = RegionModel::from_json(&signed(file)).expect_err("forged");
         assert!(matches!(error, ContactError::Argument(_)), "{error}");
     }
-    // Within bounds only the sizes change, which still rise.
+    // Within bounds only the sizes change, and they still rise.
     let mut file = unsigned();
     file["logarithms"][3] = json!([19.0, -19.0, 0.0]);
     let model = RegionModel::from_json(&signed(file)).expect("within bounds");
@@ -94,7 +94,7 @@ fn forged_numbers_are_refused() {
     assert!(a > 0.0 && a <= b && b <= c && c.is_finite());
 }
 
-/// Whatever the damage, a file gives the written model or an error.
+/// A damaged file gives the written model or an error.
 #[test]
 fn no_damage_passes_unnoticed() {
     let text = signed(unsigned());

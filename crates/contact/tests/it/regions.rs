@@ -14,7 +14,7 @@ use hwall_testkit::Sampler;
 const WALL: &str = "o wall\nv 0 -2 0\nv 0 2 0\nv 0 2 3\nv 0 -2 3\nf 1 2 3 4\n";
 const HOME: DVec3 = DVec3::new(0.6, 0.0, 1.2);
 const PERIOD_S: f64 = 1.0 / 90.0;
-/// A reach, the return and a rest, s.
+/// Durations of a reach, and of a reach with the return and a rest, s.
 const REACH_S: f64 = 0.8;
 const CYCLE_S: f64 = 2.4;
 /// The stated standard deviation, m.
@@ -37,7 +37,7 @@ fn person(sampler: &mut Sampler, touches: usize) -> Person {
     };
     for touch in 0..touches {
         let point_m = DVec3::new(0.0, sampler.uniform(-0.3, 0.3), sampler.uniform(1.0, 1.4));
-        // Three of four errors are much smaller than stated, the fourth is larger.
+        // Three in four errors are much smaller than stated, one is larger.
         let usual = sampler.uniform(0.0, 1.0) < 0.75;
         let size = if usual { 0.3 } else { 1.5 };
         let error = DVec3::new(0.0, sampler.normal(), sampler.normal()) * size;
@@ -59,7 +59,7 @@ fn person(sampler: &mut Sampler, touches: usize) -> Person {
     person
 }
 
-/// The error of the reach, shrinking with the remaining distance; the stated one is constant.
+/// The error of the reach, shrinking with the remaining distance; the stated error is constant.
 #[derive(Clone)]
 struct Planted(Person);
 

@@ -39,7 +39,7 @@ fn drawn_error(sampler: &mut Sampler) -> Pose {
     error(offset_m, gaussian(sampler) * CONFIG.turn_sd_rad)
 }
 
-/// A point of a wall that is 0.3 m from the centre, 0.3 to 0.64 m from it.
+/// A point of a wall that is 0.3 m from the centre; the point is 0.3 to 0.64 m from the centre.
 fn on_wall(sampler: &mut Sampler, normal: DVec3) -> DVec3 {
     let (u, v) = normal.any_orthonormal_pair();
     let [a, b] = [0; 2].map(|_| sampler.uniform(-0.4, 0.4));
@@ -88,7 +88,7 @@ fn touches_that_fit_correct_nothing() {
     }
 }
 
-/// With a simulated error as large as the settings state, without noise.
+/// The simulated error is as large as the settings state; the touches have no noise.
 #[test]
 fn a_planted_error_is_found_from_touches_of_three_walls() {
     for seed in 0..20 {
@@ -312,7 +312,7 @@ fn what_is_no_touch_is_refused_and_teaches_nothing() {
 fn learning_allocates_nothing() {
     let (mut found, mut sampler) = (estimator(), Sampler::new(6));
     for k in 0..80 {
-        // Moved halfway.
+        // The tracker is moved halfway.
         let truth = error(DVec3::X * if k < 40 { 0.0 } else { 0.03 }, DVec3::ZERO);
         let at_m = on_wall(&mut sampler, DVec3::X);
         let seen = touch(&truth, at_m, DVec3::X, DVec3::ZERO);
@@ -352,7 +352,8 @@ fn touches_without_sense_leave_a_finite_correction() {
     }
 }
 
-/// The fusion corrects its input: a hand that rests on the wall, tracked 12 mm behind it, is on it after a few touches.
+/// The fusion corrects its input: a hand that rests on the wall is tracked 12 mm behind it; after a few touches it is
+/// corrected to the wall.
 #[test]
 fn the_fusion_learns_where_the_wall_is_for_the_tracker() {
     let scene = scene(&[("wall", front(0.7, [-1.0, 0.5], [0.3, 2.0]))], None);

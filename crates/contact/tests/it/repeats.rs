@@ -1,4 +1,4 @@
-//! For a person without gaze tracking, places touched before are predicted besides the end of the motion.
+//! For a person without gaze tracking, places touched before are predicted in addition to the end of the motion.
 
 use crate::common::{ball, gaze_at};
 use glam::DVec3;
@@ -70,7 +70,8 @@ impl Person {
         self.predictor.predict(&self.scene, &input).to_vec()
     }
 
-    /// Moves this far towards a place and back, with a pause at either end; returns the predictions half a second after the start.
+    /// Moves by a share of the way to the place and back, with a pause at either end; returns the predictions half a second after
+    /// the start.
     fn reach(&mut self, share: f64, looks_at_m: Option<DVec3>) -> Vec<ContactPrediction> {
         let mut early = Vec::new();
         for k in 0..=220_i32 {
@@ -98,7 +99,7 @@ impl Person {
         person
     }
 
-    /// Predictions at the next start.
+    /// Predictions at the start of the next reach.
     fn again(&mut self) -> Option<ContactPrediction> {
         repeat(&self.reach(0.5, None)).copied()
     }

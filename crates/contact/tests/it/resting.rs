@@ -39,7 +39,7 @@ fn there_and_back(start_m: DVec3, stop_m: DVec3) -> Way {
     }
 }
 
-/// Knows the target of the hand, to 15 mm.
+/// Knows the target of the hand to 15 mm.
 struct Knows(Way);
 
 impl ContactEstimator for Knows {
@@ -121,7 +121,7 @@ fn a_hand_that_holds_on_a_wall_is_on_it_although_the_eyes_are_elsewhere() {
         );
         let predictions = follow(&scene, way, DVec3::new(x - 0.02, 0.2, 1.4), seed as u64);
         holds(&scene, "wall", way, &predictions);
-        // It is followed as soon as the hand leaves at the onset speed of a reach.
+        // The prediction follows as soon as the hand leaves at the onset speed of a reach.
         let leaves_s: f64 = SPANS_S[..3].iter().sum();
         let after = |t_s: f64| t_s > leaves_s + 0.17 && t_s < leaves_s + 0.75;
         for (t_s, answers) in predictions.iter().filter(|(t_s, _)| after(*t_s)) {
@@ -139,7 +139,7 @@ fn in_a_corner_the_hand_is_on_the_wall_it_came_towards() {
         ("side", DVec3::new(0.7, 0.0, 1.2)),
     ] {
         for off_m in [-0.004, 0.004, 0.01] {
-            // Along the other wall at 6 mm, which may be nearer.
+            // The other wall is 6 mm away, and may be the nearer one.
             let off_m = match name {
                 "front" => [off_m, 0.006],
                 _ => [0.006, off_m],
@@ -166,7 +166,7 @@ fn beside_nothing_a_hand_at_rest_touches_nothing() {
     let there_s = SPANS_S[0] + SPANS_S[1] + 0.2;
     for (t_s, answers) in follow(&scene, way, DVec3::new(0.76, 0.0, 1.0), 1) {
         if (there_s..there_s + 0.7).contains(&t_s) {
-            // Its own noise is not a motion.
+            // Tracker noise is not a motion.
             assert!(answers[0].time_to_contact_s.is_none(), "{t_s} {answers:?}");
             assert!(answers[0].covariance_m2.unwrap().determinant() > 0.01_f64.powi(6));
         }

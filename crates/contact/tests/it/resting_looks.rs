@@ -12,7 +12,7 @@ use hwall_testkit::{Sampler, Tol, assert_close};
 
 const REST: DVec3 = DVec3::new(0.0, 0.0, 1.2);
 
-/// A wall, with a door beside it seen at a slant.
+/// A wall, with a door next to it that is seen at a slant.
 fn with_a_door() -> Scene {
     scene(
         &[
@@ -58,7 +58,7 @@ fn the_error_of_a_look_is_that_of_each_direction_of_the_surface() {
     assert_close!(c.z_axis.z.sqrt(), across_m, Tol::new(0.0, 0.02));
     assert_close!(c.x_axis.x.sqrt(), across_m / slope, Tol::new(0.0, 0.02));
     assert!(c.y_axis.y.sqrt() < 0.002);
-    // The dissertation's projection of the hand has none.
+    // The dissertation's projection of the hand has no covariance.
     let mut plain = DeterministicPredictor::default();
     let p = see(&mut plain, &scene, &hand, fixed(0.0, gaze))[0];
     assert_eq!(p.covariance_m2, None);
@@ -246,7 +246,8 @@ fn without_a_gaze_a_fingertip_past_the_wall_touches_it_from_its_own_side() {
 
 #[test]
 fn a_look_that_begins_on_the_way_can_change_the_goal() {
-    // Trained on people of whom half look elsewhere while they reach, it follows a change of mind.
+    // If half of the training people look elsewhere while they reach, the prediction follows a
+    // change of mind.
     let mut config = FusedConfig::default();
     let agrees = [0.0, 0.9, 0.05, 0.0, 0.0, 0.05];
     let disagrees = [0.3, 0.0, 0.7, 0.0, 0.0, 0.0];

@@ -178,7 +178,7 @@ fn answers<'a>(
     let mut filter = HandFilter::new(HandFilterConfig::simulated()).unwrap();
     let mut said = Vec::new();
     for frame in frames {
-        // For a sample without a time, a filter reports a lost hand.
+        // A filter reports a lost hand for a sample without a time.
         let tracking = filter.step(frame);
         let [ahead, replayed] = streams.each_mut().map(|stream| {
             let estimate = stream.step(frame, tracking.state());

@@ -18,14 +18,14 @@ use hwall_numeric::check::{non_negative, positive};
 const CLEAR_SHARE: f64 = 0.25;
 /// At the end of a trial the hand is slow below this share of the trial's peak speed.
 const SLOW_SHARE: f64 = 0.05;
-/// A slow stretch at an end of a trial belongs to the movement if it is shorter than this plus a tenth of the movement, s: so trials cropped to the
-/// movement lose nothing.
+/// A slow stretch at an end of a trial that is shorter than this, s, plus a tenth of the movement belongs to the movement, so that a trial cropped
+/// to the movement loses nothing.
 const SHORTEST_REST_S: f64 = 0.1;
-/// Fewest samples that show the touching point.
+/// Smallest number of samples that show the touching point.
 const MIN_SAMPLES: usize = 5;
 /// Slow share of a movement at either end: 6 % of a minimum-jerk motion, plus margin.
 const SLOW_FLANK: f64 = 0.1;
-/// A first sample is a leftover if its step is this many times as long as the next steps.
+/// A first sample is left over from the previous trial if its step is this many times as long as the next steps.
 const LEAP: f64 = 4.0;
 /// Shorter first steps never count as a jump, m.
 const LEAST_LEAP_M: f64 = 0.02;
@@ -51,14 +51,14 @@ pub enum ReachCut {
 /// How recordings become labelled reaches.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LabelConfig {
-    /// The touching point; `None` (default): the index tip if it is seen in at least half of all samples, else the most seen point, among equals
-    /// the first of [`HandPoint::BY_CONTACT`].
+    /// The touching point; `None` (default): the index tip if it is seen in at least half of all samples, otherwise the point seen most often,
+    /// among equals the first of [`HandPoint::BY_CONTACT`].
     pub point: Option<HandPoint>,
     /// Which movements are reaches. Default [`ReachCut::ByTrial`].
     pub cut: ReachCut,
     /// Use the target as the label if the recording names one (default), instead of the end of the motion.
     pub use_target: bool,
-    /// Below this speed a hand is slow at the end of a trial: tremor and tracker noise, m/s. Default 0.02.
+    /// A hand below this speed is slow at the end of a trial, m/s; it covers tremor and tracker noise. Default 0.02.
     pub slow_m_per_s: f64,
     /// Shortest straight displacement of the touching point, m. Default 0.05.
     pub min_length_m: f64,
@@ -101,9 +101,10 @@ pub struct Labelled {
 
 /// Extracts the reaches of recordings, in order, with position and time of each end.
 ///
-/// A trial starts at its [`ReachOnset`]. It ends when `contact` first becomes 1, else when the hand first is slow after it was last faster than a
-/// quarter of the trial's peak speed. The label is the target if the recording names one, else the end of the touching point; if that is not seen
-/// then, another point replaces it, shifted by the last offset. A first sample far from the rest of the motion is dropped and listed.
+/// A trial starts at its [`ReachOnset`]. It ends when `contact` first becomes 1; without contact, when the hand is first slow after it was last
+/// faster than a quarter of the trial's peak speed. The label is the target if the recording names one, otherwise the end of the touching point. If
+/// the touching point is not seen at the end, another point replaces it, shifted by the last offset. A first sample far from the rest of the motion
+/// is dropped and listed.
 ///
 /// # Errors
 /// A setting out of range; a recording that [`Recording::validate`] rejects. Recordings without any point of the hand give no reaches and are
@@ -413,7 +414,7 @@ impl<'a> Ends<'a> {
         }
     }
 
-    /// Position of the touching point in a sample; from another point and the last offset, or from slightly earlier, if necessary.
+    /// Position of the touching point in a sample; if it is not seen, from another point and the last offset, or from a slightly earlier sample.
     fn at(&mut self, last: usize) -> Option<DVec3> {
         while self.next <= last {
             let sample = &self.samples[self.next];

@@ -46,7 +46,7 @@ impl LabelledReach {
         }
     }
 
-    /// The same, attributed to a person and a trial.
+    /// The same reach, attributed to a person and a trial.
     #[must_use]
     pub fn by(self, person: impl Into<String>, trial: impl Into<String>) -> Self {
         Self {
@@ -56,7 +56,7 @@ impl LabelledReach {
         }
     }
 
-    /// The same, on a surface with this unit normal towards the hand.
+    /// The same reach, on a surface with this unit normal towards the hand.
     #[must_use]
     pub fn on_surface(self, normal: DVec3) -> Self {
         Self {
@@ -95,8 +95,8 @@ impl LabelledReach {
         Ok(())
     }
 
-    /// The samples at which the hand starts and first clearly moves, by the common definition ([`ReachOnset`]), whatever the segmentation; `None`
-    /// if it never clearly moves.
+    /// The samples at which the hand starts and first clearly moves, by the common definition ([`ReachOnset`]) and independently of the
+    /// segmentation; `None` if it never clearly moves.
     #[must_use]
     pub fn onset(&self) -> Option<[usize; 2]> {
         let seen =

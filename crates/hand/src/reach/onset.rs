@@ -3,7 +3,7 @@
 /// Default speeds, m/s: a hand is slow below the first and clearly moves above the second, three times as fast.
 const SLOW_M_PER_S: f64 = 0.1;
 const CLEAR_M_PER_S: f64 = 0.3;
-/// Slow movements are clear above this share of their peak speed.
+/// In a slow movement, the hand clearly moves above this share of their peak speed.
 const CLEAR_SHARE: f64 = 0.25;
 /// Slower motion is tremor and tracker noise, m/s.
 const LEAST_SLOW_M_PER_S: f64 = 0.02;

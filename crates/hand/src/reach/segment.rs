@@ -280,7 +280,7 @@ fn cut(
 /// Speed at each sample, m/s: the straight displacement across a window around it.
 ///
 /// A window holds the sample and at least one neighbour, so slow trackers have a speed too; a lone sample gets 0. The speed is capped at that of
-/// the fastest hand: the excess is the slack of a jump over a short step, which is unbounded as the step vanishes.
+/// the fastest hand, because the allowance for jumps permits an unbounded speed over a very short step.
 pub(super) fn speeds(stretch: &[Knot]) -> Vec<f64> {
     let n = stretch.len();
     let (mut from, mut to) = (0, 0);

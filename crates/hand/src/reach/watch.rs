@@ -185,7 +185,7 @@ impl ReachWatch {
                 };
                 let turned = reach.follow(t_s, v, slow, &self.config) && goes_on;
                 if reach.over(t_s, &self.config) {
-                    // After a loss the hand does not come from where it was lost.
+                    // After a loss, the hand does not continue from where it was lost.
                     if reach.unseen_since_s.is_some() {
                         self.recent.clear();
                     }
@@ -317,7 +317,7 @@ impl ReachWatch {
                 return;
             }
         }
-        // The filter has no output at first and after a fault; then compute the speed from the samples.
+        // The filter has no output at first and after a fault; the speed is then computed from the samples.
         let raw = || {
             let now = seen?;
             let near = |(f, _): &&(HandFrame, f64)| frame.t_s - f.t_s <= SPEED_WINDOW_S;
@@ -335,7 +335,7 @@ impl ReachWatch {
 
 /// A speed beyond this many standard deviations of its noise in one axis is not noise alone.
 const TREMBLING_SDS: f64 = 6.0;
-/// A speed below this many is usually noise.
+/// A speed below this many standard deviations is usually noise.
 const TREMBLING_AT_REST_SDS: f64 = 4.0;
 /// Median length of second differences of white noise of unit variance in three axes: √6 times 1.5382, the median length of a standard normal
 /// vector.

@@ -1,10 +1,10 @@
 //! Recordings as CSV.
 //!
 //! One header line, then one row per sample, in metres and seconds, as read by [`Table`]:
-//! `person,trial,t,palm_x,palm_y,palm_z,thumb_x,...,little_z,head_x,...,gaze_x,...,object_x,...,target_x,...,contact`, after the hand optionally
-//! `wrist`, `forearm`, `elbow`, `shoulder`, `grip` and `aim`. Columns are found by name, in any order. Only `t` and one point of the hand are
-//! required; an empty cell, `NaN`, `NA` or `N/A` is a missing value; other columns are ignored and listed. Rows of several trials may share a file
-//! and even alternate: `person` and `trial` distinguish them.
+//! `person,trial,t,palm_x,palm_y,palm_z,thumb_x,...,little_z,head_x,...,gaze_x,...,object_x,...,target_x,...,contact`, optionally with `wrist`,
+//! `forearm`, `elbow`, `shoulder`, `grip` and `aim` after the hand. Columns are found by name, in any order. Only `t` and one point of the hand
+//! are required; an empty cell, `NaN`, `NA` or `N/A` is a missing value; other columns are ignored and listed. Rows of several trials may share a
+//! file and even alternate: `person` and `trial` distinguish them.
 
 use super::in_memory::{Quantity, Recording, Sample};
 use crate::body_point::NamedPoint;
@@ -288,7 +288,7 @@ fn column_name(quantity: Quantity, axis: &str) -> String {
     format!("{}_{axis}", quantity.name())
 }
 
-/// A cell as a finite number; `None` if missing. The name is only built for an error.
+/// A cell as a finite number; `None` if missing. The name is built only for an error.
 fn number(row: &Row, place: usize, column: impl Fn() -> String) -> Result<Option<f64>, HandError> {
     let line = row.line();
     row.number(place).map_err(|text| match text.parse() {

@@ -40,8 +40,8 @@ impl Recording {
         frozen
     }
 
-    /// Treats exact zeros of a quantity that is elsewhere before or after as missing, and counts the affected rows: headsets write zeros for what
-    /// they do not see.
+    /// Treats exact zeros as missing if the quantity is elsewhere before or after them, and counts the affected rows: headsets write zeros for
+    /// what they do not see.
     pub(super) fn without_zeros(&mut self) {
         let step_m = self.value_step_m();
         let mut lost = vec![false; self.samples.len()];
@@ -66,7 +66,7 @@ impl Recording {
             while k < held.len() && is_zero(k) == is_zero(start) {
                 k += 1;
             }
-            // The step from the zeros to a neighbour against the next step.
+            // Compares the step from the zeros to a neighbour with the next step.
             let leaps = |near: Option<usize>, beyond: Option<usize>| {
                 let at =
                     |k: Option<usize>| Some(held.get(k?)?.1).filter(|&at_m| at_m != DVec3::ZERO);

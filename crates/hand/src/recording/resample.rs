@@ -6,7 +6,8 @@ use crate::frame::HandFrame;
 use glam::DVec3;
 use hwall_numeric::check::{positive, that};
 
-/// Most samples in total, and per recorded sample: beyond both, the period or a time stamp is probably in the wrong unit, and memory would run out.
+/// Largest number of samples in total, and per recorded sample: beyond both, the period or a time stamp is probably in the wrong unit, and memory
+/// would run out.
 const MOST_SAMPLES: f64 = 1e6;
 const MOST_FOR_EACH: f64 = 100.0;
 
@@ -14,8 +15,8 @@ impl Recording {
     /// The same motion at regular times from the first sample on, `period_s` apart.
     ///
     /// Each quantity is interpolated linearly between the neighbouring samples that have it, and gaze directions are normalised again; `contact` is
-    /// that of the sample before. If those neighbours are further apart than `longest_gap_s`, the quantity stays missing: nothing is extrapolated
-    /// over a dropout, before the first or after the last sample that has it.
+    /// that of the previous sample. If the neighbouring samples are further apart than `longest_gap_s`, the quantity stays missing: nothing is
+    /// extrapolated over a dropout, before the first or after the last sample that has it.
     ///
     /// Error of linear interpolation: at most `a h² / 8` for an acceleration `a` and samples `h` apart: 0.5 mm at 10 m/s² and 20 ms.
     ///
@@ -33,7 +34,7 @@ impl Recording {
             "long enough for at most 1e6 samples, or 100 for each recorded one",
         )?;
         let start_s = self.samples[0].frame.t_s;
-        // Include a last step that misses the end by rounding only.
+        // Includes a last step that passes the end only by rounding.
         let count = (steps + 1e-9).floor() as usize + 1;
         let mut samples: Vec<Sample> = (0..count)
             .map(|k| Sample {

@@ -8,8 +8,8 @@ use glam::DVec3;
 const HAND_M: f64 = 0.12;
 const RANGE_M: f64 = 0.8;
 
-/// Lengths this many times the typical ones are in centimetres, and from the second factor on in millimetres: between the ratios of the units, 1,
-/// 100 and 1000.
+/// Lengths above the first multiple of the typical ones are taken as centimetres, above the second as millimetres. The multiples lie between the
+/// ratios of the units, 1, 100 and 1000.
 const CENTIMETRES: f64 = 10.0;
 const MILLIMETRES: f64 = 316.0;
 
@@ -86,7 +86,7 @@ impl Recording {
         times.windows(2).map(|pair| pair[1] - pair[0]).collect()
     }
 
-    /// Lengths relative to typical ones: the hand size, else the range of the motion if it is too fast for a person.
+    /// Lengths relative to typical ones: by the hand size; otherwise by the range of the motion, if it is too fast for a person.
     fn times_usual_length(&self, seconds: f64) -> f64 {
         let hands = self.frames().map(|frame| frame.points());
         let sizes = hands.filter_map(|points| {

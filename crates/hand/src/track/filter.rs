@@ -12,7 +12,7 @@ use hwall_numeric::check::{non_negative, positive};
 /// Largest accepted time, s. It includes Unix time, exact to 0.2 microseconds; far beyond, f64 would round the steps.
 const MAX_TIME_S: f64 = 1e11;
 
-/// Shortest step in the smoothing window, s, so that a 1 kHz tracker still gives a velocity over some 15 ms.
+/// Shortest step in the smoothing window, s, so that a 1 kHz tracker still gives a velocity over about 15 ms.
 const MIN_STEP_S: f64 = 0.005;
 /// Below this speed the direction of motion is dominated by noise, m/s.
 const MIN_DIRECTION_SPEED_M_PER_S: f64 = 0.05;
@@ -23,7 +23,7 @@ const RECOVER_AFTER_FAULT_S: f64 = 0.3;
 /// Criteria for a tracked hand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HandFilterConfig {
-    /// Longest gap without a measured point that is bridged at constant velocity, s. Default 0.1: seven steps of a 72 Hz tracker. With a longer one
+    /// Longest gap without a measured point that is bridged at constant velocity, s. Default 0.1: seven steps of a 72 Hz tracker. With a longer gap
     /// the board would follow a guess.
     pub max_gap_s: f64,
     /// Fastest plausible hand, m/s. Default 6: reaches peak at 1.5 to 3 m/s, and some steps are twice as long if the stream is polled faster than
@@ -59,7 +59,7 @@ impl HandFilterConfig {
         }
     }
 
-    /// The same with a known grid step of the values, m ([`FreezeConfig::value_step_m`]).
+    /// The same settings with a known grid step of the values, m ([`FreezeConfig::value_step_m`]).
     #[must_use]
     pub fn with_value_step(mut self, value_step_m: f64) -> Self {
         if let Some(freeze) = &mut self.freeze {
@@ -80,7 +80,7 @@ impl HandFilterConfig {
     }
 }
 
-/// A tracked hand. Every number is finite.
+/// A tracked hand. All numbers are finite.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HandState {
     /// Time of the sample, s.
@@ -102,7 +102,7 @@ pub struct HandState {
     pub delay_s: f64,
     /// Time since a point of the hand was measured, s: 0 except while a gap is bridged.
     pub unseen_s: f64,
-    /// The palm, m: as measured, or for up to [`HandFilterConfig::max_gap_s`] as far from the measured point as it was seen last.
+    /// The palm, m: as measured; while it is not seen, for up to [`HandFilterConfig::max_gap_s`], at its last offset from the measured point.
     pub palm_m: Option<DVec3>,
 }
 
@@ -168,7 +168,7 @@ pub struct HandFilter {
     /// The followed point, and its offset from each point of the hand.
     anchor: Option<HandPoint>,
     offsets_m: [Option<DVec3>; 6],
-    /// When the palm was last seen beside the followed point, s.
+    /// When the palm was last seen together with the followed point, s.
     palm_seen_s: f64,
     /// Last measurement of the followed point.
     measured: Option<(f64, DVec3)>,
@@ -271,7 +271,7 @@ impl HandFilter {
         let mut position_m = position_m;
         let mut is_repeat = false;
         if let Some((before_s, before_m)) = self.measured {
-            // If poses are repeated, the motion of a step started before the repeats.
+            // If the tracker repeats poses, the motion of a step started before the repeats.
             let repeat_s = self.freeze.as_ref().map_or(0.0, FreezeWatch::repeat_s);
             let step_s = t_s - before_s + repeat_s;
             let moved_m = position_m.distance(before_m);
@@ -432,7 +432,7 @@ impl HandFilter {
         let point_m = b_m + velocity * delay_s;
         let carried_m = || {
             let offset_m = self.offsets_m[HandPoint::Palm as usize]?;
-            // Without a measured point there is nothing to carry it with.
+            // Without a measured point, the offset of the palm has no reference.
             let is_recent =
                 seen_s == frame.t_s && frame.t_s - self.palm_seen_s <= self.config.max_gap_s;
             is_recent.then(|| point_m - offset_m)

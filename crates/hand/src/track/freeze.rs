@@ -59,11 +59,11 @@ pub enum FreezeKind {
     Rigid,
 }
 
-/// Smaller motion of a point counts as none, m: the last digit of most recordings.
+/// A smaller motion of a point counts as no motion, m: the last digit of most recordings.
 pub(super) const STILL_TOLERANCE_M: f64 = 1e-6;
 /// Timing tolerance between tracker and recorder: a position may repeat up to this many times as long as the shortest repeats.
 pub(crate) const LATE: f64 = 1.5;
-/// A smaller change of a distance between two points counts as none, m.
+/// A smaller change of a distance between two points counts as no change, m.
 const RIGID_TOLERANCE_M: f64 = 2e-5;
 /// Points needed to test a shape: with two, the only distance may stay the same by chance.
 const SHAPE_POINTS: usize = 3;
@@ -149,7 +149,7 @@ impl FreezeWatch {
     }
 }
 
-/// Keeps the reference while the pose matches it, else takes the pose as the new reference; returns the time of the reference, s.
+/// Keeps the reference while the pose matches it; otherwise takes the pose as the new reference; returns the time of the reference, s.
 fn hold(
     reference: &mut Option<(f64, Points)>,
     t_s: f64,

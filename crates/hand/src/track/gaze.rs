@@ -11,7 +11,7 @@ pub enum Gaze {
     Lost,
     /// A saccade is under way, or has landed too recently to estimate the target.
     InFlight {
-        /// Its start, s; the first sample if there was no fixation before.
+        /// Start of the saccade, s; the first sample if there was no fixation before.
         since_s: f64,
     },
     /// A fixation.
@@ -22,7 +22,7 @@ pub enum Gaze {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fixation {
     /// The mean line of sight: through the mean head position, along the mean direction. For a fixation on a point during head motion, this line
-    /// passes through that point; each single line only does so at its own time.
+    /// passes through that point; each single line does so only at its own time.
     pub ray: GazeRay,
     /// Landing time, s.
     pub since_s: f64,

@@ -49,9 +49,10 @@ impl GazeFilterConfig {
 ///
 /// - A sample belongs to the fixation while its distance from the mean is within the measured tracker noise. A single outlier is ignored; two in a
 ///   row are a saccade. Smaller steps are detected by comparing the last five samples with those before.
-/// - During a saccade there is no line of sight. The eye has landed when its samples agree over 0.02 s: some 30 ms after the true landing at 90 Hz.
-/// - The line of sight is the mean over the whole fixation, from its first sample on, so its error falls with the square root of their number. It
-///   is a mean *line*, which head motion does not blur.
+/// - During a saccade there is no line of sight. The eye has landed when its samples agree over 0.02 s: about 30 ms after the true landing at 90
+///   Hz.
+/// - The line of sight is the mean over the whole fixation, from its first sample on, so its error falls with the square root of the number of
+///   samples. It is a mean *line*, which head motion does not blur.
 /// - Lost samples are bridged; after a blink the same fixation continues.
 ///
 /// It does not allocate and never returns NaN.
@@ -119,7 +120,7 @@ impl GazeFilter {
         }
     }
 
-    /// Takes the line of sight of the next sample, or `None` if the tracker has none; report both.
+    /// Takes the line of sight of the next sample, or `None` if the tracker has none. Call it in either case.
     ///
     /// Samples come in order of time. One that repeats the last time gets the same answer; an earlier one restarts the filter; one without a usable
     /// time is answered with [`Gaze::Lost`] and otherwise ignored. A ray with a NaN or without a direction counts as `None`.

@@ -133,7 +133,7 @@ impl Sums {
     }
 }
 
-/// Most samples kept: those of a saccade of 32 ms in the fastest stream, or a window and its outliers.
+/// Largest number of samples kept: those of a saccade of 32 ms in the fastest stream, or a window and its outliers.
 const RECENT: usize = 8;
 
 /// The newest samples, oldest first.

@@ -40,7 +40,7 @@ impl Display for LostReason {
             Self::Frozen { kind } => f.write_str(match kind {
                 FreezeKind::Still => "the tracker repeats the same points",
                 FreezeKind::Rigid => {
-                    "the tracker carries one shape along and no longer sees the hand"
+                    "the tracker moves one rigid shape and no longer sees the hand"
                 }
             }),
             Self::InvalidTime => f.write_str("a sample without a usable time"),

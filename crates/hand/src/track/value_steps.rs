@@ -2,14 +2,14 @@
 
 use glam::DVec3;
 
-/// Tolerance for whole multiples, as a share of the common measure: positions in `f32` are off by 6e-8, steps of 1 mm between neighbours 0.03 m
-/// apart by 0.004.
+/// Tolerance for whole multiples of the common measure, as a share of it. For comparison: positions in `f32` have errors of 6e-8 m, which on a
+/// grid of 1 mm change the squared distance of points 0.03 m apart by 0.004 of the measure.
 const WHOLE: f64 = 0.05;
 
 /// Finds the grid step of values that are all whole multiples of one length.
 ///
 /// On a grid, squared distances between positions are whole multiples of the squared step, also after a rotation; positions off a grid have no
-/// common measure. A hand at constant speed has one by chance, so a grid is only accepted if points also rest exactly and move on.
+/// common measure. A hand at constant speed has one by chance, so a grid is accepted only if points also rest exactly and move on.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ValueSteps {
     last: [Option<DVec3>; 6],
@@ -44,7 +44,7 @@ impl ValueSteps {
     }
 }
 
-/// The largest number of which both are whole multiples, within [`WHOLE`] of it.
+/// The largest number such that both are whole multiples of it, within [`WHOLE`] of it.
 fn common_measure(a: f64, b: f64) -> f64 {
     let (mut large, mut small) = (a.max(b), a.min(b));
     while small > 0.0 {

@@ -47,7 +47,8 @@ fn reread(recording: &Recording) -> Recording {
     Recording::from_csv(&text[..]).unwrap()
 }
 
-/// Share of the frames in which a filter tracks the hand, and the reasons for losses. The filter may be given the value step.
+/// Share of the frames in which a filter tracks the hand, and the reasons for losses. A `value_step_m` other than 0 tells
+/// the filter the grid step of the values.
 fn tracked(recording: &Recording, value_step_m: f64) -> (f64, Vec<LostReason>) {
     let freeze = Some(FreezeConfig {
         value_step_m,

@@ -82,7 +82,7 @@ fn a_late_time_stamp_is_not_resampled() {
     assert!(recording.resampled(1.0, 0.1).is_ok());
 }
 
-/// Lines are counted as in editors, whatever the line ending.
+/// Lines are counted as in editors, for any line ending.
 #[test]
 fn line_numbers_with_every_line_end() {
     for end in ["\n", "\r\n", "\r"] {
@@ -100,7 +100,8 @@ fn line_numbers_with_every_line_end() {
     }
 }
 
-/// Two samples a denormal apart had an infinite speed, and everything was slower than that: an index below zero.
+/// Two samples a denormal apart gave an infinite speed. Every other speed was lower, which led to an index below
+/// zero.
 #[test]
 fn a_step_of_no_length_in_time_is_no_speed() {
     for (second_s, tip_m) in [(5e-324, 0.0025), (1e-300, 0.0), (1e-9, 0.019)] {
@@ -129,7 +130,8 @@ fn a_step_of_no_length_in_time_is_no_speed() {
     }
 }
 
-/// A slow speed above the peak of a hand that moves from the first sample on: an index below zero.
+/// A configured slow speed above the peak speed of a hand that moves from the first sample on led to an index
+/// below zero.
 #[test]
 fn a_hand_that_is_slow_by_the_configuration_has_an_end() {
     let config = LabelConfig {

@@ -49,7 +49,7 @@ fn the_error_of_a_resting_gaze_falls_with_the_root_of_the_samples() {
         for _ in 0..200 {
             let mut filter = GazeFilter::default();
             let mut gaze = Gaze::Lost;
-            // Before it, the eye is elsewhere, long enough to measure the noise.
+            // Before the fixation, the eye is elsewhere, long enough to measure the noise.
             for i in -40..45 {
                 let place = at(if i < 0 { 40.0 } else { 0.0 });
                 let seen = ray(noisy(&mut sampler, place, noise_deg));
@@ -117,7 +117,7 @@ fn a_saccade_gives_no_line_of_sight_until_it_has_landed() {
                         };
                         let from_deg = off_deg(f.ray.direction, DVec3::X);
                         let left_deg = off_deg(f.ray.direction, at(to_deg));
-                        // Never in between.
+                        // The line of sight is never in between.
                         let near = 1.0 + 2.0 * noise_deg + 0.03 * to_deg;
                         assert!(
                             from_deg.min(left_deg) < near || t_s < 0.05,
@@ -175,7 +175,7 @@ fn the_mean_line_passes_the_point_while_the_head_moves() {
     let mut last = Gaze::Lost;
     for i in 0..55 {
         let t_s = f64::from(i) * PERIOD_S;
-        // Six centimetres aside, as people lean after the hand.
+        // The head moves six centimetres to the side, as people lean towards their hand.
         let origin_m = EYE + DVec3::Y * (0.06 * t_s / 0.6);
         let direction = noisy(&mut sampler, (point_m - origin_m).normalize(), 0.5);
         let seen = GazeRay {

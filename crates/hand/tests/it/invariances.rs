@@ -129,7 +129,7 @@ fn reaches_are_the_same_at_any_rate() {
         assert_eq!(usual.len(), other.len(), "{rate_hz} Hz");
         for (a, b) in usual.iter().zip(&other) {
             assert_eq!(a.end, b.end, "{rate_hz} Hz");
-            // The window of the speed, or a sample of a slow tracker.
+            // Tolerance: the window of the speed, or a sample of a slow tracker.
             let [start_s, end_s] = [a.start_s - b.start_s, a.end_s - b.end_s];
             assert!(
                 start_s.abs() < 0.07 && end_s.abs() < 0.07,

@@ -106,7 +106,7 @@ fn a_reach_starts_at_the_same_sample_however_it_was_cut() {
 fn a_trial_ends_when_contact_first_turns_one() {
     let mut trial = recording(0.3, 0.5);
     for (k, sample) in trial.samples.iter_mut().enumerate() {
-        // Bounces: only the first counts.
+        // The contact bounces: only the first one counts.
         sample.contact = Some((95..97).contains(&k) || k > 100);
     }
     let reach = &label(&trial).reaches[0];
@@ -129,7 +129,7 @@ fn a_trial_ends_when_contact_first_turns_one() {
 fn the_label_is_the_target_if_there_is_one() {
     let mut trial = recording(0.2, 0.2);
     let target_m = TO + DVec3::new(0.0, 0.03, 0.0);
-    // It appears while the hand is moving.
+    // The target appears while the hand is moving.
     for sample in trial.samples.iter_mut().skip(40) {
         sample.target_m = Some(target_m);
     }

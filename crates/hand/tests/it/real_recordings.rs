@@ -57,7 +57,7 @@ fn leap_recording_is_lost_at_the_jump_and_stays_lost_in_the_frozen_pose() {
     // 22.9 m/s for the palm, 29.7 m/s for the index tip.
     assert!((17.38..17.40).contains(&at_s), "{at_s} s");
     assert!((22.0..30.0).contains(&speed), "{speed} m/s");
-    // From the jump on the tracker moves one rigid pose along with the head.
+    // From the jump on, the tracker moves one rigid pose along with the head.
     let frozen = |t: f64| {
         let mut at = found
             .iter()
@@ -73,7 +73,7 @@ fn leap_recording_is_lost_at_the_jump_and_stays_lost_in_the_frozen_pose() {
 
 #[test]
 fn leap_recording_without_the_rigid_test_is_tracked_into_a_carried_pose() {
-    // Purpose of the rigid test: the moved pose has plausible speeds.
+    // The rigid test is needed because the moved pose has plausible speeds.
     let Some(recording) = load("author_leap/finger18.csv") else {
         return;
     };

@@ -158,7 +158,8 @@ fn a_mirror_shows_in_the_residual() {
     assert!(found.rms_m() > 0.05);
 }
 
-/// Where up is known, the heading and the place are found as by hand; noise does not tilt them.
+/// If up is known, heading and position are those of a direct calculation; noise does not tilt
+/// them.
 #[test]
 fn level_pairs_give_heading_and_place() {
     let mut sampler = Sampler::new(9);

@@ -93,7 +93,7 @@ fn a_jump_is_no_reach_and_ends_one() {
     let recording = Recording::from_frames(frames).unwrap();
     let found = shorter(&recording);
     assert_eq!(found[0].end, ReachEnd::TrackingLost);
-    // The jump of 1 m is in none.
+    // No reach contains the jump of 1 m.
     assert!(found.iter().all(|r| r.length_m < 0.65));
 }
 

@@ -79,7 +79,7 @@ fn constant_velocity_is_exact_at_uneven_steps() {
 
 #[test]
 fn the_window_is_two_rounds_of_midpoints() {
-    // Zero steps apart in x, so the weights show: 1 2 1 on the last four of 0 0 0 ... 4 8 16 32 mm.
+    // The last four positions, 4, 8, 16 and 32 mm, differ so much that the weights 1 2 1 can be told apart.
     let xs = [0.0, 1.0, 0.0, 1.0, 0.0, 4.0, 8.0, 16.0, 32.0];
     let frame = |(i, x): (usize, f64)| palm(0.02 * i as f64, DVec3::X * (x * 1e-3));
     let hand = state(feed(&mut filter(), xs.into_iter().enumerate().map(frame)));
@@ -157,7 +157,7 @@ fn a_short_dropout_is_bridged_a_long_one_is_reported_since_its_beginning() {
         let t_s = 0.014 * f64::from(i);
         let hand = state(filter.step(&HandFrame::empty(t_s)));
         assert_close!(hand.unseen_s, t_s - seen_s, Tol::abs(1e-12));
-        // Extrapolated at constant velocity.
+        // The position is extrapolated at constant velocity.
         assert_close!(hand.point_m, DVec3::X * t_s, Tol::abs(1e-9));
     }
     // The same loss continues.
@@ -166,7 +166,7 @@ fn a_short_dropout_is_bridged_a_long_one_is_reported_since_its_beginning() {
         assert_eq!(reason, LostReason::NoPoints);
         assert_close!(since_s, seen_s, Tol::abs(1e-12));
     }
-    // Back: 0.06 s of good samples first.
+    // The hand is back, but 0.06 s of good samples must come first.
     assert!(feed(&mut filter, moving(0.71, 0.76)).state().is_none());
     assert!(feed(&mut filter, moving(0.76, 0.79)).state().is_some());
 }
@@ -234,7 +234,7 @@ fn a_pose_carried_by_the_head_is_frozen_though_it_moves() {
     let carried_away = feed(&mut filter, (0..60).map(carried));
     let kind = FreezeKind::Rigid;
     assert_eq!(reason(carried_away), LostReason::Frozen { kind });
-    // Finger motion of 0.1 mm shows that it is live.
+    // Finger motion of 0.1 mm shows that the hand is live.
     let alive = (60..90).map(|i| {
         let mut frame = carried(i);
         *frame.tips_m[1].as_mut().unwrap() += DVec3::Z * 1e-4 * f64::from(i % 3);
@@ -278,7 +278,7 @@ fn clocks_that_stop_or_run_backwards() {
     let (why, since_s) = lost(filter.step(&palm(f64::NAN, DVec3::ZERO)));
     assert_eq!(why, LostReason::InvalidTime);
     assert_close!(since_s, 0.49, Tol::abs(1e-12));
-    // Otherwise it is ignored; a clock reset restarts the filter.
+    // Otherwise a repeated time is ignored; a clock reset restarts the filter.
     assert!(feed(&mut filter, moving(0.5, 0.51)).state().is_some());
     let back = filter.step(&palm(0.2, DVec3::X * 0.2));
     assert_eq!(reason(back), LostReason::InvalidTime);
@@ -358,7 +358,7 @@ proptest! {
     }
 }
 
-/// A palm that is not seen for a moment goes along with the finger; what was seen too long ago, or beside another hand, is not made up.
+/// A palm that is briefly unseen moves along with the finger. A palm that was seen too long ago, or with another hand, is not reported.
 #[test]
 fn a_lost_palm_goes_along_with_the_finger_for_a_moment() {
     let both = |t_s: f64| HandFrame {
@@ -378,7 +378,7 @@ fn a_lost_palm_goes_along_with_the_finger_for_a_moment() {
     assert!((palm_m.x - (0.65 - 0.1)).abs() < 1e-9, "{palm_m}");
     let old = state(feed(&mut filter, times(66, 75).map(without)));
     assert_eq!(old.palm_m, None);
-    // Not with a fingertip that is a guess itself.
+    // The palm does not move along with a fingertip that is itself extrapolated.
     let _ = feed(&mut filter, times(75, 140).map(both));
     let unseen = state(feed(&mut filter, times(140, 142).map(HandFrame::empty)));
     assert!(unseen.unseen_s > 0.0);

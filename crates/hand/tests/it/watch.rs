@@ -38,7 +38,7 @@ fn run(until_s: f64, x: impl Fn(f64) -> Option<f64>) -> (Diary, Vec<f64>) {
     run_trembling(until_s, 100.0, 0.0, 0, x)
 }
 
-/// The same at another rate, with noise in each axis, m.
+/// As [`run`], at another rate, with noise in each axis, m.
 fn run_trembling(
     until_s: f64,
     rate_hz: f64,
@@ -89,7 +89,7 @@ fn there_and_back_without_a_rest_are_two_reaches() {
         Some(0.5 * x)
     });
     assert_eq!(diary.reaches.len(), 2);
-    // It turns at 1.075 s.
+    // The hand turns at 1.075 s.
     let turn_s = diary.reaches[1][0];
     assert!((1.03..1.12).contains(&turn_s), "{turn_s}");
 }

@@ -24,11 +24,11 @@ const TAIL: [u8; 13 + 29 + 8] = {
     tail
 };
 
-/// Creates or empties a file for one writer at a time. The lock is released when the file is closed, also by a crash. A file system without
-/// locks gives none.
+/// Creates or empties a file for one writer at a time. The lock is released when the file is closed, including by a crash. A file system
+/// without locks gives no such protection.
 pub(crate) fn create_alone(path: &Path) -> Result<File, RecordError> {
     let io = |error| RecordError::io(path)(error);
-    // Empty it only when it is certain that nobody else writes it.
+    // Empties the file only when it is certain that nobody else writes to it.
     let mut options = OpenOptions::new();
     let file = options.write(true).create(true).truncate(false);
     let file = file.open(path).map_err(io)?;
@@ -46,8 +46,8 @@ pub(crate) fn create_alone(path: &Path) -> Result<File, RecordError> {
     Ok(file)
 }
 
-/// Buffers what is written until the flush, then writes it and an ending in one call over the previous ending. If the program is killed,
-/// the file is valid and contains everything up to the last flush.
+/// Buffers all bytes until the flush. The flush overwrites the previous ending with these bytes and a new ending, in one call. If the
+/// program is killed, the file is valid and contains everything up to the last flush.
 pub(crate) struct GrowingFile {
     file: File,
     /// Start of the ending, bytes from the start.

@@ -1,4 +1,4 @@
-//! MCAP files: one that is complete after every flush, and the records of one that may be truncated anywhere.
+//! MCAP files: one that is complete after every flush, and the records of a file that may be truncated anywhere.
 
 mod growing;
 mod records;
@@ -11,20 +11,20 @@ pub(crate) use records::{MessageAt, read_messages};
 pub enum Ending {
     /// The recorder was finished.
     Finished,
-    /// The file is complete, but the recorder was not finished: the program ended before.
+    /// The file is complete, but the recorder was not finished: the program ended before that.
     Unfinished,
     /// The file is truncated within a record; everything before it was read.
     Cut {
         /// Start of the truncated record, bytes from the start of the file.
         offset: u64,
     },
-    /// All recorded data is there; the index for other programs behind it is truncated.
+    /// All recorded data is complete; the index for other programs, which follows it, is truncated.
     CutBehind {
         /// Start of the truncated record, bytes from the start of the file.
         offset: u64,
     },
     /// The file continues after its end: another program wrote to it as well, or the recorder was killed at the very end. Everything before
-    /// was read.
+    /// that was read.
     Followed {
         /// Start of the foreign bytes, bytes from the start of the file.
         offset: u64,

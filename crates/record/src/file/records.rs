@@ -100,7 +100,7 @@ fn framed(rest: &[u8]) -> Option<(u8, Body<'_>)> {
 }
 
 impl<F: FnMut(MessageAt)> Walk<'_, F> {
-    /// Reads the records of a part of the file; `top`: outside chunks.
+    /// Reads the records of a part of the file; `top` is true outside chunks.
     fn records(&mut self, part: Range<usize>, top: bool) -> Result<Ending, RecordError> {
         let bytes = self.bytes;
         let mut at = part.start;
@@ -109,7 +109,7 @@ impl<F: FnMut(MessageAt)> Walk<'_, F> {
             let start = at + FRAMING;
             let (op, body) = match framed(rest) {
                 Some((op, Ok(body))) => (op, body),
-                // The complete messages of a truncated chunk are good.
+                // The complete messages of a truncated chunk are usable.
                 Some((CHUNK, Err(left))) if top => {
                     self.cut_chunk(start, left)?;
                     return Ok(cut);

@@ -138,7 +138,7 @@ fn entity(
     });
 }
 
-/// `/scene`: static in its own frames: arm, board, surfaces.
+/// `/scene`: arm, board and surfaces, each static in its own frame.
 ///
 /// Moving surfaces are drawn in their own frames, at opening zero.
 pub(crate) fn scene(
@@ -206,8 +206,8 @@ pub(crate) fn scene(
     Ok(())
 }
 
-/// `/scene/now`: the predicted point with its 90 % region, the goal, the force of the hand. An absent one is an empty entity, which
-/// replaces the previous one.
+/// `/scene/now`: the predicted point with its 90 % region, the goal, the force of the hand. An absent item is an empty entity,
+/// which replaces the previous one.
 pub(crate) fn scene_now(w: &mut Writer<'_>, t_ns: u64, skeleton: &Skeleton, view: &View) {
     entity(w, t_ns, BASE, "predicted", |e| {
         let Some(contact) = &view.contact else { return };
@@ -246,7 +246,7 @@ pub(crate) fn scene_now(w: &mut Writer<'_>, t_ns: u64, skeleton: &Skeleton, view
         let Some(along) = force_n.try_normalize() else {
             return;
         };
-        // It points along +x of its frame and ends on the board; its length shows the force.
+        // The arrow points along +x of its frame and ends on the board; its length shows the force.
         let length_m = (ARROW_M_PER_N * force_n.length()).min(0.5);
         let (y, z) = along.any_orthonormal_pair();
         let tail_m = skeleton.base_from_board(&view.q).position_m() - along * length_m;
@@ -281,7 +281,7 @@ fn line(
     });
 }
 
-/// Half axes of the 90 % region in the plane of two unit vectors, m: the eigenvectors of the covariance there.
+/// Half axes of the 90 % region in the plane of two unit vectors, m: along the eigenvectors of the covariance in that plane.
 fn half_axes_m(covariance_m2: &DMat3, u: DVec3, v: DVec3) -> [DVec3; 2] {
     let entry = |a: DVec3, b: DVec3| a.dot(*covariance_m2 * b);
     let (uu, uv, vv) = (entry(u, u), entry(u, v), entry(v, v));

@@ -61,8 +61,8 @@ const ANOTHER_FIELD: u32 = 17;
 /// Field of the other hand, if it is tracked.
 const OTHER_HAND_FIELD: u32 = 18;
 
-/// Writes a message of a session, with its number among all of them. A command unknown to this version would be written as a hold without
-/// values; no such command exists.
+/// Writes a message of a session, with its number among all messages of the session. A command unknown to this version would be written
+/// as a hold without values; no such command exists.
 pub(crate) fn write(writer: &mut Writer<'_>, sequence: u64, input: &Input) {
     writer.uint64(1, sequence);
     match input {
@@ -380,4 +380,4 @@ impl<'a> Body<'a> {
 }
 
 /// Error of a field with too many or too few values.
-const COUNT: &str = "another number of values than it has";
+const COUNT: &str = "the wrong number of values";

@@ -82,7 +82,7 @@ fn a_file_that_is_cut_says_so() {
             (other, _) => panic!("{missing} bytes missing: {other:?}"),
         }
     }
-    // The footer and the magic, at least.
+    // At least the footer and the magic.
     assert!(behind > 37, "{behind}");
 }
 
@@ -116,14 +116,14 @@ fn an_unfinished_file_is_whole_after_every_flush() {
         let Ok(recording) = Recording::from_bytes(bytes.clone()) else {
             continue;
         };
-        // Read during a write, it may be truncated.
+        // A file that is read during a write may be truncated.
         count = recording.inputs().count();
         if count >= 500 && recording.ending() == Ending::Unfinished {
             break;
         }
     }
     assert!(count >= 500, "{count}");
-    // The ending that every MCAP reader requires.
+    // Every MCAP reader requires this ending.
     assert!(bytes.ends_with(b"\x89MCAP0\r\n"));
     to.finish().unwrap();
     assert_eq!(taken(&path).ending(), Ending::Finished);
@@ -141,7 +141,7 @@ fn changed_bytes_are_refused_or_read_and_never_panic() {
     for round in 0..rounds.unwrap_or(400) {
         let mut changed = bytes[..bytes.len().min(200_000)].to_vec();
         for _ in 0..=sampler.index(4) {
-            // Near the start, framing and records outside chunks are hit often enough.
+            // Changes near the start hit framing and records outside chunks often enough.
             let reach = if sampler.bool() { 400 } else { changed.len() };
             let at = sampler.index(reach);
             match round % 3 {

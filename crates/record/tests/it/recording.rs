@@ -33,7 +33,7 @@ fn two_runs_come_back_and_run_again_bit_by_bit() {
                 assert_eq!(run.option("who"), Some(&*format!("person {number}")));
             }
             Input::Frame(frame) => {
-                // NaN differs from itself, so the texts are compared.
+                // NaN differs from itself, so texts are compared.
                 assert_eq!(format!("{frame:?}"), format!("{:?}", hand(frame.t_s)));
                 frames += 1;
             }
@@ -46,7 +46,7 @@ fn two_runs_come_back_and_run_again_bit_by_bit() {
     assert_eq!(seen, commands);
     assert_eq!((frames, worlds), (350, 5));
     assert_eq!(requests[1..3], [Request::Stop, Request::Reset]);
-    // It contained everything that a session does.
+    // The run contained everything that a session does.
     let held = commands[0].iter().filter(|c| **c == ArmCommand::Hold);
     assert!(held.count() > 10);
 
@@ -185,7 +185,8 @@ fn a_file_that_cannot_be_written_is_named() {
     }
 }
 
-/// The machine determines when results of the planner and perception threads arrive, but not what the session then does.
+/// The machine determines when results of the planner and perception threads arrive, but not what the session does with
+/// them.
 #[test]
 fn a_session_on_three_threads_is_replayed_bit_by_bit() {
     for pause_us in [30, 300] {
@@ -198,7 +199,7 @@ fn a_session_on_three_threads_is_replayed_bit_by_bit() {
         let commands = common::run_of(&mut to, 0, 3.0, session, pause, hand);
         to.finish().unwrap();
         let recording = taken(&path);
-        // It moved, but not in step with the loop.
+        // The arm moved, but not in step with the loop.
         let (mut planned, mut perceived) = (0, 0);
         for input in recording.inputs() {
             match input.unwrap().1 {
@@ -220,7 +221,7 @@ fn a_session_on_three_threads_is_replayed_bit_by_bit() {
     }
 }
 
-/// How the other hand changes, and whether the arm then moves differently than without one.
+/// Cases of how the other hand changes, each with whether the arm then moves differently than without another hand.
 #[test]
 fn recordings_with_another_hand_are_replayed_bit_by_bit() {
     let near_m = DVec3::new(0.57, 0.1, 0.6);

@@ -41,8 +41,8 @@ impl Default for ServoConfig {
 }
 
 impl ServoConfig {
-    /// The bounds of every joint. Speeds and accelerations outside `1e-3..=1e6` are rejected: below that a joint
-    /// hardly moves within hours.
+    /// The bounds of every joint. Speeds and accelerations outside `1e-3..=1e6` are rejected: below 1e-3, a joint hardly
+    /// moves within hours.
     pub(super) fn bounds(&self, arm: &dyn ArmKinematics) -> Result<[JointBounds; 7], SimError> {
         let (delay_s, rise_s) = (self.reaction_delay_s, self.jerk_time_s);
         within("reaction_delay_s", delay_s, 0.0..=1.0, "between 0 and 1")?;

@@ -2,12 +2,12 @@
 //!
 //! # The arm at servo level
 //!
-//! A command takes effect 22 ms after it was given. Commands every few milliseconds are a stream; a stream within the limits is
-//! followed with only that delay: 0.2 µs of computation per millisecond, error below 1e-9 rad. Infeasible commands (a step, a jump,
-//! a ramp that is too fast) are approached joint by joint on the time-optimal trajectory within limits of velocity, acceleration and
-//! jerk (`hwall_motion::JointPoint`), without overshooting the position where the commands come to rest. `Hold` brakes as hard as
-//! the limits allow. Velocity limits are the manufacturer's, acceleration limits those of Drake's description of the arm (5.4 to
-//! 13.8 rad/s²); full acceleration after 10 ms is an assumption. `cargo bench -p hwall-sim` prints time and error.
+//! A command takes effect 22 ms after it was given. Commands every few milliseconds are a stream; the arm follows a stream within the limits with
+//! only that delay, with an error below 1e-9 rad. Computation takes 0.2 µs per millisecond. Infeasible commands (a step, a jump, a ramp that is too
+//! fast) are approached joint by joint on the time-optimal trajectory within limits of velocity, acceleration and jerk
+//! (`hwall_motion::JointPoint`), without overshooting the position where the commands come to rest. `Hold` brakes as hard as the limits allow.
+//! Velocity limits are the manufacturer's, acceleration limits those of Drake's description of the arm (5.4 to 13.8 rad/s²); that full acceleration
+//! takes 10 ms to build up is an assumption. `cargo bench -p hwall-sim` prints time and error.
 //!
 //! # The arm at torque level
 //!
@@ -21,15 +21,15 @@
 //!
 //! | part | what it does | default | source |
 //! | --- | --- | --- | --- |
-//! | command delay | in force at the first control period (1 ms) that begins after it | 5 ms | assumed, for FRI |
+//! | command delay | a command applies from the first control period (1 ms) that begins after the delay | 5 ms | assumed, for FRI |
 //! | servo | acceleration feedforward, PD on the reference motion of a `ServoArm`, model torques | 10 Hz, critically damped | assumed |
-//! | overlay | added to gravity and friction compensation; no Coriolis torques | 1 N m in 1 ms | rate: usual clients of the torque interface |
+//! | overlay | added to gravity and friction compensation; no Coriolis torques | 1 N m in 1 ms | rate: typical clients of the torque interface |
 //! | saturation | limit of the commanded motor torques | efforts of the chain: 176, 176, 110, 110, 110, 40, 40 N m | KUKA |
-//! | inner torque loop | pure delay and first-order lag, both exact whatever the step | 1 ms, 2 ms (80 Hz) | assumed |
+//! | inner torque loop | pure delay and first-order lag, both exact for any step | 1 ms, 2 ms (80 Hz) | assumed |
 //! | rotors | inertia on the diagonal of the mass matrix, no gyroscopic torques, stiff gears | 3.4, 3.4, 3.4, 3.4, 1.3, 1.2, 1.2 kg m² | Drake's estimate for the iiwa 14 |
-//! | hidden share | part of it that the torque loop hides, `(1 - s) B` is felt | 0.8 | assumed; (Ott 2008) says that torque feedback does this |
-//! | friction | breakaway, Stribeck, Coulomb, viscous, between motor and sensor, after what the loop hides | 1 N m (joints 1 to 4), 0.5, 0.3, 0.3; breakaway a quarter more | assumed |
-//! | friction compensation | 80 % of it in motion, none below 0.01 rad/s, full from 0.05 rad/s | | that it is off at standstill: owners; figures assumed |
+//! | hidden share | part of the rotor inertia `B` that the torque loop hides, `(1 - s) B` is felt | 0.8 | assumed; (Ott 2008) says that torque feedback does this |
+//! | friction | breakaway, Stribeck, Coulomb, viscous, between motor and sensor; what the torque loop leaves | 1 N m (joints 1 to 4), 0.5, 0.3, 0.3; breakaway a quarter more | assumed |
+//! | friction compensation | 80 % of the friction in motion, none below 0.01 rad/s, full from 0.05 rad/s | | users report that it is off at standstill; figures assumed |
 //! | torque sensors | behind gear and friction; mean of a period, noise, bias, ripple by joint angle | 0.05 N m, 0, 0.1 N m 320 times a turn | assumed |
 //! | external torque | momentum observer, no friction in it, first-order low pass | 25 Hz at -3 dB, time constant 6.4 ms | assumed |
 //! | stops | at the joint limits, without rebound; their torque counts as external | on | |
@@ -37,9 +37,9 @@
 //! `TorqueConfig::ideal()` keeps only the rigid bodies, the stops and the observer. The controller may use a model that differs from the real
 //! one (`with_controller_model`). Angles and velocities in the state are exact. Gears are stiff: no joint elasticity and no resonance from it.
 //!
-//! Friction and stops are solved as set-valued laws in every step: a joint below its breakaway torque stays exactly at rest,
-//! nothing chatters, and neither friction nor stops do positive work. Integration: semi-implicit Euler in steps of 0.25 ms, or
-//! Runge-Kutta with steps split where a joint comes to rest or reaches a stop.
+//! Friction and stops are solved as set-valued laws in every step: a joint below its breakaway torque stays exactly at rest, there is no chatter,
+//! and neither friction nor stops do positive work. Integration: semi-implicit Euler in steps of 0.25 ms, or Runge-Kutta with steps split where a
+//! joint comes to rest or reaches a stop.
 //!
 //! | checked (`tests/`) | result |
 //! | --- | --- |
@@ -50,8 +50,8 @@
 //! | hand of 0.2 to 1 kg and 500 to 2000 N/m at 2 m/s, 1 kHz | stable, no energy gained |
 //! | one second of 1 kHz control (`cargo bench -p hwall-sim --bench torque`) | 5.5 ms; Runge-Kutta 18 ms |
 //!
-//! `HandBody` is a mass on the spring and damper of the human arm behind a finger that only pushes, with Coulomb friction
-//! along the face. Its step returns the mean force over the millisecond in which it is then applied to the arm:
+//! `HandBody` is a mass on the spring and damper of the human arm behind a finger that only pushes, with Coulomb friction along the face. Its step
+//! returns the mean force over the millisecond; the arm then gets this force for the same millisecond:
 //!
 //! ```rust
 //! use hwall_haptics::{Arm, ArmCommand};

@@ -26,18 +26,18 @@ const COMMANDS_PER_S: f64 = 10_000.0;
 /// A simulated arm with its own clock.
 ///
 /// A command takes effect exactly `reaction_delay_s` after it was given, in order, and stays in force until the next
-/// one; initially the arm holds. Commands within 20 ms of each other are a stream. While a stream is within the
-/// limits, every joint is at its commanded position at the time of effect, so the arm lags only by the delay.
+/// one; initially the arm holds its position. Commands within 20 ms of each other are a stream. While a stream is within
+/// the limits, every joint is at its commanded position at the time of effect, so only the delay makes the arm lag.
 /// Otherwise, and after a step or a jump, each joint independently follows the time-optimal trajectory back to the
-/// commands, within its limits of velocity, acceleration and jerk, without overshooting the position where the
-/// commands would come to rest. `Hold` brakes as hard as the limits allow. Angles are exact; only the external torque
-/// has noise, drawn anew by every [`advance`](Self::advance).
+/// commands, within its limits of velocity, acceleration and jerk, without overshooting the position where the commands
+/// would come to rest. `Hold` brakes as hard as the limits allow. Angles are exact; only the external torque has noise,
+/// drawn anew by every [`advance`](Self::advance).
 ///
 /// Error on feasible streams planned with half the servo's jerk (tests/it/following.rs): below 1e-9 rad with commands
 /// every 1 ms, 1e-4 rad every 4 ms, 5e-4 rad every 8 ms or at irregular times. Between commands more than 1 ms apart the
-/// motion is interpolated; there a joint may exceed its acceleration limit by 0.6 % per further millisecond. If a stream
-/// stops abruptly, the joints overshoot and return, since no joint can stop at once. If the delay is shorter than the
-/// period of a stream, the servo must extrapolate and is less exact.
+/// motion is interpolated; such a motion may exceed the acceleration limit of a joint by 0.6 % per further millisecond.
+/// If a stream stops abruptly, the joints overshoot and return, because no joint can stop immediately. If the delay is
+/// shorter than the period of a stream, the servo must extrapolate and is less exact.
 ///
 /// Does not allocate after construction.
 #[derive(Debug)]
@@ -96,18 +96,18 @@ impl ServoArm {
         positive("dt_s", dt_s)?;
         let end_s = self.t_s + dt_s;
         positive("t_s", end_s)?;
-        // The sum of the steps within a delay equals the delay only to rounding of the clock.
+        // The sum of the steps within a delay equals the delay only up to rounding of the clock.
         let rounding_s = (256.0 * f64::EPSILON * end_s).min(1e-6);
         while self.t_s < end_s {
             let asked = self.stream.advance_to(self.t_s, rounding_s).copied();
             let event_s = self.stream.next_event_s().min(end_s);
-            // At rest nothing happens until the next event: skip to it.
+            // At rest nothing happens until the next event, so skip to that event.
             let next_s = if self.is_settled(asked.as_ref()) {
                 event_s
             } else {
                 event_s.min(self.t_s + MAX_STEP_S)
             };
-            // If the clock is too large to resolve a millisecond, take the whole step at once.
+            // If the clock is too large to resolve a millisecond, take the whole step in one piece.
             let is_end = next_s <= self.t_s || end_s - next_s <= rounding_s;
             let next_s = if is_end { end_s } else { next_s };
             self.step(asked.as_ref(), next_s, rounding_s);
@@ -163,7 +163,7 @@ impl ServoArm {
         &self.tool.arm
     }
 
-    /// Sets joint positions and velocities, clamped to the limits: for an arm that was moved externally.
+    /// Sets joint positions and velocities, clamped to the limits. Used for an arm that was moved externally.
     pub(super) fn place(&mut self, q: &JointPositions, qd: &JointVelocities) {
         for (i, (joint, tracking)) in self.joints.iter_mut().zip(&self.tracking).enumerate() {
             *joint = tracking.within_range(JointPoint::new(q[i], qd[i], 0.0));

@@ -8,13 +8,14 @@ use std::collections::VecDeque;
 const STREAM_S: f64 = 0.02;
 /// A stream has a corner where its velocity changes by more than this many times what the joint can do.
 const CORNER: f64 = 4.0;
-/// The change must also exceed that caused by a displacement of this size, rad: noise.
+/// The change must also exceed the change caused by noise: a displacement of this size, rad.
 const CORNER_RAD: f64 = 5e-5;
 /// Averaging time of a stream with a corner at every command, s.
 const AVERAGE_S: f64 = 8e-3;
-/// Rounding of clocks and angles allowed in a feasible stream, as a fraction of the velocity and acceleration limits; a hundred times that for jerk.
+/// Rounding of clocks and angles allowed in a feasible stream, as a fraction of the velocity and acceleration limits; for jerk, a hundred times
+/// this fraction.
 const ROUNDING: f64 = 1e-6;
-/// Index of the command in force; the two before it are kept for their slopes.
+/// Index of the command in force; the two commands before it are kept for the slopes.
 const IN_FORCE: usize = 2;
 
 /// A command, its time of effect, and its relation to its neighbours.
@@ -23,7 +24,7 @@ struct Knot {
     effect_s: f64,
     /// `None` brakes to rest.
     target: Option<JointPositions>,
-    /// True if it continues a stream.
+    /// True if this command continues a stream.
     joined: bool,
     /// One bit per joint: the stream begins, ends or has a corner here.
     corners: u8,
@@ -54,7 +55,7 @@ pub(super) struct Segment {
     pub(super) end_s: f64,
     /// Coefficients of powers of the time since the start.
     cubics: [[f64; 4]; 7],
-    /// One bit per joint: the surrounding commands, as samples, are within the limits.
+    /// One bit per joint: a motion within the limits can pass through the surrounding commands.
     feasible: u8,
     moving: bool,
 }
@@ -96,12 +97,12 @@ impl Segment {
 /// So the motion towards a command starts when the previous one takes effect: a stream command gives the position at its time of effect.
 #[derive(Debug)]
 pub(super) struct Stream {
-    /// Two past commands, the one in force, the pending ones.
+    /// Two past commands, the one in force, and the pending ones, in this order.
     knots: VecDeque<Knot>,
     capacity: usize,
     delay_s: f64,
     bounds: [JointBounds; 7],
-    /// Mean slope of the latest commands, for streams that are all corners.
+    /// Mean slope of the latest commands, for streams with a corner at every command.
     mean_rad_per_s: [f64; 7],
     segment: Option<Segment>,
     outdated: bool,
@@ -225,7 +226,7 @@ impl Stream {
             return Some(Segment::resting(start_s, next.effect_s, &q));
         }
         let mut segment = Segment::resting(start_s, next.effect_s, &q);
-        // If past or future knots are missing there is a corner, so they are not read.
+        // Where past or future knots are missing there is a corner, so the substitutes are not read.
         let after = self.knots.get(IN_FORCE + 2).unwrap_or(next);
         let [first, before] = [&self.knots[IN_FORCE - 2], &self.knots[IN_FORCE - 1]];
         let periods = [
@@ -434,8 +435,8 @@ impl Fit {
 
     /// Slopes at both ends of the segment; `None` between two corners.
     ///
-    /// At a smooth end: the slope of the cubic through the two commands before it, itself, and the one after
-    /// it. So neighbouring segments agree, and motion with constant jerk is reproduced exactly.
+    /// At a smooth end, this is the slope of the cubic through the command at that end, the two before it and the one after it. So neighbouring
+    /// segments agree, and motion with constant jerk is reproduced exactly.
     fn slopes(&self, smooth: &[bool; 3]) -> Option<[f64; 2]> {
         let [_, before, h, after] = self.periods;
         let [_, smooth_start, smooth_end] = *smooth;

@@ -15,7 +15,7 @@ pub(super) struct Tool {
 }
 
 impl Tool {
-    /// Without a wrench.
+    /// A tool without a wrench.
     pub(super) fn new(arm: Arc<dyn ArmKinematics>) -> Self {
         Self {
             arm,

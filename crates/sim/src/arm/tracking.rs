@@ -3,7 +3,7 @@
 use super::stream::Ahead;
 use hwall_motion::{JointBounds, JointPoint};
 
-/// A joint within this of its commanded position is at it, rad.
+/// A joint within this distance of its commanded position counts as being there, rad.
 const THERE_RAD: f64 = 1e-10;
 /// Between commands further apart than this the commanded motion is an estimate, s.
 const EXACT_S: f64 = 1e-3;
@@ -17,9 +17,9 @@ pub(super) struct Step {
     /// Commanded state at its start and at its end.
     pub(super) start: JointPoint,
     pub(super) end: JointPoint,
-    /// Time between the commands around it, s.
+    /// Time between the commands before and after the step, s.
     pub(super) period_s: f64,
-    /// True if a joint within its limits can pass through the commands around it.
+    /// True if a joint within its limits can pass through the commands before and after the step.
     pub(super) is_feasible: bool,
     /// True if the step leads from one command to the next.
     pub(super) is_whole: bool,
@@ -47,8 +47,8 @@ impl Tracking {
         }
     }
 
-    /// The joint at the end of the step if it can follow the command exactly: it was at the commanded state at the
-    /// start, and the step is within the limits.
+    /// The joint at the end of the step if it can follow the command exactly, that is, if it was at the commanded state at the start
+    /// and the step is within the limits.
     pub(super) fn followed(&self, joint: &JointPoint, step: &Step) -> Option<JointPoint> {
         let (v, a, j) = (
             self.bounds.velocity_rad_per_s(),

@@ -37,19 +37,19 @@ pub struct PersonConfig {
     pub posture_rad: f64,
     /// Length of the hand, wrist to middle fingertip, m. Default 0.17 to 0.205.
     pub hand_length_m: [f64; 2],
-    /// A person's mean duration of a reach over [`PersonConfig::REFERENCE_M`], from start to full
-    /// depth, s. Default 0.6 to 1.2; single reaches scatter by 10 %.
+    /// A person's mean duration of a reach over [`PersonConfig::REFERENCE_M`], from start to full depth, s. Default 0.6 to 1.2; single
+    /// reaches vary by 10 %.
     pub mean_reach_s: [f64; 2],
     /// Durations grow with this power of the distance, 0 to 1. Default 0, no growth; 0.5 keeps the
     /// peak acceleration constant.
     pub distance_exponent: f64,
-    /// Fraction of the movement time at peak speed, 0.3 to 0.7; for a corrected movement, of its first
-    /// part, which lasts 80 % of the time. Default 0.5.
+    /// Fraction of the movement time at which the speed peaks, 0.3 to 0.7. In a corrected movement, it is a fraction of the first part,
+    /// which lasts 80 % of the time. Default 0.5.
     pub speed_peak: [f64; 2],
     /// Fraction of the reaches that fall short at first and are corrected, 0 to 1. Default 0.
     pub corrections: f64,
-    /// Their undershoot as a fraction of the distance, at most 0.3; half of it (sd) is the miss in each
-    /// of two directions along the surface. Default 0.05 to 0.1.
+    /// Undershoot of the corrected reaches as a fraction of the distance, at most 0.3. Half of it is the standard deviation of the miss in
+    /// each of two directions along the surface. Default 0.05 to 0.1.
     pub undershoot: [f64; 2],
     /// Largest lateral deviation from the straight path, as a fraction of its length. Default 0.01 to 0.05.
     pub curvature: [f64; 2],
@@ -82,7 +82,7 @@ pub struct PersonConfig {
     /// Duration of each glance, s. Default 0.2 to 0.6: fixations of a scene last 0.26 to 0.33 s on average [Rayner 2009],
     /// and inspecting an object takes one or two of them [Land 2001].
     pub glance_s: [f64; 2],
-    /// Fraction of the pauses in which the gaze then returns once to one of these points, or to the one touched before, 0 to
+    /// Fraction of the pauses in which the gaze then returns once to one of these points, or to the point touched before, 0 to
     /// 1. Default 0.
     pub glances_back: f64,
     /// Amplitude of the tremor of the hand, m. Default 0.0003, at frequencies from 8 to 12 Hz.
@@ -145,7 +145,7 @@ impl PersonConfig {
     /// Maximum number of points that the gaze visits in one pause.
     pub const MOST_PLACES: usize = 3;
 
-    /// Maximum number of glances in one pause: those, and one return.
+    /// Maximum number of glances in one pause: one per point, and one return.
     pub const MOST_GLANCES: usize = Self::MOST_PLACES + 1;
 
     /// Realistic people: all traits enabled, magnitudes assumed.
@@ -193,9 +193,9 @@ impl PersonConfig {
 
     /// A nominal person who looks around: 0 to 3 glances per pause, 0.2 to 0.6 s each, and a return in 30 % of the pauses.
     ///
-    /// Only the gaze between touches differs from the default, to isolate the effect of glances. During manual work nearly every
-    /// fixation serves the task, and the eyes reach the next object half a second before the hand [Land 2001]; but an early fixation
-    /// need not lead to a reach: 20 % of the reaches were preceded by a fixation on the target some 3 s earlier, with others in between
+    /// Only the gaze between touches differs from the default, to isolate the effect of glances. During manual work nearly every fixation
+    /// serves the task, and the eyes reach the next object half a second before the hand [Land 2001]. But a fixation need not be followed
+    /// directly by a reach: 20 % of the reaches were preceded by a fixation on the target about 3 s earlier, with other fixations in between
     /// [Mennie 2007]. The literature gives no number of unrelated glances for this task: the counts are a pessimistic assumption.
     #[must_use]
     pub fn glancing() -> Self {
@@ -206,8 +206,8 @@ impl PersonConfig {
         }
     }
 
-    /// A person of no known kind: most traits are drawn from ranges at least as wide as those of [`varied`](Self::varied), none of them from
-    /// data; the others, such as press and hold, are the default's. For judging what was made for the other kinds.
+    /// A person unlike the other presets: most traits are drawn from ranges at least as wide as those of [`varied`](Self::varied), none of
+    /// them from data; the others, such as press and hold, have their default. Use it to evaluate what was developed with the other presets.
     #[must_use]
     pub fn random(seed: u64) -> Self {
         let mut draw = Draw::new(seed, RANDOM);
@@ -306,10 +306,10 @@ impl PersonConfig {
             within,
             "glances",
             most as f64,
-            "at least the fewest, at most 3",
+            "at least the lower number, at most 3",
         )?;
         positive("dropout_s", self.dropout_s)?;
-        // Otherwise the tremor alone could move the tip back through the surface.
+        // With a smaller depth, the tremor alone could move the tip back through the surface.
         let depth_m = self.press_depth_m[0];
         let deep = depth_m >= 2.0 * self.tremor_m[1];
         that(deep, "press_depth_m", depth_m, "at least twice the tremor")?;

@@ -3,7 +3,7 @@
 use super::profile::minimum_jerk;
 use glam::{DMat3, DQuat, DVec3};
 
-/// Hand gesture. The index finger leads in all of them; in a grasp, together with the thumb.
+/// Hand gesture. The index finger leads in all gestures; in a grasp, it leads together with the thumb.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Gesture {
     /// Index finger extended, the others curled, all the time.

@@ -6,13 +6,13 @@ use super::gaze::{Fixation, LookAt, SACCADE_S};
 use super::habits::Person;
 use glam::DVec3;
 
-/// Separate stream of random numbers: a person without glances is unchanged.
+/// Separate stream of random numbers, so that glances do not change the other habits of a person.
 const GLANCES: u64 = 0x6A09_E667_F3BC_C909;
 
 const MOST_GLANCES: usize = PersonConfig::MOST_GLANCES;
 
-/// No glance at a point closer than this to the next touched point or the last glance, m: the gaze would already be
-/// there. An assumption; the width of a spread hand.
+/// Least distance of a glance from the next touched point and from the last glance, m: at a closer point, the gaze
+/// would already be there. An assumption: the width of a spread hand.
 const APART_M: f64 = 0.2;
 
 /// A glance at an untouched point in the pause before a touch. Times in s from the start of the sequence.

@@ -10,19 +10,20 @@
 //!
 //! `PersonConfig::default()` is a nominal person: speed, bow, hand size and tremor are individual, everything else is the textbook value.
 //! `PersonConfig::varied()` enables all traits that make prediction hard; each field can also be set alone. `fast()` and `slow()` are nominal
-//! people with another speed, `glancing()` nominal people who look around. `TouchTruth` gives the time at which the gaze landed on the target.
+//! people with another speed; `glancing()` gives nominal people who look around. `TouchTruth` gives the time at which the gaze landed on the
+//! target.
 //!
 //! | trait | how |
 //! | --- | --- |
 //! | speed profile | time is warped, so that the peak comes early or late (0.3 to 0.7 of the time) |
-//! | correction | the first movement falls short and aside, a second one overlaps it and corrects that: the sum of two such movements |
+//! | correction | the first movement falls short and to one side; a second one overlaps with it and corrects the error; the path is the sum of both |
 //! | movement time | grows with a power of the distance: 0.5 keeps the same peak acceleration |
-//! | gesture | pointing, flat all the time, or clenched at rest and opening on approach; grasping if asked for |
+//! | gesture | pointing, flat all the time, or clenched at rest and opening on approach; grasping on request |
 //! | posture, rests, head, lean | scatter from person to person and from reach to reach |
-//! | gaze | leads, is off, misses the reach altogether, or leaves shortly before the contact |
-//! | tracker | noise, and points that are lost for a while, each on its own |
-//! | glances | between touches the gaze visits places that are not touched, and sometimes goes back: `PersonConfig::glancing()`, `Person::plan_looking` |
-//! | change of mind | `Person::plan_reaches`: the hand glides over to the other target; `TouchTruth::changed` tells |
+//! | gaze | leads, is inaccurate, misses the target throughout a reach, or leaves shortly before the contact |
+//! | tracker | noise, and points that are lost for a while, independently |
+//! | glances | between touches the gaze visits places that are not touched, and sometimes returns to one of them: `PersonConfig::glancing()`, `Person::plan_looking` |
+//! | change of mind | `Person::plan_reaches`: the hand glides over to the other target; `TouchTruth::changed` reports it |
 //!
 //! ```rust
 //! use glam::DVec3;

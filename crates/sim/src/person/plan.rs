@@ -26,7 +26,7 @@ const CHANGED_TAKES: f64 = 1.3;
 /// Deviation of an off-target gaze, and size of the gaze shift when it leaves, rad.
 const MISS_RAD: [f64; 2] = [0.26, 0.70];
 const LEAVE_RAD: [f64; 2] = [0.14, 0.44];
-/// Time before contact at which it leaves, s.
+/// Time before contact at which the gaze leaves, s.
 const LEAVE_S: [f64; 2] = [0.05, 0.25];
 
 impl Person {
@@ -234,9 +234,9 @@ impl Person {
 /// The gaze in a reach.
 struct Looked {
     fixations: Vec<Fixation>,
-    /// True if it is off target throughout.
+    /// True if the gaze is off target throughout.
     missed: bool,
-    /// When it lands on the target, s.
+    /// When the gaze lands on the target, s.
     landed_s: Option<f64>,
 }
 

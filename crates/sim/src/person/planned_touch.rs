@@ -42,7 +42,6 @@ impl Timeline {
     }
 }
 
-/// One touch as planned.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct PlannedTouch {
     pub(super) approach: Approach,

@@ -5,9 +5,9 @@ use super::bisect::bisect;
 /// Allowed range of the speed peak, as a fraction of the time. The warp below reaches 0.255 to 0.745.
 pub(super) const PEAKS: [f64; 2] = [0.3, 0.7];
 
-/// End of a corrected movement's first part and start of its correction, as fractions of the time.
-/// They overlap, so the hand never stops between them. Assumed; in two-component reaches the first
-/// part takes most of the time (Elliott, Helsen and Chua 2001, A century later).
+/// End of a corrected movement's first part and start of its correction, as fractions of the time. The two parts
+/// overlap, so the hand never stops between them. Assumed; in two-component reaches the first part takes most of
+/// the time (Elliott, Helsen and Chua 2001, A century later).
 const PRIMARY_END: f64 = 0.8;
 const CORRECTION_START: f64 = 0.6;
 
@@ -40,7 +40,7 @@ impl Profile {
 
     /// `peak`: fraction of the time at which the (first) movement is fastest, within [`PEAKS`].
     pub(super) fn new(peak: f64, undershoot: f64) -> Self {
-        // Where d²/dτ² of minimum_jerk(w(τ)) vanishes: (1 - 2 w) w'² = k w (1 - w); the left side
+        // The speed peaks where d²/dτ² of minimum_jerk(w(τ)) vanishes: (1 - 2 w) w'² = k w (1 - w). The left side
         // is larger while k is too small.
         let early = |k: f64| {
             let w = peak + k * peak * (1.0 - peak);

@@ -26,7 +26,7 @@ pub struct TouchPlan {
 /// A reach to plan: a touch, and optionally another target that is meant first.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReachPlan {
-    /// The touch in the end.
+    /// The final touch.
     pub touch: TouchPlan,
     /// The initial target, if the person has a change of mind during the reach.
     pub meant_first: Option<TouchPlan>,
@@ -52,7 +52,8 @@ pub struct ChangeOfMind {
     pub switch_s: f64,
 }
 
-/// Ground truth of a touch, without tracker noise. Times in s from the start of the sequence, in the order of the fields.
+/// Ground truth of a touch, without tracker noise. Times are in s from the start of the sequence; those from `look_s`
+/// to `end_s` increase.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TouchTruth {
     /// Point on the surface, base frame, m.
@@ -79,7 +80,8 @@ pub struct TouchTruth {
     pub changed: Option<ChangeOfMind>,
     /// The gaze is off target during the whole reach.
     pub gaze_missed: bool,
-    /// The gaze lands on the target; `None` if not before contact. After a change of mind: on the final target.
+    /// The gaze lands on the target; `None` if it does not land before contact. After a change of mind: on the final
+    /// target.
     pub landed_s: Option<f64>,
     /// Glances in the preceding pause, in order.
     pub glances: [Option<Glance>; PersonConfig::MOST_GLANCES],
@@ -92,7 +94,7 @@ pub(super) struct Shape {
     pub(super) depth_m: f64,
     /// Largest lateral deviation in two directions along the surface, as fractions of the distance.
     pub(super) bow: [f64; 2],
-    /// Miss of the first part before the correction, likewise.
+    /// Miss of the first part before the correction, in the same directions and unit.
     pub(super) stray: [f64; 2],
     pub(super) profile: Profile,
 }
@@ -116,7 +118,7 @@ pub(super) struct ReachPath {
     /// Misdirection of the first part.
     stray_m: DVec3,
     profile: Profile,
-    /// Share of the time at which the surface is met.
+    /// Share of the time at which the hand meets the surface.
     tau_contact: f64,
 }
 
@@ -178,7 +180,7 @@ impl ReachPath {
         self.aside_m.length().hypot(self.height_m)
     }
 
-    /// Share of the time at which the surface is met.
+    /// Share of the time at which the hand meets the surface.
     pub(super) const fn tau_contact(&self) -> f64 {
         self.tau_contact
     }
@@ -209,9 +211,9 @@ impl ReachPath {
 
 /// The path to a touch, with or without a change of mind.
 ///
-/// With a change of mind the hand blends from the path to the first target into the path to the other one,
-/// within [`TURN`] of the time to contact. Both paths start from the same rest at the same time, so
-/// position and velocity are continuous, and the end is that of the other path.
+/// With a change of mind the hand blends from the path to the first target into the path to the other one, within
+/// [`TURN`] of the time to contact. Both paths start from the same rest at the same time, so position and velocity are
+/// continuous, and the end is that of the path to the other target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Approach {
     pub(super) path: ReachPath,

@@ -17,8 +17,8 @@ use std::f64::consts::TAU;
 /// Sway of a standing person's head, m, and its frequencies, Hz: an assumption.
 const SWAY_M: f64 = 0.004;
 const SWAY_HZ: [f64; 2] = [0.23, 0.31];
-/// Half width of the velocity differences, s: the error, jerk times its square over 6, is below
-/// 1e-7 m/s up to 6000 m/s³, twenty times the jerk of a reach.
+/// Half width of the velocity differences, s: the error is the jerk times the square of this, over 6. It is below
+/// 1e-7 m/s for jerks up to 6000 m/s³, twenty times the jerk of a reach.
 const DIFFERENCE_S: f64 = 1e-5;
 
 /// Hand, head and gaze at one instant, base frame.
@@ -37,7 +37,7 @@ pub struct PersonSample {
 }
 
 impl PersonSample {
-    /// The same as a tracker frame without missing points.
+    /// The sample as a tracker frame without missing points.
     #[must_use]
     pub fn hand_frame(&self) -> HandFrame {
         HandFrame {
@@ -260,7 +260,8 @@ impl TouchSequence {
     /// At rest, ahead and slightly down.
     fn true_gaze(&self, t_s: f64, head_m: DVec3) -> DVec3 {
         let ahead = (self.person.forward() - DVec3::Z * 0.2).normalize();
-        // Glances precede the gaze shift that starts a touch; before them the gaze is ahead since the last touch.
+        // Glances precede the gaze shift that starts a touch; before them, the gaze has been straight ahead since
+        // the last touch.
         let begun = |touch: &PlannedTouch| touch.gaze.first().is_some_and(|f| f.from_s <= t_s);
         let last = self.touches.partition_point(begun).checked_sub(1);
         let fixations = last.map_or(&[][..], |last| &self.touches[last].gaze);

@@ -11,8 +11,8 @@ use hwall_sim::{
 use hwall_testkit::{Sampler, Tol, assert_close, shared};
 use std::collections::BTreeMap;
 
-/// Reference positions are accurate to 1e-10 rad; its flange has a mass that the description does not have
-/// (tests/data/README.md).
+/// The reference positions are accurate to 1e-10 rad. The flange of the reference has a mass that the
+/// description does not have (tests/data/README.md).
 fn agrees(name: &str, case: &Case) {
     let [q, qd] = case.differences(false, Integrator::Rk4, 5e-5);
     assert!(q < 1e-8 && qd < 1e-7, "{name}: {q:e} rad, {qd:e} rad/s");
@@ -21,7 +21,7 @@ fn agrees(name: &str, case: &Case) {
         q < 1e-12 && qd < 1e-11,
         "{name}, flange: {q:e} rad, {qd:e} rad/s"
     );
-    // An eighth of the step, to test the accuracy of the reference's step.
+    // An eighth of the reference's step, to test the accuracy of the reference's step.
     let [q, _] = case.differences(true, Integrator::Rk4, 6.25e-6);
     assert!(q < 1e-11, "{name}, fine: {q:e} rad");
     let [q, _] = case.differences(true, Integrator::SemiImplicit, 1e-5);
@@ -179,7 +179,8 @@ fn stops_hold_and_give_no_energy() {
 
 #[test]
 fn an_impact_at_a_stop_takes_what_the_closed_form_says() {
-    // One joint loses all its energy. The other joints of an arm keep uncoupled energy.
+    // One joint loses all its energy. In an arm, the other joints keep the energy that is not coupled to the
+    // impact.
     for integrator in BOTH {
         let config = ChainMotionConfig {
             stops: vec![[-0.1, 0.25]],
@@ -200,7 +201,7 @@ fn an_impact_at_a_stop_takes_what_the_closed_form_says() {
 #[test]
 fn samples_and_torques_meet_their_times() {
     let mut torques = HeldTorques::new(1);
-    // Not a multiple of the step or of the sampling.
+    // A time that is not a multiple of the step or of the sampling period.
     torques.push(0.0333, &[1.0]).unwrap();
     torques.push(0.0717, &[-1.0]).unwrap();
     let sampling = MotionSampling {
@@ -219,7 +220,7 @@ fn samples_and_torques_meet_their_times() {
     assert_eq!(times, [0.0, 0.03, 0.06, 0.09, 0.1]);
     let velocity = ((0.0717 - 0.0333) - (0.1 - 0.0717)) / LEVER_KG_M2;
     assert_close!(seen[4].2, velocity, Tol::abs(1e-13));
-    // Times as written in decimal, although 7 × 0.01 is not 0.07 in binary.
+    // Times are as written in decimal, although 7 × 0.01 is not 0.07 in binary.
     let sampling = MotionSampling {
         duration_s: 1.0,
         every_s: 0.01,

@@ -237,7 +237,7 @@ fn an_infeasible_ramp_that_stops_is_not_overshot() {
 
 #[test]
 fn a_stream_caught_up_with_is_not_overshot_when_it_brakes() {
-    // Lagging by a jump at the start, and still catching up when it brakes.
+    // The servo lags by a jump at the start, and is still catching up when the stream brakes.
     for (share, behind_rad) in [(0.3, 0.3), (0.5, 0.1), (0.8, 0.05), (1.0, 0.02)] {
         let mut motion = motion_from(&moved(behind_rad));
         motion.set_speed_share(share).expect("a share");
@@ -318,9 +318,9 @@ fn limits_are_kept_whatever_is_commanded() {
             match (t_s as usize + seed as usize) % 6 {
                 0 => to = anywhere(&mut sampler),
                 1 if sampler.index(50) == 0 => to = anywhere(&mut sampler),
-                // A random walk faster than any joint.
+                // A random walk that is faster than any joint.
                 2 => to = walk(&to, &mut sampler, -0.05, 0.05),
-                // Right at the limits.
+                // Positions at the limits.
                 3 if sampler.index(100) == 0 => {
                     to = JointPositions(
                         ranges.map(|l| if sampler.bool() { l.min_rad } else { l.max_rad }),
@@ -354,7 +354,8 @@ fn irregular_periods_and_a_late_command_are_followed_within_the_limits() {
     let mut worst = [0.0_f64; 2];
     let (mut due_s, mut until_s) = (0.0, 0.0);
     for tick in 0..200_000_usize {
-        // The motion at 0.1 ms; commands at 0.1 to 8 ms, later all 1 ms with one 15 ms late now and then.
+        // The motion in steps of 0.1 ms. Commands come every 0.1 to 8 ms, later every 1 ms with an occasional
+        // delay of 15 ms.
         let t_s = tick as f64 * 1e-4;
         if t_s >= until_s {
             motion.set_goal(&anywhere(&mut sampler)).expect("a motion");
@@ -410,7 +411,7 @@ fn a_stream_that_ends_abruptly_is_come_back_to() {
     });
     track.assert_within_limits(1e-6);
     assert!((arm.q()[0] - moved(0.8 * 0.599)[0]).abs() < 1e-12);
-    // The stopping distance from 0.8 rad/s, and no more.
+    // The overshoot is at most the stopping distance from 0.8 rad/s.
     let limits = limits();
     for i in 0..7 {
         let (v, a) = (0.8, limits.acceleration_rad_per_s2[i]);

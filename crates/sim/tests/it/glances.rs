@@ -61,13 +61,14 @@ fn glances_last_as_asked_and_lead_to_the_target_without_a_break() {
             all += 1;
             let seen = |g: &Glance| glances.iter().filter(|o| o.at_m == g.at_m).count() > 1;
             back += u32::from(glances.iter().any(seen));
-            // The pause is as drawn, or longer if the glances need more time.
+            // The pause has the drawn length, or is longer if the glances need more time.
             let pause_s = touch.look_s - rest_from_s;
             assert!((0.5..=4.0 * 0.66).contains(&pause_s), "{pause_s}");
             rest_from_s = touch.end_s;
         }
     }
-    // 0 to 3 glances equally often, and sometimes a return: with a single point only to the point touched before.
+    // 0 to 3 glances are equally frequent, and sometimes there is a return; with a single point, only to the
+    // point touched before.
     let share = |n: usize| f64::from(counts[n]) / f64::from(all);
     assert!((0.15..0.25).contains(&share(0)), "{counts:?}");
     assert!((0.04..0.12).contains(&share(4)), "{counts:?}");
@@ -88,7 +89,7 @@ fn the_gaze_lands_on_the_target_when_it_is_said_to() {
             for touch in sequence.touches() {
                 assert_eq!(touch.landed_s.is_none(), touch.gaze_missed);
                 let Some(landed_s) = touch.landed_s else {
-                    // Off target until the hand withdraws.
+                    // The gaze is off target until the hand withdraws.
                     for share in 0..=20 {
                         let t_s = touch.look_s
                             + 0.06
@@ -208,7 +209,7 @@ fn people_of_a_seed_stay_who_they_were() {
         let last = sequence.touches()[2];
         let measured_s = [last.look_s, last.start_s, last.contact_s, last.end_s];
         assert_close!(measured_s.to_vec(), times_s.to_vec(), Tol::abs(1e-12));
-        // The noise of a sample is seeded by the bits of its time, which are the same.
+        // The noise of a sample is seeded by the bits of its time, which have not changed.
         for (share, golden) in [(0.3, [*a, *b, *c]), (0.5, [*d, *e, *f])] {
             let gaze = sequence.sample(share * sequence.duration_s()).gaze;
             assert!(gaze.distance(DVec3::from_array(golden)) < 1e-9);

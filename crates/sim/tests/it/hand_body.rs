@@ -123,7 +123,7 @@ fn skin_sticks_and_slips_as_coulomb_says() {
         }
         (hand, wrench)
     };
-    // Below μ N = 3 N it sticks, with its shear spring deflected.
+    // Below μ N = 3 N the finger sticks, with its shear spring deflected.
     let (mut hand, wrench) = pressed(2.5, 1000);
     assert_close!(hand.position_m().x, 2.5 / 1000.0, Tol::abs(1e-6));
     assert_close!(wrench.force_n.x, 2.5, Tol::abs(1e-3));
@@ -132,7 +132,7 @@ fn skin_sticks_and_slips_as_coulomb_says() {
         hand.step(1e-3, &Pose::IDENTITY, &STILL, &push).unwrap();
     }
     assert_close!(hand.position_m().x, 2.5 / 1000.0, Tol::abs(1e-6));
-    // Above, it slides and exerts μ N on the board.
+    // Above that, it slides and exerts μ N on the board.
     let (hand, wrench) = pressed(4.0, 100);
     assert!(hand.velocity_m_per_s().x > 0.02);
     assert_close!(wrench.force_n.x, 3.0, Tol::abs(1e-6));

@@ -24,7 +24,8 @@ fn viscous_friction_decays_exponentially() {
 
 #[test]
 fn dry_friction_stops_where_the_closed_form_says_and_stays() {
-    // I q̈ = -F: rest after I v / F, at I v² / 2 F. With b q̇ on top: after (I / b) ln(1 + b v / F).
+    // I q̈ = -F: the joint stops after I v / F, at I v² / 2 F. With additional viscous friction b
+    // q̇, it stops after (I / b) ln(1 + b v / F).
     let (v, dry) = (1.5, 0.4);
     for (integrator, tolerance) in [(Integrator::Rk4, 1e-12), (Integrator::SemiImplicit, 2e-3)] {
         let mut motion = turning(JointFriction::coulomb(dry), integrator, v);
@@ -77,7 +78,7 @@ fn a_joint_breaks_away_above_its_breakaway_torque_only() {
             run(&mut motion, 1000, 1e-3, &[sign * 1.499]);
             assert_eq!((motion.q()[0], motion.qd()[0]), (0.0, 0.0));
             run(&mut motion, 1000, 1e-3, &[sign * 1.501]);
-            // In motion only dry friction acts.
+            // In motion, only dry friction acts.
             let before = motion.qd()[0];
             run(&mut motion, 100, 1e-3, &[sign * 1.501]);
             let gained = (motion.qd()[0] - before) / 0.1;

@@ -74,7 +74,7 @@ fn same_seed_same_sequence_and_another_seed_another_person() {
     assert_ne!(person(5).mean_reach_s(), person(6).mean_reach_s());
     assert_ne!(person(5).hand_length_m(), person(6).hand_length_m());
 
-    // The same results in any order.
+    // The results are the same in any order.
     let sequence = person(5).plan(&plan(0, 10)).unwrap();
     let mut backwards: Vec<_> = times()
         .collect::<Vec<_>>()
@@ -136,7 +136,7 @@ fn tremor_has_its_amplitude_and_frequency_at_rest() {
             .windows(2)
             .filter(|w| w[0][axis] * w[1][axis] < 0.0)
             .count();
-        // 10 s, two crossings per period.
+        // 10 s with two crossings per period.
         assert!((158..=242).contains(&crossings), "{crossings}");
     }
 }

@@ -56,7 +56,7 @@ fn a_step_starts_after_the_reaction_delay_of_22_ms() {
             arm.advance(irregular(&mut sampler, 1e-6, 5e-3)).unwrap();
         }
         assert!(still_s <= given_s + 0.022 + 1e-12);
-        // Full jerk from the moment of effect on: v = j (t - t0)² / 2.
+        // The joint has full jerk from the moment of effect on: v = j (t - t0)² / 2.
         let since_s = (2.0 * arm.qd()[0] / jerk_rad_per_s3(0)).sqrt();
         let delay_s = arm.t_s() - since_s - given_s;
         assert_close!(delay_s, 0.022, Tol::abs(1e-12));
@@ -123,7 +123,7 @@ fn limits_hold_over_1e5_random_commands_with_irregular_steps() {
         let command = if sampler.uniform(0.0, 1.0) < 0.1 {
             ArmCommand::Hold
         } else {
-            // Often exactly at a limit, where overshoot is impossible.
+            // Commands are often exactly at a limit, where overshoot is impossible.
             ArmCommand::Position(JointPositions(limits.map(|limit| match sampler.index(5) {
                 0 => limit.min_rad,
                 1 => limit.max_rad,
@@ -162,7 +162,8 @@ fn hold_brakes_to_rest_within_the_stopping_distance() {
     let (q, qd) = (arm.q(), arm.qd());
     arm.advance(1.0).unwrap();
     assert_eq!(arm.qd().0, [0.0; 7]);
-    // Still at full acceleration: it takes 20 ms to reverse it and another 10 ms to end it.
+    // The joint is still at full acceleration: reversing the acceleration takes 20 ms, and
+    // bringing it back to zero another 10 ms.
     let stop: [f64; 7] = std::array::from_fn(|i| {
         let (v, a, r) = (qd[i], acceleration_rad_per_s2(i), 0.01);
         assert_close!(v, a * (0.15 - 0.5 * r), Tol::abs(1e-9));
@@ -215,7 +216,7 @@ fn nan_and_commands_outside_the_limits_are_refused_and_the_last_stays_in_force()
     arm.advance(3.0).unwrap();
     assert_eq!(arm.q(), target);
 
-    // Within the slack the command means the limit itself.
+    // Within the slack, the command means the limit itself.
     let mut q = moved(0.2);
     q[1] = max_rad + 5e-10;
     arm.command(ArmCommand::Position(q)).unwrap();

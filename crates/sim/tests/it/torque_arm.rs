@@ -44,7 +44,7 @@ fn delay_and_lag_are_exact() {
         let effect_s = 0.003 + command_delay_s + torque_delay_s;
         for k in 0..400 {
             let since_s = arm.t_s() - effect_s;
-            // At a jump either value is right.
+            // At a jump, either value is right.
             if since_s.abs() > 1e-9 {
                 let share = match since_s > 0.0 {
                     true if lag_s > 0.0 => -(-since_s / lag_s).exp_m1(),
@@ -102,7 +102,7 @@ fn the_arm_holds_at_first_and_does_not_move_at_all() {
         ms(&mut arm, 500);
         assert_eq!(arm.q(), start());
         assert_eq!(arm.qd().0, [0.0; 7]);
-        // Also if compliant, below the breakaway torque.
+        // The same for a compliant arm below the breakaway torque.
         arm.command(overlay(6, 0.3)).unwrap();
         ms(&mut arm, 500);
         assert_eq!(arm.q(), start());
@@ -110,7 +110,7 @@ fn the_arm_holds_at_first_and_does_not_move_at_all() {
         ms(&mut arm, 500);
         assert!(arm.q()[6] > start()[6] + 0.05);
         assert_eq!(arm.q()[0], start()[0]);
-        // Hold brakes to rest, without chatter.
+        // `Hold` brakes to rest without chatter.
         arm.command(ArmCommand::Hold).unwrap();
         ms(&mut arm, 1000);
         let (rest, mut moved) = (arm.q(), 0);
@@ -157,7 +157,7 @@ fn following(config: TorqueConfig) -> [f64; 3] {
 
 #[test]
 fn a_stream_is_followed_closely() {
-    // A command every millisecond: due to the delay the servo knows the next ones.
+    // With a command every millisecond, the delay lets the servo know the next commands.
     let [rad, m, rest_m] = following(TorqueConfig {
         command_delay_s: 0.005,
         ..TorqueConfig::ideal()
@@ -177,7 +177,7 @@ fn a_stream_is_followed_closely() {
 
 #[test]
 fn a_wrench_moves_the_compliant_arm_as_its_inertia_says() {
-    // M q̈ = Jᵀ f at once after the push.
+    // M q̈ = Jᵀ f immediately after the push.
     let mut arm = weightless(TorqueConfig::ideal());
     arm.command(overlay(0, 0.0)).unwrap();
     ms(&mut arm, 2);
@@ -279,7 +279,7 @@ fn joints_stop_at_their_limits() {
     // The torque of the stop counts as external.
     let found = arm.state().unwrap().external_torque.unwrap();
     assert!(found[6] < -6.0, "{}", found[6]);
-    // Positions lead away again.
+    // Commanded positions lead away again.
     arm.command(ArmCommand::Position(start())).unwrap();
     ms(&mut arm, 4000);
     assert!(arm.q().max_abs_difference(&start()) < 5e-3);
@@ -303,7 +303,7 @@ fn the_same_seed_gives_the_same_run_and_cuts_of_time_do_not_matter() {
     };
     assert_eq!(run(1, 1e-3), run(1, 1e-3));
     assert_ne!(run(1, 1e-3).1, run(2, 1e-3).1);
-    // Whole periods and half integration steps: the same periods, the same noise.
+    // Whole periods and half integration steps give the same control periods and the same noise.
     for cut_s in [2e-3, 0.2] {
         assert_eq!(run(1, 1e-3), run(1, cut_s));
     }

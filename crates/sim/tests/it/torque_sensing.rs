@@ -24,7 +24,7 @@ fn the_observer_is_a_low_pass_of_the_truth() {
             let phase = f64::from(k) * 0.02;
             let wrench = force(-15.0 * phase.sin(), 5.0, 8.0 * phase.cos());
             arm.apply_wrench(wrench).unwrap();
-            // Approximately the mean over the step.
+            // This is approximately the mean over the step.
             let before = arm.model().jacobian(&arm.q()).torques(&wrench);
             ms(&mut arm, 1);
             let after = arm.model().jacobian(&arm.q()).torques(&wrench);

@@ -106,7 +106,7 @@ fn damping_pushes_but_never_pulls() {
         DVec3::NEG_Z * 1.0,
         Tol::abs(1e-12)
     );
-    // Along the face: no friction.
+    // Along the face there is no friction.
     assert_close!(
         force(DVec3::X).unwrap(),
         DVec3::NEG_Z * 2.0,

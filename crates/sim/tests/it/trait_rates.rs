@@ -10,7 +10,7 @@ fn a_population_is_the_same_however_many_are_drawn() {
     let config = PersonConfig::varied();
     let population = Population::new(config, 3).unwrap();
     let drawn: Vec<Person> = (0..50).map(|i| population.person(i)).collect();
-    // Again, alone, and in reverse order.
+    // Each person again, alone, and in reverse order.
     for i in (0..50_u64).rev() {
         let alone = Population::new(config, 3).unwrap().person(i);
         assert_eq!(alone, drawn[i as usize]);
@@ -68,13 +68,14 @@ fn dropouts_occur_at_the_asked_rate_and_last() {
         for point in &points {
             let lost = point.iter().filter(|seen| !**seen).count();
             assert_close!(lost as f64 / f64::from(n), dropout, Tol::rel(0.12));
-            // Cells are independent, so the mean loss is one over the kept fraction, in cells.
+            // Cells are independent, so the mean length of a loss in cells is 1 over the kept
+            // fraction.
             let losses = point.windows(2).filter(|w| w[0] && !w[1]).count();
             let mean_s = lost as f64 / losses as f64 / 90.0;
             let wanted_s = (dropout_s.max(1.0 / 90.0)) / (1.0 - dropout);
             assert_close!(mean_s, wanted_s, Tol::rel(0.1));
         }
-        // Each on its own.
+        // Points are lost independently of each other.
         let both = (0..n as usize)
             .filter(|&k| !points[0][k] && !points[1][k])
             .count();
@@ -179,7 +180,7 @@ type Spoil = fn(&mut PersonConfig);
 /// A setting by name, and how to set it.
 type Setting = (&'static str, fn(&mut PersonConfig, f64));
 
-/// Settings of one number that must be between 0 and 1, or in a smaller range.
+/// Settings whose single number must be between 0 and 1, or in a smaller range.
 const SHARES: &[Setting] = &[
     ("posture_rad", |c, x| c.posture_rad = x),
     ("distance_exponent", |c, x| c.distance_exponent = x),
@@ -194,7 +195,7 @@ const SHARES: &[Setting] = &[
     ("undershoot", |c, x| c.undershoot = [0.05, x]),
 ];
 
-/// Others that must not be negative.
+/// Other settings that must not be negative.
 const SIZES: &[Setting] = &[
     ("head_scatter_m", |c, x| c.head_scatter_m = x),
     ("rest_scatter_m", |c, x| c.rest_scatter_m = x),

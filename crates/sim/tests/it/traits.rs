@@ -1,4 +1,4 @@
-//! Traits: each has the effect of its setting, and none moves the contact.
+//! Traits: each setting has its effect, and none moves the contact.
 
 use crate::common::{changing, height, plan, sequence};
 use glam::DVec3;
@@ -192,7 +192,7 @@ fn a_change_of_mind_is_smooth_and_told() {
             assert_close!(meant.normal, touches[i].normal.normalize(), Tol::abs(1e-12));
             let share = (meant.switch_s - touch.start_s) / (touch.contact_s - touch.start_s);
             assert!((0.24..0.61).contains(&share), "{share}");
-            // Until then it is the path to the other target.
+            // Until then, the path is that to the other target.
             let straight = |target_m: DVec3| {
                 let from_m = sequence.true_index_tip(touch.start_s);
                 let gone = sequence.true_index_tip(meant.switch_s) - from_m;
@@ -203,7 +203,7 @@ fn a_change_of_mind_is_smooth_and_told() {
                 "{}",
                 straight(meant.target_m)
             );
-            // Position, velocity and acceleration stay bounded: steps of 0.2 ms.
+            // Position, velocity and acceleration stay bounded, tested in steps of 0.2 ms.
             let h = 2e-4;
             let steps = ((touch.press_s - touch.start_s) / h) as u32;
             let mut last = DVec3::ZERO;
@@ -223,7 +223,7 @@ fn a_change_of_mind_is_smooth_and_told() {
             assert!(off < 0.09, "{off}");
         }
     }
-    // Without a change of mind it equals a plan of touches.
+    // Without a change of mind, the sequence equals that of a plan of touches.
     let touches = plan(3, 4);
     let reaches: Vec<ReachPlan> = touches.iter().map(|&t| t.into()).collect();
     let person = Person::new(config, 3).unwrap();

@@ -1,4 +1,4 @@
-//! Priors of several components, with few hypotheses left of them.
+//! Priors of several components, and small numbers of hypotheses.
 
 use super::{
     HAND, config, demonstrations, evenly, goal, miss, model, motion, reached, step, training,
@@ -26,7 +26,8 @@ fn hypotheses_stay_few_and_their_modes_are_told() {
     assert!(miss(&mut bank, g) < 0.02);
 }
 
-/// Two people: one reaches high in a curve, the other low. The person must be recognised, and the end predicted better than with one blurred prior.
+/// Two people: one reaches high in a curve, the other low. The mixture must recognise the person and predict the end better than with one blurred
+/// prior.
 #[test]
 fn a_mixture_by_person_recognises_the_person() {
     let mut sampler = Sampler::new(8);

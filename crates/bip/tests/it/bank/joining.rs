@@ -9,10 +9,10 @@ use hwall_testkit::Sampler;
 #[test]
 fn a_motion_that_is_under_way_is_joined() {
     let model = model();
-    // With the noise of the fit alone, fifteen times smaller than the linearisation error of the phase, the first samples exclude a phase that is
-    // off by a few percent, and with it the hypotheses next to the true one. Early in the motion none is lost; where the hand is fastest some are:
-    // over four seeds 0, 0, 11, 34 and 16 of 320, joined at 10 to 50 %. More joining phases or a wider initial variance would hide that the noise
-    // is too small; with a larger noise for late starts, none is lost.
+    // The noise of the fit alone is fifteen times smaller than the linearisation error of the phase. With it, the first samples exclude a phase
+    // that is off by a few percent, and with it the hypotheses next to the true one. Early in the motion none is lost; where the hand is fastest
+    // some are: over four seeds 0, 0, 11, 34 and 16 of 320, joined at 10 to 50 %. More joining phases or a wider initial variance would hide that
+    // the noise is too small. With a larger noise, no late start is lost.
     let none = [0; 5];
     let cases = [
         ("wide", config(), none, 0.0),
@@ -49,7 +49,7 @@ fn a_motion_that_is_under_way_is_joined() {
     }
 }
 
-/// Regression test: branches of other hypotheses filled the places for motions under way, step by step.
+/// Regression test: step by step, branches of other hypotheses filled the places for motions under way.
 #[test]
 fn an_ordinary_motion_has_few_hypotheses_from_its_third_sample_on() {
     let model = model();
@@ -70,7 +70,7 @@ fn an_ordinary_motion_has_few_hypotheses_from_its_third_sample_on() {
     }
 }
 
-/// A hand that appears away from the start and stays: no divergence, and a motion after it is detected.
+/// A hand that appears away from the start and stays there: the bank does not diverge, and detects a motion after it.
 #[test]
 fn a_hand_frozen_away_from_the_start() {
     let model = model();

@@ -70,7 +70,7 @@ fn model() -> Model {
     Model::train(&demonstrations(1, 20), &training()).unwrap()
 }
 
-/// Independent noise, as here, needs no factor; a tracker on a real person does.
+/// Independent noise, as here, needs no factor; data from a real person do.
 fn config() -> BankConfig {
     BankConfig {
         filter: FilterConfig {

@@ -47,7 +47,7 @@ fn a_pause_is_recognised_and_overcome() {
     let mut worst_filter: f64 = 0.0;
     for _ in 0..5 {
         let g = goal(&mut sampler);
-        // Rests for 40 samples after 0.4 of the way.
+        // The hand rests for 40 samples after 0.4 of the way.
         let progress: Vec<f64> = (0..130)
             .map(|k| match k {
                 0..36 => f64::from(k) / 90.0,
@@ -88,7 +88,7 @@ fn a_change_of_mind_is_followed() {
     let mut missed = Vec::new();
     for _ in 0..8 {
         let (first, second) = (goal(&mut sampler), goal(&mut sampler));
-        // Turns to the second goal between 0.35 and 0.55 of the time.
+        // The hand turns to the second goal between 0.35 and 0.55 of the time.
         let mut values = Vec::new();
         for t in evenly(100) {
             let over = reached((t - 0.35) / 0.2);
@@ -134,8 +134,8 @@ fn a_hand_that_dwells_before_it_starts() {
     assert!(miss(&mut bank, g) < 0.02);
 }
 
-/// Regression test: a stop that takes a tenth of the motion, or falls between two branchings on a coarser grid, was taken for another shape; a
-/// filter that joined late took a fifth of the motion for one.
+/// Regression test: a stop that takes a tenth of the motion, or falls between two branchings on a coarser grid, was mistaken for another
+/// shape. A filter that joined late mistook a fifth of the motion for another shape.
 #[test]
 fn intervals_hold_after_sudden_and_gradual_stops_and_a_late_start() {
     let model = model();
@@ -144,7 +144,7 @@ fn intervals_hold_after_sudden_and_gradual_stops_and_a_late_start() {
         37..77 => 37.0 / 90.0,
         _ => f64::from(k - 40) / 90.0,
     };
-    // Ten samples down, forty at rest, ten up again: each ramp covers as much as five samples at full speed.
+    // Ten samples slowing down, forty at rest, ten speeding up: each ramp covers as much as five samples at full speed.
     let gradual = |k: u32| match k {
         0..32 => f64::from(k) / 90.0,
         32..42 => (32.0 + f64::from(k - 32) - f64::from(k - 32).powi(2) / 20.0) / 90.0,

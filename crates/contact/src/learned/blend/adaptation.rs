@@ -12,16 +12,16 @@ use glam::{DMat3, DVec3};
 
 /// Weight of an older touch relative to the next one.
 const FORGETTING: f64 = 0.92;
-/// Weight of the prior from training, in touches: for the sizes of the sources' errors, which say little about the next ones; for the spread, at
-/// all times left and at one of them; for the places.
+/// Weight of the prior from training, as a number of touches: for the sizes of the sources' errors (past sizes say little about the next ones),
+/// for the spread at all times left, for the spread at one time left, and for the share of the places.
 const PRIOR_RATIO: f64 = 40.0;
 const PRIOR_SPREAD: f64 = 6.0;
 const PRIOR_STAGE: f64 = 12.0;
 const PRIOR_SHARE: f64 = 4.0;
 /// Largest squared error that counts, relative to the expected one.
 const MOST_RATIO: f64 = 60.0;
-/// A squared error this many times the expected one is a surprise. A single one is an outlier; two that agree within this share of their length
-/// show that the room has moved.
+/// A squared error above this multiple of the expected one is a surprise. A single surprise is an outlier. Two surprises whose difference is
+/// below the share `ALIKE` of their length show that the room has moved.
 const SURPRISE: f64 = 9.0;
 const ALIKE: f64 = 0.5;
 /// Sources that must agree before a jump is assumed at all times left.
@@ -40,7 +40,7 @@ const STAGE_SPREADS: [f64; 2] = [0.3, 4.0];
 /// An estimate kept until the contact shows its error.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::learned) struct Pending {
-    /// By each source, before any correction, m. This and the next two are means over estimates at about the same time left.
+    /// End predicted by each source, before any correction, m. This and the next two are means over estimates at about the same time left.
     pub(in crate::learned) ends_m: Ends,
     /// Expected mean square of the error of each source, m².
     pub(in crate::learned) squares_m2: [f64; SOURCES],
@@ -75,7 +75,7 @@ struct Stage {
     way: f64,
     habit: Habit,
     late: Lateness,
-    /// Factor on the variance of errors here, relative to the one at all times left.
+    /// Factor on the variance of errors at this time left, relative to the one at all times left.
     spread: f64,
 }
 
@@ -160,7 +160,7 @@ impl Adaptation {
         self.before = None;
     }
 
-    /// A reach may have begun; a touch would still belong to the previous one.
+    /// A reach may have begun; a touch still belongs to the previous reach.
     pub(in crate::learned) fn begin_tentatively(&mut self) {
         let said = std::mem::replace(&mut self.said, Said::NOTHING);
         self.before.get_or_insert(said);
@@ -183,7 +183,7 @@ impl Adaptation {
         &self.own_m[..self.touches.min(OWN_ENDS)]
     }
 
-    /// Interpolated between stages by the weights of the knots.
+    /// Corrections, interpolated between stages by the weights of the knots.
     pub(in crate::learned) fn at(&self, hats: &[f64; KNOTS]) -> Adapted {
         let mut out = Adapted {
             bias_m: [DVec3::ZERO; SOURCES],
@@ -233,8 +233,8 @@ impl Adaptation {
         shares.zip(hats).map(|(s, h)| s * h).sum()
     }
 
-    /// Remembers an estimate. Of several at about the same time left, the last one counts for the places, and later ones weigh more for the
-    /// sources. All weigh the same for the spread and the habit: errors differ on the two sides of a time left.
+    /// Remembers an estimate. Among estimates at about the same time left, only the last counts for the places, and later ones weigh more for
+    /// the sources. All weigh the same for the spread and the habit, because errors before a knot differ from errors after it.
     pub(in crate::learned) fn remember(
         &mut self,
         hats: &[f64; KNOTS],
@@ -253,7 +253,7 @@ impl Adaptation {
         said.pending[nearest] = Some(before.map_or(pending, |b| pending.averaged(b, latest)));
     }
 
-    /// The reach ended with a touch here, m, at this time, s.
+    /// The reach ended with a touch at `contact_m`, m, at `contact_s`, s.
     pub(in crate::learned) fn touched(&mut self, contact_m: DVec3, contact_s: f64, blend: &Blend) {
         let (mut surprise, mut counted, mut judged) = (0.0, 0.0, 0.0);
         let said = self.before.as_mut().unwrap_or(&mut self.said);
@@ -303,7 +303,8 @@ impl Adaptation {
 }
 
 impl Stage {
-    /// Errors may have jumped by this squared length, m²: the excess over the expected size becomes the variance of the persistent error.
+    /// The errors may have jumped by a length with the square `jump_m2`, m²: the excess over the expected size becomes the variance of the
+    /// persistent error.
     fn expect(&mut self, jump_m2: f64, pending: &Pending, personal: &[f64; SOURCES]) {
         let each = self.doubt.iter_mut().zip(&pending.squares_m2).zip(personal);
         // A source without an estimate cannot be updated.

@@ -6,17 +6,17 @@ use glam::DVec3;
 
 /// Number of speeds at which the share is learned.
 const KNOTS: usize = 6;
-/// Their quantiles among the speeds of decelerating hands, dense at the low end.
+/// Quantiles of the speeds of decelerating hands at which the knots lie, dense at low speeds.
 const QUANTILES: [f64; KNOTS] = [0.02, 0.06, 0.12, 0.2, 0.32, 0.5];
-/// A hand counts as finally decelerating between these shares of its peak speed.
+/// A hand is certainly in its final deceleration below the first of these shares of its peak speed, and certainly not above the second.
 const SLOW: [f64; 2] = [0.3, 0.5];
 /// Below this displacement a hand has not started yet, so it cannot be decelerating, m.
 const LEAST_WAY_M: f64 = 0.02;
-/// Offset in the logarithm by which speeds are compared, m/s.
+/// Added to speeds before their logarithms are compared, m/s.
 const SPEED_OFFSET_M_PER_S: f64 = 5e-3;
-/// Smaller errors count as this, m.
+/// Smaller errors are raised to this value, m.
 const LEAST_ERROR_M: f64 = 2e-3;
-/// A share other than 1 must lower the mean logarithm of the error by this much.
+/// A share other than 1 must lower the mean logarithm of the error by at least this much.
 const WORTH: f64 = 0.02;
 const SHARES: [f64; 9] = [1.0, 0.875, 0.75, 0.625, 0.5, 0.375, 0.25, 0.125, 0.0];
 
@@ -48,7 +48,7 @@ fn key(speed_m_per_s: f64) -> f64 {
     (speed_m_per_s.max(0.0) + SPEED_OFFSET_M_PER_S).ln()
 }
 
-/// Certainty that a hand is finally decelerating, 0 to 1.
+/// Certainty that a hand is in its final deceleration, 0 to 1.
 fn slows(progress: &[f64; PROGRESS]) -> f64 {
     // The first sample of a reach has no speed yet.
     if progress[0] <= 0.0 || progress[1] < LEAST_WAY_M {
@@ -121,7 +121,7 @@ impl Arrival {
                 let share = (key - self.keys[k - 1]) / (self.keys[k] - self.keys[k - 1]).max(1e-9);
                 (out[k - 1], out[k]) = (1.0 - share, share);
             }
-            // Above it the weight fades within a factor of 1.5.
+            // Above the highest speed the weight fades within a factor of 1.5.
             None => out[KNOTS - 1] = (1.0 - (key - self.keys[KNOTS - 1]) / 0.4).max(0.0),
         }
         out
@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn a_hand_that_has_arrived_stays_and_one_that_pauses_goes_on() {
-        // Predicted 10 mm ahead; slow hands have arrived, faster ones still cover it.
+        // The predicted end is 10 mm ahead: slow hands have arrived, faster ones still cover it.
         let stops: Vec<Stop> = (0..200)
             .map(|k| {
                 let speed = 0.29 * f64::from(k) / 200.0;
@@ -182,7 +182,7 @@ mod tests {
         assert!(stop_m(0.01, 0.01) < 1e-3, "{arrival:?}");
         assert!(stop_m(0.25, 0.01) > 9e-3, "{arrival:?}");
         assert_eq!(stop_m(0.01, 0.3), 0.3);
-        // At the start a hand is slow as well, but at its peak speed so far.
+        // A starting hand is slow as well, but it moves at its peak speed so far.
         let s = Stop {
             progress: [0.1, 0.01, 0.01, 1.0],
             ..stop(0.01, 0.01, 0.3)

@@ -39,11 +39,11 @@ pub(super) struct Calibrated {
     pub(super) blend: Blend,
     /// Mean log density of the contacts under them.
     pub(super) score: f64,
-    /// Ratio of the stated covariances to the held-out errors: larger than 1, as errors on new reaches are larger.
+    /// Ratio of the stated covariances to the held-out errors: larger than 1, because errors on new reaches are larger.
     pub(super) optimism: f64,
 }
 
-/// The covariances in some axes.
+/// A blend with its covariances in the given axes.
 pub(super) fn calibrated(
     evidence: &Evidence,
     combined: &[Combined],
@@ -161,8 +161,8 @@ fn slope(evidence: &Evidence, judged: &[Judged]) -> f64 {
 /// Factors that give 90 % regions a coverage of 90 % on new errors, in every region of progress and at every time left. Returns their ratio to the
 /// factors for the training errors.
 fn spread(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, independent: f64) -> f64 {
-    // The errors of one person are alike, so there are fewer independent errors than reaches. A new error lies below their quantile less often than
-    // they do, and a covariance learned from few is too small for new ones.
+    // Errors of one person are correlated, so there are fewer independent errors than reaches. A new error lies below a quantile of the known
+    // errors less often than the known errors do, and a covariance learned from few errors is too small for new ones.
     let level = (0.9 * (independent + 1.0) / independent).min(LEVEL_MOST);
     let reaches = evidence.reaches();
     // Weights, inputs and spreads are chosen on the same errors.
@@ -240,8 +240,8 @@ const EVEN_ROUNDS: usize = 8;
 /// its end.
 const BY_PROGRESS: f64 = 0.4;
 
-/// Changes the spreads and the factors at the times left so that 90 % regions hold 90 % at every true moment, as far as progress and estimated
-/// time left can distinguish the moments.
+/// Changes the spreads and the factors at the times left so that 90 % regions contain 90 % of the contacts at every true moment, as far as progress
+/// and estimated time left can distinguish the moments.
 fn even(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, plain: &[f64], level: f64) {
     let moments: Vec<usize> = evidence
         .each()

@@ -14,7 +14,7 @@ const CLOCK_S: f64 = 2e-3;
 const LOST: f64 = 3.0;
 /// Largest disagreement that counts, relative to the typical one.
 const MOST_DISAGREEMENT: f64 = 30.0;
-/// Axes in which errors are alike from reach to reach.
+/// Axes in which error statistics are pooled over reaches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -53,7 +53,7 @@ pub(in crate::learned) struct Region {
     pub(in crate::learned) placed: f64,
     /// Share of the displacement from the combination to the places that is applied.
     pub(in crate::learned) share: f64,
-    /// Factor on the covariance that makes 90 % regions hold 90 %.
+    /// Factor on the covariance that makes 90 % regions contain 90 % of the ends.
     pub(in crate::learned) spread: f64,
     /// Mean square of the error of the time left, s², including the factor for its 90 % intervals.
     pub(in crate::learned) time_s2: f64,
@@ -125,7 +125,7 @@ impl Region {
         self.time_s2.sqrt().max(CLOCK_S)
     }
 
-    /// The same, interpolated from the logarithms of the regions' `time_s2`; see [`between`](Self::between).
+    /// Standard deviation of the time left, s, interpolated from the logarithms of the regions' `time_s2`; see [`between`](Self::between).
     pub(super) fn time_sd_between_s(logarithms: &[f64], gates: &[f64]) -> f64 {
         let logarithm = Self::logarithm_between(logarithms, gates);
         logarithm.exp().sqrt().max(CLOCK_S)
@@ -141,8 +141,8 @@ pub(in crate::learned) struct Combined {
     pub(in crate::learned) weights: [f64; SOURCES],
 }
 
-/// The combination of sources. The unit of the moments cancels; `ratios` are factors on the variances of their errors. A source far from all others
-/// is left out. `None` without a source.
+/// The combination of sources. The unit of the moments cancels; `ratios` scale the error variance of each source. A source far from all others is
+/// left out. `None` without a source.
 pub(in crate::learned) fn combine(
     region: &Region,
     ends: &Ends,
@@ -186,7 +186,7 @@ fn weighted(moments: &Pairs, ends: &Ends, there: [bool; SOURCES]) -> Option<Comb
         let pairs = ends.iter().zip(&weights);
         pairs.filter_map(|(e, w)| Some((e.as_ref().copied()?, *w)))
     };
-    // Relative to one of them, which avoids rounding errors far from the origin.
+    // Relative to one end, which avoids rounding errors far from the origin.
     let point_m = first_m + each().map(|(e, w)| (e - first_m) * w).sum::<DVec3>();
     let apart_m2 = each().map(|(e, w)| e.distance_squared(point_m) * w).sum();
     Some(Combined {
@@ -208,7 +208,7 @@ pub(in crate::learned) struct Personal {
 }
 
 impl Personal {
-    /// The same for all sources and times left, before training.
+    /// The same share for all sources and times left, before training.
     pub(in crate::learned) const fn even(share: f64) -> Self {
         Self {
             sources: [[share; SOURCES]; KNOTS],
@@ -265,7 +265,7 @@ impl Blend {
         (covariance + covariance.transpose()) * 0.5
     }
 
-    /// The factor on the covariance at a time left.
+    /// The factor on the covariance at the time left that `hats` describes.
     pub(in crate::learned) fn at_time(&self, hats: &[f64; KNOTS]) -> f64 {
         let pairs = hats.iter().zip(&self.factors);
         pairs.map(|(h, f)| h * f.ln()).sum::<f64>().exp()

@@ -10,7 +10,7 @@ use crate::learned::regression::local_ridge::Rows;
 use hwall_numeric::parallel;
 
 /// Errors are clipped to this many times the median: a primitive that diverges on one reach in a hundred is metres off and would outweigh all
-/// others.
+/// other errors.
 pub(super) const CLIP: f64 = 4.0;
 
 /// The estimates of all sources for one sample, each trained without the sample's fold.
@@ -32,11 +32,11 @@ pub(in crate::learned) struct Evidence<'a> {
     pub(in crate::learned) people: &'a [usize],
     /// Recorded reaches; those after them are time-scaled copies.
     pub(in crate::learned) made: usize,
-    /// The rows that count in each region, and how much.
+    /// The rows that count in each region, and their weights.
     pub(in crate::learned) near: Vec<Vec<(usize, f64)>>,
 }
 
-/// The rows that count in each region, and how much.
+/// The rows that count in each region, and their weights.
 pub(in crate::learned) fn near(samples: &[TrainingSample], rows: &Rows) -> Vec<Vec<(usize, f64)>> {
     let mut near = vec![Vec::new(); rows.regions];
     for (row, sample) in samples.iter().enumerate() {

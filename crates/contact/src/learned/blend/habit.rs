@@ -17,7 +17,7 @@ const SLOPES: [f64; 5] = [0.0, 0.01, 0.03, 0.06, 0.12];
 const TRIED: usize = OFFSETS.len() * SLOPES.len();
 /// A candidate must lower the mean logarithm of the squared error by this much.
 const WORTH: f64 = 0.005;
-/// Squared errors below this many times the expected one count as that.
+/// Squared errors below this multiple of the expected one are raised to it.
 const LEAST_ERROR: f64 = 0.1;
 /// The constant and the three axes of the remaining displacement.
 const TERMS: usize = 4;
@@ -25,7 +25,7 @@ const TERMS: usize = 4;
 /// A predicted remaining displacement.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::learned) struct WayLeft {
-    /// Start and end, m.
+    /// Present position and predicted end, m.
     pub(in crate::learned) now_m: DVec3,
     pub(in crate::learned) end_m: DVec3,
     /// Expected variance of the end in each axis, m².
@@ -74,7 +74,7 @@ impl Habits {
 /// stored until the contact is known.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::learned) struct Ways {
-    /// First position of the hand; all else is relative to it, which avoids rounding errors far from the origin, m.
+    /// First position of the hand; everything else is relative to it, which avoids rounding errors far from the origin, m.
     origin_m: DVec3,
     /// Sums of the products of the terms; of the terms over the standard deviation; and of the latter times the end.
     products: [[f64; TERMS]; TERMS],
@@ -141,7 +141,7 @@ impl Habit {
     /// `false` if there was no prediction, or the contact is not finite.
     fn add(&mut self, ways: &Ways, contact_m: DVec3) -> bool {
         let contact_m = contact_m - ways.origin_m;
-        // However many predictions there were, it is one touch.
+        // A touch counts once, however many predictions preceded it.
         let each = 1.0 / ways.weight.max(1.0);
         let mut misses = ways.ends;
         for (miss, term) in misses.iter_mut().zip(&ways.terms) {
@@ -214,8 +214,8 @@ pub(super) struct ForeseenReach {
     pub(super) left: [Vec<(WayLeft, f64)>; KNOTS],
 }
 
-/// The habits at each time left, with the prior variances for which a person's touches best predict their next one; 0 where they do not help.
-/// Reaches of one person are in order; a single person says nothing about others.
+/// The habits at each time left, with the prior variances with which a person's touches best predict the next touch; 0 where they do not
+/// help. The reaches of each person must be in order. One person alone gives no information about differences between people.
 pub(super) fn habits(people: usize, reaches: &[ForeseenReach]) -> [Habits; KNOTS] {
     std::array::from_fn(|k| {
         let mut habits = usual(reaches, k);
@@ -283,7 +283,7 @@ mod tests {
         DVec3::from_array(std::array::from_fn(|_| size * sampler.normal()))
     }
 
-    /// Some 0.2 m ahead of a hand far from the origin, 2 cm unsure.
+    /// An end about 0.2 m ahead of a hand far from the origin, with a standard deviation of 2 cm.
     fn ahead(sampler: &mut Sampler) -> WayLeft {
         let now_m = DVec3::new(40.0, -7.0, 1.0) + drawn(sampler, 0.1);
         WayLeft {

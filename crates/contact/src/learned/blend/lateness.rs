@@ -10,9 +10,9 @@ const MOST_RATIO: f64 = 9.0;
 pub(in crate::learned) struct Lateness {
     /// Mean delay, s.
     pub(in crate::learned) mean_s: f64,
-    /// Its variance, as a share of the mean square of the miss.
+    /// Variance of that mean, as a share of the mean square of the miss.
     doubt: f64,
-    /// Its value for people who have not touched yet.
+    /// `doubt` of a person who has not touched yet.
     share: f64,
 }
 

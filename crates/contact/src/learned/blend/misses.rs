@@ -24,7 +24,7 @@ impl Misses {
         count: 0.0,
     };
 
-    /// Another estimate.
+    /// Adds an estimate.
     pub(super) fn add(&mut self, said_m: DVec3, covariance_m2: DMat3) {
         let precision = covariance_m2.inverse();
         if !precision.is_finite() || !said_m.is_finite() {

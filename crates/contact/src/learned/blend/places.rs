@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 
-/// Most ends kept; of more, an even selection.
+/// Largest number of ends kept; a longer list is thinned evenly.
 const MOST_ENDS: usize = 256;
-/// Most touches of this person in this room that are kept.
+/// Largest number of touches of this person in this room that are kept.
 pub(in crate::learned) const OWN_ENDS: usize = 32;
-/// Weight of one of them, in ends of others.
+/// Weight of one of this person's touches, as a number of ends of other people.
 const OWN_COUNTS: f64 = 4.0;
 /// Candidate scatter of touches of one place, sd, m; the most likely one is used.
 const SCATTERS_M: [f64; 6] = [3e-3, 6e-3, 0.012, 0.025, 0.05, 0.1];
@@ -56,8 +56,8 @@ impl Places {
             .sum()
     }
 
-    /// Expected end if the reach ends where others did: the mean of the known ends, weighted by an estimate and its mean squared error per axis,
-    /// m². `own_m` are touches of this person; `without` is a fold to leave out.
+    /// Expected end if the reach ends where other reaches ended: the mean of the known ends, weighted by an estimate and its mean squared error
+    /// per axis, m². `own_m` are touches of this person; `without` is a fold to leave out.
     pub(in crate::learned) fn nearest(
         &self,
         estimate_m: DVec3,
@@ -105,7 +105,7 @@ mod tests {
         let beside_m = DVec3::new(0.02, 0.12, 1.0);
         let drawn_m = places.nearest(beside_m, 4e-4, &[], None).expect("near");
         assert!(drawn_m.distance(buttons[1]) < 4e-3, "{drawn_m}");
-        // At another place only this person has touched.
+        // Far from there, only this person has touched.
         let far_m = DVec3::new(0.0, 2.0, 1.0);
         assert_eq!(places.nearest(far_m, 4e-4, &[], None), None);
         let own_m = [far_m + DVec3::Z * 0.02];

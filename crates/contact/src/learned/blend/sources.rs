@@ -174,7 +174,7 @@ mod tests {
         }
         let w = weights(&m, [true, true, false, false, false]);
         assert_eq!(w, [1.0, 0.0, 0.0, 0.0, 0.0]);
-        // Neither zeros nor NaN break it.
+        // Weights stay finite and non-negative for zeros and NaN.
         for bad in [0.0, f64::NAN] {
             let w = weights(&diagonal([bad; SOURCES]), [true; SOURCES]);
             assert!(w.iter().all(|w| w.is_finite() && *w >= 0.0), "{w:?}");

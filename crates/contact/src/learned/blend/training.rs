@@ -33,7 +33,7 @@ impl Blend {
         };
         const BOTH: [Axes; 2] = [Axes::Way, Axes::World];
         let both = parallel::map(BOTH.len(), |k| in_axes(BOTH[k])).into_iter();
-        // The more likely one; a tie goes to the axes that turn with the reach.
+        // The axes with the higher likelihood; a tie goes to the axes that turn with the reach.
         let better = both.reduce(|way, world| if world.score > way.score { world } else { way });
         let Calibrated {
             mut blend,
@@ -50,7 +50,7 @@ impl Blend {
 pub(in crate::learned) struct HeldOut {
     /// Held-out estimate of every sample, m.
     pub(in crate::learned) points_m: Vec<DVec3>,
-    /// Ratio of the stated covariances to the held-out errors: larger than 1, as errors on new reaches are larger.
+    /// Ratio of the stated covariances to the held-out errors: larger than 1, because errors on new reaches are larger.
     pub(in crate::learned) optimism: f64,
 }
 
@@ -208,7 +208,7 @@ fn arrivals(evidence: &Evidence, points_m: &[DVec3]) -> (Arrival, Vec<DVec3>) {
     (Arrival::of(stops.iter()), points_m)
 }
 
-/// Number of independent errors: reaches of one person are alike [Kish 1965, section 5.4].
+/// Number of independent errors: reaches of one person are correlated [Kish 1965, section 5.4].
 fn independent(evidence: &Evidence, points_m: &[DVec3], regions: &[Region]) -> f64 {
     let alike = lasting(evidence, 1.0, |row| {
         let region = Region::between(regions, evidence.rows.gates(row));

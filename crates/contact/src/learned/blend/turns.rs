@@ -1,4 +1,4 @@
-//! Regions learned without most of each fold in turn, so that they are evaluated on errors they have hardly seen.
+//! For each fold, regions learned without most of it, so that they are evaluated on errors that hardly influenced them.
 
 use crate::learned::blend::combination::Region;
 
@@ -34,23 +34,24 @@ impl Turns {
     }
 }
 
-/// Sums of values over samples. Values that are weights index the sums they weigh; see [`Sums::without`].
+/// Sums of weighted values over samples, by fold and in total.
 pub(super) struct Sums<const N: usize> {
     own: Vec<[f64; N]>,
     all: [f64; N],
-    /// Index of the sum of weights of each value.
+    /// For each value, the index of the sum of its weights.
     weights: [usize; N],
 }
 
-/// A turn needs this share of the weight; with less it uses all.
+/// Least share of the weight that must remain in a turn; with less, the turn uses all samples.
 const ENOUGH: f64 = 0.3;
 
 /// Share of a fold that is held out in its own turn; the fold has a share `s` of the weight.
 ///
-/// If all is held out, weights learned from three people predict the fourth worse than weights from all four predict the next person; if none is,
-/// better than that. Let the best weight of each of `k = 1 / s` groups scatter by σ² about a common one. Learned from all but a part `h` of a
-/// group, it misses that group's own by σ² k (k - 1) / (k - h)²; learned from all, that of a new group by σ² (k + 1) / k. The two are equal at
-/// `h = k (1 - √((k - 1) / (k + 1)))`: 0.85 of two groups, 0.90 of four, all of many.
+/// With a whole fold held out, weights learned from three people predict the fourth person worse than weights learned from all four predict a new
+/// person; with nothing held out, better. Let the best weights of `k = 1 / s` groups scatter with variance σ² about a common value. Weights
+/// learned without a part `h` of a group differ from that group's best weight with variance σ² k (k - 1) / (k - h)²; weights learned from all
+/// groups differ from a new group's best weight with variance σ² (k + 1) / k. The two are equal at `h = k (1 - √((k - 1) / (k + 1)))`: 0.85 for
+/// two groups, 0.90 for four, 1 in the limit of many.
 fn held_out(share: f64) -> f64 {
     match share {
         s if s <= 1e-9 => 1.0,
@@ -80,7 +81,7 @@ impl<const N: usize> Sums<N> {
         sums
     }
 
-    /// The sums without most of a fold; those of all if little remains.
+    /// The sums without most of a fold, or the sums of all folds if little remains.
     fn without(&self, fold: usize) -> [f64; N] {
         let own = &self.own[fold];
         std::array::from_fn(|k| {
@@ -124,7 +125,7 @@ mod tests {
         let mut turns = Turns::new(1, 2);
         turns.learn(0, &sums, |region, [sum, n]| region.apart = sum / n);
         assert_eq!(turns.all[0].apart, 4.0);
-        // A fold that dominates a region is evaluated on itself.
+        // A fold that dominates a region is evaluated on all samples, including its own.
         let alone = Sums::of(2, [1, 1], [(0, [4.0, 1.0]), (1, [1e-3, 1e-3])].into_iter());
         let [sum, n] = alone.without(0);
         assert!(sum > 1.0 && n > 0.3);

@@ -22,7 +22,7 @@ pub(super) struct FileBlend {
     knots: [f64; KNOTS],
     factors: [f64; KNOTS],
     usual_distances: [f64; KNOTS],
-    /// One value for all times left, in files before version 6.
+    /// One value for all times left, in files older than version 6.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     personal: Option<[f64; SOURCES]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -159,7 +159,7 @@ impl FileBlend {
                     time: own.time,
                     habits: own.habits.unwrap_or([Habits::NONE; KNOTS]),
                 },
-                // Those versions did not adapt times and displacements.
+                // Files older than version 6 did not adapt times and displacements.
                 (None, sources) => Personal {
                     sources: [sources.unwrap_or_default(); KNOTS],
                     ..Personal::even(0.0)

@@ -135,13 +135,13 @@ impl LearnedModel {
     /// Reads a file to its end; see [`from_json`](Self::from_json).
     ///
     /// # Errors
-    /// As there; the reader fails, or the text is not UTF-8.
+    /// Errors of [`from_json`](Self::from_json); also if the reader fails or the text is not UTF-8.
     pub fn read_json(reader: impl Read) -> Result<Self, ContactError> {
         Self::from_json(&model_file::read(reader)?)
     }
 }
 
-/// With gaze, without it, and the touching point alone.
+/// Largest number of nested models in a file: with gaze, without gaze, and with the touching point alone.
 const MOST_MODELS: usize = 3;
 
 impl File {

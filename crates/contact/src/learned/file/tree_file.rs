@@ -67,7 +67,7 @@ impl FileCorrection {
                 known,
                 "feature of a tree",
                 *feature as f64,
-                "one that there is",
+                "an existing feature",
             )?;
             within("node of a tree", *next, nodes.saturating_sub(1))?;
             that(

@@ -10,9 +10,9 @@ use hwall_bip::{
 };
 use hwall_hand::{LabelledReach, NamedPoint};
 
-/// Most reaches for tuning the noise, spread evenly over all: more change little and take long.
+/// Largest number of reaches for tuning the noise, spread evenly over all; more reaches change little and take long.
 const TUNED_ON: usize = 60;
-/// Number of those that are held out one at a time.
+/// Number of these reaches that are held out one at a time.
 const TUNING_FOLDS: usize = 12;
 /// Candidate factors on the variance of the noise, and correlation times of deviations in sampling periods: coarser than the default search, whose
 /// last percent is not worth twice the training time.

@@ -4,13 +4,13 @@ use hwall_hand::{LabelledReach, Recording, Sample};
 
 /// Longest gap between samples that is interpolated, in median sample intervals.
 const LONGEST_GAP_STEPS: f64 = 2.5;
-/// Multiples of this most irrational number are spread evenly modulo 1, and so is any regular subsequence of them.
+/// Multiples of this number, the hardest to approximate by fractions, are spread evenly modulo 1, and so is any regular subsequence of them.
 const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
 
 /// One copy of each reach, half of them slower by this factor, the others faster.
 ///
-/// People move along much the same paths at different speeds, with speed profiles in proportion [Atkeson 1985]. So a scaled reach shows how others
-/// would have made it, and a model of a few people does not have to extrapolate to slower hands.
+/// People move along much the same paths at different speeds, with proportional speed profiles [Atkeson 1985]. So a scaled reach shows how other
+/// people would have moved, and a model of a few people does not have to extrapolate to slower hands.
 pub(in crate::learned) fn at_another_pace(
     reaches: &[&LabelledReach],
     times: f64,
@@ -63,7 +63,7 @@ fn resampled(reach: &LabelledReach, times: f64) -> Option<Vec<Sample>> {
 fn slow_down(reach: &mut LabelledReach, times: f64) {
     let contact_s = reach.contact_s;
     for frame in &mut reach.frames {
-        // A last sample after the contact by a rounding error is at the contact.
+        // Rounding can put the last sample after the contact; it then counts as at the contact.
         let before_s = (contact_s - frame.t_s).max(0.0);
         frame.t_s = contact_s - times * before_s;
     }

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 /// Shortest lag at which past positions are compared with the present one, s; each next lag is twice as long.
 const FIRST_LAG_S: f64 = 0.03;
-/// Most lags: nearly four seconds.
+/// Largest number of lags: nearly four seconds.
 pub(in crate::learned) const MOST_LAGS: usize = 8;
 /// Past displacements are scaled to this much time, so that all have a similar size.
 const HORIZON_S: f64 = 0.2;
@@ -26,7 +26,7 @@ const KEPT: usize = 512;
 /// Number of scalars that describe the progress of a reach.
 pub(in crate::learned) const PROGRESS: usize = 4;
 
-/// The inputs of a regression: the touching point and whatever else was usually seen.
+/// The inputs of a regression: the touching point and everything else that was seen in most samples.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::learned) struct Inputs {
     pub(in crate::learned) point: HandPoint,
@@ -38,14 +38,14 @@ pub(in crate::learned) struct Inputs {
     pub(in crate::learned) lags: usize,
     /// Mean offset of the touching point from every point, m; used early in a reach if one of them is missing.
     pub(in crate::learned) offsets_m: [Option<DVec3>; NamedPoint::COUNT],
-    /// Onset of a reach, whatever the segmentation; `None` in old files: the first sample.
+    /// Detects the onset of a reach independently of the segmentation; `None` in old files, where a reach starts at its first sample.
     pub(in crate::learned) onset: Option<ReachOnset>,
     /// Mean head position relative to the touching point, and mean gaze; used until they are seen.
     pub(in crate::learned) head_m: DVec3,
     pub(in crate::learned) mean_gaze: DVec3,
 }
 
-/// An input that a model may require besides the touching point.
+/// An input that a model may require in addition to the touching point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::learned) enum Cue {
     Point(NamedPoint),
@@ -54,7 +54,7 @@ pub(in crate::learned) enum Cue {
 }
 
 impl Inputs {
-    /// All inputs besides the touching point.
+    /// All inputs other than the touching point.
     pub(in crate::learned) fn cues(&self) -> impl Iterator<Item = Cue> + '_ {
         let points = self.others.iter().copied().map(Cue::Point);
         let head = self.head.then_some(Cue::Head);
@@ -201,7 +201,7 @@ fn head_of(frame: &HandFrame) -> Option<DVec3> {
     frame.head_m.filter(|h| h.is_finite())
 }
 
-/// Inputs besides the touching point in one sample.
+/// Inputs other than the touching point in one sample.
 #[derive(Debug, Clone, Copy)]
 struct Beside {
     head_m: Option<DVec3>,
@@ -395,7 +395,7 @@ impl ReachTrack {
         ]
     }
 
-    /// An input besides the touching point this long ago, or at the first sample, and its age; `None` if not seen then.
+    /// An input other than the touching point this long ago, or at the first sample, and its age; `None` if not seen then.
     fn earlier<T>(&self, ago_s: f64, seen: impl Fn(&Beside) -> Option<T>) -> Option<(f64, T)> {
         let (now_s, _) = self.now()?;
         let k = self.history.iter().rposition(|h| h.0 <= now_s - ago_s);
@@ -404,7 +404,7 @@ impl ReachTrack {
         Some((since_s, seen(self.beside.get(k)?)?))
     }
 
-    /// Displacement of an input besides the touching point over the standard horizon, by its motion over `lag_s`, m; zero while unknown.
+    /// Displacement of an input other than the touching point over `HORIZON_S`, extrapolated from its motion over `lag_s`, m; zero while unknown.
     fn moves(&self, lag_s: f64, seen: impl Fn(&Beside) -> Option<DVec3>) -> DVec3 {
         let now = self.beside.last().and_then(&seen);
         match (now, self.earlier(lag_s, seen)) {

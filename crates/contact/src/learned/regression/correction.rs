@@ -16,8 +16,8 @@ pub(in crate::learned) struct Correction {
 }
 
 impl Correction {
-    /// Inputs of the trees: the features, then the outputs of the regressions: remaining displacement and time by the one that only uses the reach,
-    /// and the end in the room by the other.
+    /// Inputs of the trees: the features; the remaining displacement and time by the regression relative to the start; the end by the regression
+    /// that uses the place in the room.
     pub(in crate::learned) fn features_into(
         features: &[f64],
         now_m: DVec3,

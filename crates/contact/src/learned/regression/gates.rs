@@ -6,9 +6,9 @@ use crate::learned::reaches::reach_track::PROGRESS;
 const OVERLAP: f64 = 4.0;
 /// Regions with less than this share of the nearest one's weight are ignored.
 const NEGLIGIBLE: f64 = 1e-3;
-/// Most samples in the search for centres.
+/// Largest number of samples in the search for centres.
 const MOST_SAMPLES: usize = 6000;
-/// Most iterations of the search for centres; it usually converges much earlier.
+/// Largest number of iterations of the search for centres; it usually converges much earlier.
 const ROUNDS: usize = 25;
 
 /// Overlapping regions in the space of progress; their weights sum to 1.

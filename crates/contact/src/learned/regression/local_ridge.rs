@@ -40,7 +40,6 @@ impl Rows {
         &self.gates[row * self.regions..(row + 1) * self.regions]
     }
 
-    /// Weight of a row in a region.
     fn weight(&self, row: usize, region: usize) -> f64 {
         self.weights[row] * self.gates(row)[region]
     }
@@ -109,9 +108,9 @@ impl Fitted {
 /// Which columns may be used, and how they are selected in each region.
 #[derive(Debug, Clone)]
 pub(in crate::learned) struct Blocks {
-    /// The first is always used.
+    /// Columns of each block; the first block is always used.
     pub(in crate::learned) columns: Vec<Range<usize>>,
-    /// Which of them may be used.
+    /// Which blocks may be used.
     pub(in crate::learned) allowed: Vec<bool>,
     /// Whether allowed blocks are selected on held-out folds in each region, or used everywhere.
     pub(in crate::learned) tried: bool,
@@ -129,8 +128,8 @@ const CHOICE_RIDGES: [f64; 3] = [3e-3, 3e-2, 0.3];
 /// Outputs that decide: the remaining displacement.
 const DECIDING: usize = 3;
 
-/// Are the second squared errors, by fold, clearly lower? By at least `WORTH`, and by more than the standard error of the difference (with few
-/// reaches up to 2.5 times it), to exclude chance.
+/// True if the squared errors `after` are clearly below those `before`, both by fold. The difference must be at least the share `WORTH`, and above
+/// its standard error (with few reaches up to 2.5 times it), to exclude chance.
 fn is_worth(before: &[f64], after: &[f64], reaches: f64) -> bool {
     let n = before.len().max(1) as f64;
     let gains = || before.iter().zip(after).map(|(b, a)| b - a);

@@ -30,9 +30,9 @@ pub(in crate::learned) struct Regression {
 
 /// Candidate numbers of regions.
 const REGIONS: [usize; 4] = [16, 32, 64, 128];
-/// Most samples for choosing among them.
+/// Largest number of samples for choosing the number of regions.
 const TRIED_ON: usize = 16_000;
-/// More regions must lower the error by this share.
+/// More regions must lower the error by at least this share.
 const WORTH_REGIONS: f64 = 0.005;
 
 /// The regression and its held-out predictions for the samples.
@@ -123,7 +123,7 @@ fn log_error(samples: &[TrainingSample], held_out: &[f64], outputs: usize) -> f6
     sum / total
 }
 
-/// Smaller errors count as this when errors are compared, m.
+/// Smaller errors are raised to this value when errors are compared, m.
 const LEAST_ERROR_M: f64 = 2e-3;
 
 /// Regions of progress over the samples.

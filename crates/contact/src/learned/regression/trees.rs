@@ -18,7 +18,7 @@ const LEAF_SHARE: f64 = 0.004;
 const LEAF_REACHES: f64 = 1.5;
 /// Shrinks a leaf towards zero as if this many reaches had needed no correction.
 const PRIOR_REACHES: f64 = 1.0;
-/// Most samples of one tree.
+/// Largest number of samples of one tree.
 const MOST_SAMPLES: usize = 12_000;
 
 /// A split, or a leaf if `feature` is [`LEAF`]; then `next` is the index of its value.
@@ -140,7 +140,6 @@ impl Trees {
         self.values.extend_from_slice(&other.values);
     }
 
-    /// The correction for features.
     pub(in crate::learned) fn correction(&self, features: &[f64]) -> [f64; CORRECTED] {
         let mut sum = [0.0; CORRECTED];
         for number in 0..self.roots.len() {

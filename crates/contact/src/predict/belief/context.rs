@@ -36,13 +36,13 @@ pub(in crate::predict) const SOURCES: usize = 6;
 /// One number for each source, in the order of [`EvidenceSource::ALL`].
 pub type SourceShares = [f64; SOURCES];
 
-/// Nodes of the fixation age for the table of shares, s; interpolated between.
+/// Nodes of the fixation age for the table of shares, s; shares in between are interpolated.
 pub(super) const LOOK_AGES_S: [f64; 6] = [0.05, 0.15, 0.27, 0.45, 0.8, 1.5];
-/// One more row for gaze that is not seen.
+/// The table has one more row, for lost gaze.
 pub(super) const AGES: usize = LOOK_AGES_S.len() + 1;
 /// Nodes of [`Context::cue`] for the table of shares.
 pub(super) const CUES: [f64; 3] = [0.0, 0.5, 1.0];
-/// One more column for an unknown cue: all samples.
+/// The table has one more column, for an unknown cue: all samples.
 pub(super) const COLUMNS: usize = CUES.len() + 1;
 
 /// The variables that the shares of the sources depend on.

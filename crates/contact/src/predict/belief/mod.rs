@@ -35,28 +35,29 @@ pub use training::{LabelledStream, StreamContact, StreamFilters};
 /// Predicts the next contact by a mixture over the sources of evidence.
 ///
 /// For every sample:
-/// 1. Each [`EvidenceSource`] gives a normal distribution of the contact: the estimator gives the end of the motion, the present fixation and the
-///    one before it a point on their line of sight; the others are the places this person has touched, and everywhere else.
-/// 2. They are mixed by how often each is right in this phase of a reach, at this age of the fixation, and for this agreement of fixation and
-///    motion ([`EvidenceModel`], learned from recordings). Each touch updates how reliable each source is for this person.
+/// 1. Each [`EvidenceSource`] gives a normal distribution of the contact: the end of the motion by the estimator, a point on the line of sight of
+///    the present fixation and of the one before it, the places this person has touched, and everywhere else.
+/// 2. The distributions are weighted by how often each source is right in this phase of a reach, at this age of the fixation, and for this
+///    agreement of fixation and motion ([`EvidenceModel`], learned from recordings). Each touch updates how reliable each source is for this
+///    person.
 /// 3. Each component is divided among the surfaces: density in the plane of a face, times the share of it that straight paths from the hand (or
 ///    from the eyes) meet first, times the sine of the angle of incidence. Untouchable surfaces block paths.
 /// 4. For each surface the components add up to a probability and a covariance; the point is the mean of those that agree with the most probable
 ///    one.
 ///
-/// Estimates of successive samples share their history, and a fixation has one error, not one per sample. So nothing is multiplied over time: a
-/// prediction depends on the estimate and the two fixations at that time. During saccades, or up to 0.3 s of lost gaze, the last fixation is still
-/// used. An estimator trained with gaze ([`LearnedConfig::gaze`](crate::LearnedConfig::gaze)) is better than the line of sight alone once the hand
-/// moves.
+/// Estimates of successive samples share their history, and a fixation has one error, not one per sample. So no densities are multiplied over time:
+/// a prediction depends on the estimate and the two fixations at that time. During saccades, or up to 0.3 s of lost gaze, the last fixation is
+/// still used. An estimator trained with gaze ([`LearnedConfig::gaze`](crate::LearnedConfig::gaze)) is better than the line of sight alone once the
+/// hand moves.
 ///
 /// The registration error between tracker and scene widens every component, and every covariance across its surface. With
 /// [`FusedConfig::registration`] it is learned from touches ([`Predictor::touched`]).
 ///
 /// A hand at rest on a surface touches it: that surface comes first, with the registration error as its covariance and time 0, and a tenth of the
-/// probability goes to all other surfaces, until the hand is faster than the onset of a reach or further away than a few registration errors. A
-/// hand that has passed through a surface touches that surface, from the side it came from.
+/// probability goes to all other surfaces. This ends when the hand is faster than the onset of a reach or further away than a few registration
+/// errors. A hand that has passed through a surface touches that surface, from the side it came from.
 ///
-/// If the evidence points at no surface, a [`DeterministicPredictor`] takes over, as it does if the estimator had too little training
+/// If the evidence points at no surface, a [`DeterministicPredictor`] takes over. It also takes over if the estimator had too little training
 /// ([`FusedPredictor::experience`]). After the first samples nothing is allocated, except by the estimator.
 #[derive(Debug, Clone)]
 pub struct FusedPredictor<E> {
@@ -137,7 +138,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         self.registration.as_ref()
     }
 
-    /// Learns from the reported touch if the hand was near the predicted surface: then the contact is on that surface.
+    /// Learns from the reported touch if the hand was near the predicted surface; the contact is then taken to be on that surface.
     fn learn_touch(&mut self, scene: &Scene) {
         let Some(Felt {
             seen_m,
@@ -166,7 +167,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                 normal: closest.normal,
                 located_sd_m: None,
             };
-            // It refuses only implausible touches, which must be ignored.
+            // The estimator rejects only implausible touches, which must be ignored.
             let _ = registration.touched(&touch);
         }
     }
@@ -299,8 +300,8 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         }
     }
 
-    /// Origin from which the surfaces of a source are visible. A moving hand meets whatever lies on its path. A hand without a direction yet may go
-    /// to anything the person sees.
+    /// Origin from which the surfaces of a source are visible. A moving hand meets whatever lies on its path. A hand that has no direction yet may
+    /// go to anything the person sees.
     fn viewpoint(
         &self,
         hand: &HandState,
@@ -354,7 +355,7 @@ pub enum Experience {
     Enough,
     /// Too little training: the gaze ray is used instead.
     TooLittle {
-        /// Its number of training reaches.
+        /// Number of training reaches of the estimator.
         reaches: usize,
         /// The required number ([`FusedConfig::least_reaches`]).
         needed: usize,
@@ -367,7 +368,7 @@ const NEGLIGIBLE: f64 = 0.005;
 /// Assumed distance of the fixated point if the line of sight meets nothing, m.
 const USUAL_LOOK_M: f64 = 0.8;
 
-/// A place further than this from its surface is void: e.g. a door has moved, m.
+/// A touched place further than this from its surface is ignored, m: for example, a door has moved.
 const LEFT_M: f64 = 0.03;
 
 /// Share of fixated places that can be reached although the straight path from the hand is blocked.
@@ -416,7 +417,7 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
             let registration_sd_m = self.registration_sd_m();
             let watch = &self.config.watch;
             let touched = self.rest.rest(scene, hand, &side, registration_sd_m, watch);
-            // Learn before this sample counts: it belongs to the touch itself.
+            // Learn from the touch before this sample is used, because the sample belongs to the touch.
             if let Some(place) = self.touch.step(hand, &side, touched.as_ref()) {
                 self.learn(&place);
             }

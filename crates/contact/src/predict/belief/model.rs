@@ -28,7 +28,7 @@ pub struct EvidenceModel {
 
 /// Untrained shares: people look at what they touch in five of six cases.
 const AT_REST: SourceShares = [0.0, 0.0, 0.7, 0.13, 0.07, 0.1];
-/// The same while moving, for a fixation at the predicted end of the motion, and for one far from it.
+/// Untrained shares while moving, for a fixation at the predicted end of the motion, and for one far from it.
 const REACHING: [SourceShares; 2] = [
     [0.27, 0.6, 0.05, 0.03, 0.02, 0.03],
     [0.5, 0.05, 0.1, 0.25, 0.03, 0.07],
@@ -50,9 +50,9 @@ impl Default for EvidenceModel {
     }
 }
 
-/// Two fixations are at one place within this many standard deviations of a line of sight ...
+/// Two fixations are at one place if their lines of sight differ by at most this many standard deviations.
 const APART_SDS: f64 = 2.5;
-/// ... and at least and at most this far apart, rad.
+/// Bounds of that angle, rad.
 const APART_RAD: [f64; 2] = [0.035, 0.35];
 
 impl EvidenceModel {
@@ -74,8 +74,9 @@ impl EvidenceModel {
         })
     }
 
-    /// Sets the shares of a phase for fixations of all ages: while moving, for fixations at the predicted end of the motion and for fixations far
-    /// from it; at rest, for places never fixated in pauses and for places always fixated. Interpolated between.
+    /// Sets the shares of a phase for fixations of all ages. While moving, `low` is for fixations at the predicted end of the motion and `high`
+    /// for fixations far from it. At rest, `low` is for places never fixated in pauses and `high` for places always fixated. Values in between
+    /// are interpolated.
     pub fn set_shares(&mut self, phase: ReachPhase, [low, high]: [SourceShares; 2]) {
         let between = |cue: f64| std::array::from_fn(|i| (1.0 - cue) * low[i] + cue * high[i]);
         let of_cue = [CUES[0], CUES[1], CUES[2], CUES[1]].map(between);

@@ -12,7 +12,7 @@ use hwall_hand::HandState;
 pub(super) const SCATTER_M: f64 = 0.04;
 /// A touch within this distance of a place belongs to it, m: two and a half standard deviations.
 const SAME_M: f64 = 0.1;
-/// Most places kept.
+/// Largest number of places kept.
 const PLACES: usize = 8;
 /// Weight of a touch relative to the next one.
 pub(super) const FADES: f64 = 0.9;
@@ -105,9 +105,10 @@ impl TouchedPlaces {
     }
 }
 
-/// A touch ends once the hand is this far in front of the surface, or, if on no surface and behind none, from the place, m.
+/// A touch ends once the hand is this far in front of the surface, m. If the hand is neither on nor behind a surface, the distance from the place
+/// counts.
 const AWAY_M: f64 = 0.08;
-/// A hand lost for this long touches anew, s.
+/// A hand that was lost for this long starts a new touch, s.
 const LOST_S: f64 = 0.5;
 /// A reported touch within this time of a detected one is the same touch, s.
 const SAME_S: f64 = 1.0;
@@ -150,7 +151,7 @@ impl TouchWatch {
         if let Some(place) = self.under_way {
             let way = hand.point_m - place.point_m;
             let is_free = side.behind.is_none() && rests_on.is_none();
-            // Beside a table or behind the edge of a wall the hand is not in front of it.
+            // A hand next to a table or behind the edge of a wall is not in front of the surface.
             if way.dot(place.normal) < AWAY_M && !(is_free && way.length() > AWAY_M) {
                 return None;
             }
@@ -169,7 +170,7 @@ impl TouchWatch {
         self.under_way.is_some()
     }
 
-    /// Takes a touch reported by the board; a quick tap may only show there. Returns whether it is new.
+    /// Takes a touch reported by the board; the board may be the only one to detect a quick tap. Returns whether it is new.
     pub(super) fn felt(&mut self, place: &SurfacePlace, t_s: f64) -> bool {
         let is_known = self.under_way.is_some() || (t_s - self.touched_s).abs() <= SAME_S;
         let is_news = !is_known && place.point_m.is_finite() && t_s.is_finite();

@@ -12,7 +12,8 @@ use glam::{DMat3, DVec3};
 use hwall_hand::HandState;
 use hwall_scene::Scene;
 
-/// Probability that a hand at rest on a surface is about to leave for another one; divided among the others as for a hand that rests elsewhere.
+/// Probability that a hand at rest on a surface is about to leave for another one; divided among the other surfaces as for a hand that rests
+/// elsewhere.
 const LEAVING_SHARE: f64 = 0.1;
 
 /// The hand touches already.
@@ -71,7 +72,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             let Some(best) = of(index).max_by(|a, b| a.mass.total_cmp(&b.mass)) else {
                 continue;
             };
-            // The component for no source gives no information about the point.
+            // [`EvidenceSource::Anywhere`] gives no information about the point.
             let is_of_none = best.source == EvidenceSource::Anywhere;
             let named = |f: &&Face| is_of_none || f.source != EvidenceSource::Anywhere;
             let moments = Moments::of(|| of(index).filter(named), best);
@@ -158,7 +159,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         ))
     }
 
-    /// The estimator's time, else distance over closing speed if the hand clearly approaches.
+    /// The estimator's time; otherwise distance over closing speed, if the hand clearly approaches.
     fn time_to(&self, hand: &HandState, point_m: DVec3, there: bool) -> Option<TimeToContact> {
         if there {
             return Some(NOW);

@@ -23,7 +23,7 @@ const DISAGREES: f64 = 4.0;
 const LABEL_SD_M: f64 = 0.008;
 /// Length of the line of sight on which the contact may lie, m.
 const ALONG_M: f64 = 1.2;
-/// Nothing nearer to the eyes is touched, m.
+/// Least distance of a contact from the eyes, m.
 const NEAREST_LOOK_M: f64 = 0.1;
 /// Standard deviation in depth about the surface on the line of sight, m: past an edge, a nearer or farther one may be meant.
 const DEPTH_SD_M: f64 = 0.4;

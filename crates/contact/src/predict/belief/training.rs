@@ -56,7 +56,7 @@ const AWAY_M: f64 = 0.08;
 const DEFAULT_SD_M: f64 = 0.1;
 /// Iterations of expectation maximisation.
 const ROUNDS: usize = 40;
-/// Weight with which the shares of a cell are shrunk towards those of its cue, and these towards the prior, in touches.
+/// Weight with which the shares of a cell are shrunk towards those of its cue, and the shares of the cue towards the prior, in touches.
 const PULL: f64 = 4.0;
 
 /// One sample and its contact.
@@ -219,7 +219,7 @@ impl EvidenceModel {
     }
 }
 
-/// All rows of one touch in one cell together weigh as much as one.
+/// Gives all rows of one touch in one cell together the weight of one row.
 fn weigh(rows: &mut [Row]) {
     let cell = |row: &Row| {
         let nodes = row.sample.context.nodes();

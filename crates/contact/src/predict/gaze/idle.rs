@@ -28,13 +28,13 @@ struct IdlePlace {
     pauses: f64,
 }
 
-/// Most places and fixations of one pause that are remembered.
+/// Largest numbers of places, and of fixations in one pause, that are remembered.
 const MOST_PLACES: usize = 8;
 const MOST_LOOKS: usize = 8;
 /// Discount of older pauses when a new one ends.
 const KEPT: f64 = 0.9;
-/// A place is fully idle if it is fixated in half of the pauses, and in proportion if in fewer; a prior of a pause and a half without it keeps one
-/// glance from deciding: min(1, 2 n / (pauses + 1.5)).
+/// A place fixated in `n` of the pauses is idle to the degree min(1, 2 n / (pauses + 1.5)): fully if it is fixated in half of the pauses. The
+/// prior of 1.5 pauses without a fixation keeps one glance from deciding.
 const OFTEN: f64 = 2.0;
 const ASSUMED: f64 = 1.5;
 /// A fixation that began less than this before the hand set off is already at the next place, s.
@@ -83,7 +83,7 @@ impl IdlePlaces {
         }
     }
 
-    /// A reach has begun: places fixated before and not now were not its target.
+    /// A reach has begun: places fixated before but not now were not its target.
     fn end_pause(&mut self, memory: &GazeMemory, apart_rad: f64) {
         let ended = std::mem::take(&mut self.ended);
         self.oldest = 0;
@@ -194,7 +194,7 @@ mod tests {
         let mut new = 1.0;
         for (target, glance) in [(0.5, -0.3), (-0.6, 0.8), (0.3, -0.9), (0.6, -0.3)] {
             eyes.reach(&[0.0, glance, target]);
-            // Ahead again: probable after one such pause, then certain.
+            // Looking ahead again: 0.8 after one such pause, 1 after more.
             let first = target == 0.5;
             assert_eq!(eyes.share(), Some(if first { 0.8 } else { 1.0 }));
             new *= -1.4;

@@ -2,7 +2,7 @@
 
 use hwall_hand::{Fixation, Gaze, GazeRay};
 
-/// A stay of the eyes at one place: one fixation, or several that hardly differ.
+/// A period in which the eyes stay at one place: one fixation, or several that hardly differ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::predict) struct Look {
     /// The mean line of sight of the newest fixation.
@@ -32,7 +32,7 @@ impl Look {
         (t_s - self.since_s).max(0.0) + self.before_s
     }
 
-    /// Is a fixation at the same place?
+    /// Is the fixation at the place of this look?
     fn holds(&self, fixation: &Fixation, apart_rad: f64) -> bool {
         self.is_at(&Self::new(fixation), apart_rad)
     }
@@ -61,12 +61,12 @@ pub(in crate::predict) struct GazeMemory {
     before: Option<Look>,
 }
 
-/// An ended fixation, and the time since then.
+/// An ended fixation, and the time since its end, s.
 pub(in crate::predict) type Ended<'a> = (&'a Look, f64);
 
-/// Two mean lines of sight are at one place within this many standard deviations of their noise ...
+/// Two mean lines of sight are at one place if they differ by at most this many standard deviations of their noise.
 const SAME_SDS: f64 = 3.0;
-/// ... but at most this angle, rad.
+/// Upper bound of that angle, rad.
 const WIDEST_RAD: f64 = 0.35;
 /// Shorter fixations are not remembered, s: too short to see anything.
 const SHORTEST_S: f64 = 0.08;
@@ -103,7 +103,7 @@ impl GazeMemory {
         let mut next = Look::new(fixation);
         if let Some(back) = back {
             next.before_s = back.age_s(back.until_s);
-            // It is the present one again; a short fixation in between leaves no previous one.
+            // The previous fixation is the present one again; if only a short fixation was in between, there is no previous one.
             if self.before.is_some_and(|look| look.since_s == back.since_s) {
                 self.before = None;
             }
@@ -138,7 +138,7 @@ impl GazeMemory {
         (self.now.as_ref(), before)
     }
 
-    /// The last ended fixation, whatever its age.
+    /// The last ended fixation, of any age.
     pub(in crate::predict) const fn before(&self) -> Option<&Look> {
         self.before.as_ref()
     }

@@ -25,7 +25,7 @@ pub(in crate::predict) struct SideWatch {
 /// Largest depth behind a surface at which the hand is still taken to touch it from the front, m.
 const DEEPEST_M: f64 = 0.25;
 
-/// After a longer loss the hand may be anywhere, s.
+/// Longest loss of the hand after which its last position still counts, s.
 const LONGEST_LOSS_S: f64 = 0.5;
 
 /// A hand nearer than this to a surface is on it, not through it, m: rounding.
@@ -64,7 +64,7 @@ impl SideWatch {
             (None, None) => None,
         };
         match behind {
-            // A hand deeper than that went round, or was lost on its path.
+            // A deeper hand went round the surface, or was lost on its path.
             Some((hit, free_m)) if hit.point_m.distance(hand_m) <= DEEPEST_M => {
                 self.free_m = Some(free_m);
                 FreeSide {
@@ -73,8 +73,8 @@ impl SideWatch {
                 }
             }
             _ => {
-                // On a surface, rounding decides the side, so keep the side the hand came from. A position behind the surface taken as free would
-                // swap the sides until the hand is far away.
+                // On a surface, rounding decides the side, so keep the side the hand came from. If a position behind the surface were taken as
+                // free, the sides would stay swapped until the hand is far away.
                 self.free_m = self.free_m.filter(|_| is_on).or(Some(hand_m));
                 FreeSide {
                     from_m: hand_m,

@@ -5,7 +5,6 @@ use glam::DVec3;
 use hwall_hand::{HandState, WatchConfig};
 use hwall_scene::{Hit, Scene, SurfaceId};
 
-/// A place on a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::predict) struct SurfacePlace {
     pub(in crate::predict) surface: SurfaceId,
@@ -32,7 +31,7 @@ const HALF_FINGER_M: f64 = 0.008;
 /// A resting hand within this many standard deviations of the registration from a surface is on it.
 const REGISTRATION_SDS: f64 = 2.0;
 
-/// Least cosine for a face in the direction of motion: hands slide.
+/// Lower bound of the cosine between the approach and the normal: a hand may also slide along a surface.
 const LEAST_COS: f64 = 0.05;
 
 /// Hysteresis: a resting hand changes to another surface only if its log probability is higher by this.
@@ -45,9 +44,9 @@ impl RestWatch {
 
     /// The place that the hand rests on: the point of a surface below it. `side` is the side it came from.
     ///
-    /// A slow hand is on a surface that it has passed through, or that is no further away than half a finger plus the registration error. Of
-    /// several, the one with the largest product of the density of the distance and the cosine of the angle of approach. The hand stays on it until
-    /// it is as fast as at the onset of a reach or further away than that.
+    /// A slow hand is on a surface that it has passed through, or that is no further away than half a finger plus the registration error. If there
+    /// are several, it is on the one with the largest product of the density of the distance and the cosine of the angle of approach. The hand
+    /// stays on it until it is as fast as at the onset of a reach or further away than that.
     pub(in crate::predict) fn rest(
         &mut self,
         scene: &Scene,

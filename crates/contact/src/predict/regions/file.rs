@@ -94,7 +94,7 @@ impl RegionModel {
     /// Reads a file to its end; see [`from_json`](Self::from_json).
     ///
     /// # Errors
-    /// As there; the reader fails, or the text is not UTF-8.
+    /// Errors of [`from_json`](Self::from_json); also if the reader fails or the text is not UTF-8.
     pub fn read_json(reader: impl Read) -> Result<Self, ContactError> {
         Self::from_json(&model_file::read(reader)?)
     }

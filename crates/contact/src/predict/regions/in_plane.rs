@@ -19,8 +19,8 @@ fn less(a: &Plane, b: &Plane, share: f64) -> Plane {
 
 /// In-plane covariance of a predicted point, as the sum of the prediction's own covariance and the registration error.
 ///
-/// The calibration of predictions is learned without the second part and scales the first only. Otherwise a scale learned with an exact tracker
-/// would also shrink the registration error of an inexact one.
+/// The calibration of predictions is learned without the registration error and scales only the prediction's covariance. Otherwise a scale learned
+/// with an exact tracker would also shrink the registration error of an inexact one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::predict) struct InPlaneError {
     own: Plane,
@@ -30,9 +30,9 @@ pub(in crate::predict) struct InPlaneError {
 
 impl InPlaneError {
     /// `covariance_m2`: total, on a surface with this unit normal; `registration_m2`: of the registration in space. A point on a surface has no
-    /// error across it, so the registration counts conditioned on its error across the surface. That is exact if the prediction is as uncertain
-    /// across the surface as along it, or has its axes there; if its covariance is long, thin and oblique, it is a lower bound of the registration
-    /// part, and the rest counts as the prediction's.
+    /// error across it, so the registration error is conditioned on that. This is exact if the prediction is as uncertain across the surface as
+    /// along it, or if its covariance has an axis across the surface. If the covariance is long, thin and oblique, this is a lower bound of the
+    /// registration part, and the rest counts as the prediction's.
     pub(in crate::predict) fn new(
         covariance_m2: &DMat3,
         registration_m2: &DMat3,
@@ -76,8 +76,8 @@ impl InPlaneError {
         RegionSizes::rising(std::array::from_fn(of)).unwrap_or(RegionSizes::NORMAL)
     }
 
-    /// The inverse, for each of [`REGION_SHARES`]: the size in standard deviations of the prediction alone of a region that ends at a squared
-    /// distance in standard deviations of the total; 0 if the registration alone explains it.
+    /// Inverse of [`sizes`](Self::sizes), for each of [`REGION_SHARES`]: the squared size, in standard deviations of the prediction alone, of a
+    /// region whose squared size is `squared`, in standard deviations of the total; 0 if the registration alone explains it.
     pub(super) fn own_squared(&self, squared: f64) -> [f64; REGION_SHARES.len()] {
         RegionSizes::NORMAL.squared().map(|normal| {
             let a = self.own.determinant();

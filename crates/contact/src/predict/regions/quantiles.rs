@@ -18,9 +18,9 @@ pub(super) struct Miss {
 /// Iterations, and the smoothing of the loss's corner in the first and second half of them.
 const ROUNDS: usize = 60;
 const CORNERS: [f64; 2] = [0.1, 0.02];
-/// Weight of the prior, in touches ...
+/// Weight of the prior, in touches.
 const PRIOR_TOUCHES: f64 = 0.03;
-/// ... and of the smoothness between neighbouring knots.
+/// Weight of the smoothness between neighbouring knots, in touches.
 const ALIKE_TOUCHES: f64 = 0.1;
 
 /// The `share` quantile of the errors as they count for a `region`, linear between the knots: quantile regression [Koenker 1978] by quadratic
@@ -99,7 +99,7 @@ mod tests {
                 let expected = level * if level < 0.0 { 1.0 - share } else { share };
                 assert!((found[knot] - expected).abs() < 0.05, "{share} {way_m}");
             }
-            // Outside the data as at the nearest knot.
+            // Outside the data, the value is about that of the nearest knot.
             assert!((found[0] - found[1]).abs() < 0.8 && (found[6] - found[5]).abs() < 0.8);
         }
     }

@@ -17,7 +17,7 @@ pub struct RegionSizes {
 }
 
 impl RegionSizes {
-    /// Those of a normal distribution in two dimensions: `-2 ln(1 - p)`.
+    /// Sizes of a normal distribution in two dimensions: `-2 ln(1 - p)`.
     pub const NORMAL: Self = Self {
         squared: [
             1.386_294_361_119_890_6,

@@ -18,7 +18,7 @@ pub(super) const LEAST_TOUCHES: usize = 4;
 const ON_IT_M: f64 = 0.05;
 /// A hand at rest this far from its last contact belongs to the next one, m.
 const AWAY_M: f64 = 0.08;
-/// Smaller squared distances count as this.
+/// Smaller squared distances are raised to this value.
 const LEAST_SQUARED: f64 = 1e-6;
 /// Bound of the logarithms of squared distances: far outside realistic values.
 pub(super) const MOST_LOGARITHM: f64 = 20.0;
@@ -54,7 +54,8 @@ impl RegionModel {
                 needed: LEAST_TOUCHES,
             });
         }
-        // A new error lies below a quantile of few errors less often than they do, and there are fewer independent errors than touches.
+        // A new error lies below a quantile of few known errors less often than the known errors do, and there are fewer independent errors than
+        // touches.
         let n = independent(&collected.misses, &collected.people);
         let each: [[f64; KNOTS]; 3] = std::array::from_fn(|k| {
             let share = (REGION_SHARES[k] * (n + 1.0) / n).min(MOST_SHARE);

@@ -62,7 +62,7 @@ pub(crate) fn session_of(setup: &Setup) -> GazeSession {
     Session::new(&arm, &setup.board, scene, maps, predictor, config).expect("a session")
 }
 
-/// A file of this name that no other test uses.
+/// The path of a file with this name that no other test uses.
 pub(crate) fn file(name: &str) -> PathBuf {
     std::env::temp_dir().join(format!("hwall-record-{}-{name}", std::process::id()))
 }
@@ -96,7 +96,7 @@ pub(crate) fn run(recorder: &mut Recorder, number: u32, seconds: f64) -> Vec<Arm
     run_of(recorder, number, seconds, session, Duration::ZERO, hand)
 }
 
-/// The same for a given session, with a pause between cycles, and a given hand.
+/// As [`run`], for a given session, with a pause between cycles, and a given hand.
 pub(crate) fn run_of(
     recorder: &mut Recorder,
     number: u32,
@@ -185,7 +185,7 @@ pub(crate) fn recorded(path: &Path, seconds: f64) -> Summary {
     recorder.finish().expect("a file")
 }
 
-/// A recording, whose file is deleted.
+/// A recording; its file is deleted after reading.
 pub(crate) fn taken(path: &Path) -> Recording {
     let recording = Recording::open(path).expect("a recording");
     std::fs::remove_file(path).expect("its file");

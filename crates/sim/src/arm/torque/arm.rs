@@ -21,7 +21,7 @@ use std::sync::Arc;
 const COMMANDS_PER_S: f64 = 10_000.0;
 /// Largest difference between the tool pose in kinematics and dynamics that counts as rounding, m and rad.
 const SAME_TOOL: f64 = 1e-6;
-/// Tolerance of the ends of control periods, as a fraction of a period.
+/// Tolerance for the ends of control periods, as a fraction of a period.
 const SAME_TICK: f64 = 1e-9;
 
 /// Mode of the controller.
@@ -87,14 +87,14 @@ pub struct TorqueArm {
     t_s: f64,
     /// Time since the control period began, s.
     since_tick_s: f64,
-    /// Impulse through the torque sensors since then, N m s.
+    /// Impulse through the torque sensors since the control period began, N m s.
     sensed: [f64; 7],
 }
 
 impl TorqueArm {
     /// An arm at rest at `start`, its clock at zero.
     ///
-    /// `dynamics` must describe the same arm and base as `arm`; only the tool may differ: wrenches and poses refer to the tool of `arm`.
+    /// `dynamics` must describe the same arm and base as `arm`; only the tool may differ. Wrenches and poses refer to the tool of `arm`.
     ///
     /// # Errors
     /// Another number of joints, different link motions, a start that is not finite or outside the limits, or a setting outside its range.
@@ -159,7 +159,7 @@ impl TorqueArm {
         })
     }
 
-    /// The same arm with another model in the controller: an unknown payload, wrong masses.
+    /// The same arm with another model in the controller, e.g. for an unknown payload or wrong masses.
     ///
     /// # Errors
     /// As [`TorqueArm::new`] for `dynamics`.
@@ -263,7 +263,7 @@ impl TorqueArm {
     /// Runs the controller at the start of a period.
     fn control(&mut self) -> Result<(), SimError> {
         let n = self.joints;
-        // Tolerance for rounding: the clock is a sum of steps.
+        // A tolerance for rounding, because the clock is a sum of steps.
         let now_s = self.t_s + (256.0 * f64::EPSILON * self.t_s).min(1e-6) + 1e-12;
         while let Some(&(effect_s, mode)) = self.waiting.front()
             && effect_s <= now_s
@@ -385,7 +385,7 @@ impl Arm for TorqueArm {
                 capacity: self.capacity,
             });
         }
-        // In torque mode the reference follows the arm; afterwards it brakes unless positions arrive.
+        // In torque mode the reference follows the arm; afterwards the reference brakes unless positions arrive.
         self.servo.command(match mode {
             Mode::Servo => command,
             Mode::Overlay(_) => ArmCommand::Hold,

@@ -18,13 +18,13 @@ pub struct TorqueConfig {
     pub max_step_s: f64,
     /// Default [`Integrator::SemiImplicit`].
     pub integrator: Integrator,
-    /// Time from a command to its effect, s, `0..=1`: it applies from the first control period that begins then or
-    /// later. Default 0.005, an assumption for rendering over FRI.
+    /// Time from a command to its effect, s, `0..=1`. The command applies from the first control period that begins at or after this time.
+    /// Default 0.005, an assumption for rendering over FRI.
     pub command_delay_s: f64,
     /// The inner torque loop, the gears, the rotors.
     pub drive: DriveConfig,
-    /// Friction between motor and torque sensor that the inner loop leaves. Default 1 N m of dry friction on joints 1 to 4,
-    /// 0.5 on 5, 0.3 on 6 and 7, a quarter more to break away, and as much viscous friction at 1 rad/s: an assumption.
+    /// Friction between motor and torque sensor that the inner loop leaves. Default 1 N m of dry friction on joints 1 to 4, 0.5 on 5, 0.3 on
+    /// 6 and 7, a quarter more to break away, and viscous friction that equals the dry friction at 1 rad/s: an assumption.
     pub friction: [JointFriction; 7],
     /// Friction compensation of the controller.
     pub friction_compensation: FrictionCompensation,

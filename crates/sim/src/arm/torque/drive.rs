@@ -12,14 +12,14 @@ pub(super) struct Drive {
     lag_s: f64,
     /// Remainder of the delay beyond whole control periods, s.
     pub(super) change_s: f64,
-    /// The latest torque is at `newest`, older ones follow.
+    /// The latest torque is at index `newest`; older ones follow.
     ring: Vec<[f64; 7]>,
     newest: usize,
     output: [f64; 7],
 }
 
 impl Drive {
-    /// In steady state at the given torques.
+    /// The loop in steady state at the given torques.
     pub(super) fn new(
         config: &DriveConfig,
         most_n_m: [f64; 7],
@@ -28,7 +28,7 @@ impl Drive {
     ) -> Self {
         let mut periods = (config.torque_delay_s / period_s).floor();
         let mut change_s = config.torque_delay_s - periods * period_s;
-        // 0.003 / 0.001 must not become two periods and a full remainder.
+        // Rounding of 0.003 / 0.001 must not give two periods and a full remainder.
         if period_s - change_s < 1e-9 * period_s {
             periods += 1.0;
             change_s = 0.0;

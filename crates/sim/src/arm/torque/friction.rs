@@ -74,7 +74,7 @@ impl JointFriction {
     }
 }
 
-/// Friction compensation by the arm's controller, active only while the joint moves.
+/// Friction compensation by the arm's controller, which is active only while the joint moves.
 ///
 /// iiwa users report that it is off at standstill, so that a small force does not start a motion ("dithering" by hand
 /// helps). It is zero below `off_rad_per_s` and grows linearly up to `full_rad_per_s`.

@@ -11,10 +11,11 @@ const MAX_STEP_S: f64 = 5e-5;
 /// A finger and the hand behind it, as one mass at the fingertip.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HandBodyConfig {
-    /// Effective mass at the fingertip, kg. Default 0.6, for hands and fingers in ISO/TS 15066, annex A; a relaxed
-    /// finger alone has far less than 0.1, a stiff forearm adds 2.
+    /// Effective mass at the fingertip, kg. Default 0.6, the value for hands and fingers in ISO/TS 15066, annex A; a relaxed finger alone
+    /// has far less than 0.1 kg, and a stiff forearm adds 2 kg.
     pub mass_kg: f64,
-    /// Stiffness of the human arm that holds the hand at its aim, N/m. Default 300: a few hundred in a maintained posture ([Tsuji 1995]).
+    /// Stiffness of the human arm that holds the hand at its aim, N/m. Default 300; measurements in a maintained posture give a few
+    /// hundred ([Tsuji 1995]).
     pub arm_stiffness_n_per_m: f64,
     /// Damping of the human arm, N s/m. Default 20; a few tens in the same measurements.
     pub arm_damping_n_s_per_m: f64,
@@ -49,23 +50,23 @@ impl Default for HandBodyConfig {
 /// Action of the muscles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum HandDrive {
-    /// They pull the hand towards a moving aim, base frame, m and m/s.
+    /// The muscles pull the hand towards a moving aim, base frame, m and m/s.
     Aim {
         /// Desired fingertip position, m.
         position_m: DVec3,
         /// Velocity of the aim, m/s.
         velocity_m_per_s: DVec3,
     },
-    /// They exert a force, base axes, N; the arm's damping opposes the hand's velocity.
+    /// The muscles exert a force, base axes, N; the arm's damping opposes the hand's velocity.
     Force(DVec3),
 }
 
 /// A moving hand, with or without contact with a board.
 ///
-/// A mass on a spring and a damper. The finger is a unilateral spring and damper along the board's normal, with Coulomb
-/// friction along the face: a spring that slips at `friction` times the normal force, so that a resting finger does not
-/// creep. Within a step the hand uses substeps of at most 50 µs while the board moves at constant velocity; the returned
-/// force is the mean over the step, for the same step of the arm.
+/// The hand is a mass on a spring and a damper. The finger is a unilateral spring and damper along the board's normal, with Coulomb
+/// friction along the face: a spring that slips at `friction` times the normal force, so that a resting finger does not creep. Within a
+/// step the hand uses substeps of at most 50 µs while the board moves at constant velocity; the returned force is the mean over the step,
+/// for the same step of the arm.
 ///
 /// ```
 /// use glam::DVec3;
@@ -193,7 +194,7 @@ impl HandBody {
         self.velocity_m_per_s
     }
 
-    /// True if it touched the board at the end of the last step.
+    /// True if the hand touched the board at the end of the last step.
     #[must_use]
     pub const fn is_touching(&self) -> bool {
         self.touching
@@ -236,7 +237,7 @@ impl HandBody {
         rotation * (along_n + DVec3::new(0.0, 0.0, normal_n))
     }
 
-    /// Maximum depth now of a finger that was in front of the face one step ago, m.
+    /// Maximum present depth of a finger that was in front of the face one step ago, m.
     fn deepest_entry_m(&self, h_s: f64, velocity: &Twist) -> f64 {
         let speed = self.velocity_m_per_s.length()
             + velocity.linear_m_per_s.length()

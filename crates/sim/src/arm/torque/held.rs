@@ -97,7 +97,7 @@ pub struct MotionSample<'a> {
 /// Simulates a motion from time 0, with samples at 0, `every`, 2 `every` and so on, and at the end.
 ///
 /// Steps end exactly at torque changes and samples; in between they are equal and at most `max_step_s` long. Times are
-/// multiples, not sums. The wrench on the tip (base axes, about its origin) is constant.
+/// computed as multiples, not as sums. The wrench on the tip (base axes, about its origin) is constant.
 ///
 /// # Errors
 /// Settings that are not positive, torques of another number of joints, NaN, a motion that diverges (overflow, or a joint
@@ -200,11 +200,12 @@ fn last_sample(sampling: &MotionSampling) -> Result<u64, SimError> {
         every_s,
         "a larger share of the duration",
     )?;
-    // Up to 5e-10 relative is rounding.
+    // A relative difference up to 5e-10 is rounding.
     Ok((count - 5e-10 * count.max(1.0)).ceil() as u64)
 }
 
-/// Time of a sample: the multiple rounded to 1e-12 s as written in decimal, which the binary product often is not.
+/// Time of a sample: the multiple of the period, rounded to 1e-12 s in decimal, because the binary product often differs
+/// from it.
 fn sample_time_s(sampling: &MotionSampling, k: u64) -> f64 {
     let exact_s = k as f64 * sampling.every_s;
     let rounded_s = (exact_s * 1e12).round() / 1e12;

@@ -15,7 +15,8 @@ pub enum Integrator {
     /// evaluation per step; used for testing control loops.
     #[default]
     SemiImplicit,
-    /// Classical Runge-Kutta: fourth order, four evaluations. Steps are split where a joint comes to rest under dry friction or reaches a stop.
+    /// Classical Runge-Kutta: fourth order, four evaluations per step. Steps are split where a joint comes to rest under dry friction or
+    /// reaches a stop.
     Rk4,
 }
 

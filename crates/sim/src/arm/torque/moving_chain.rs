@@ -25,7 +25,8 @@ pub(super) struct MovingChain {
 }
 
 impl MovingChain {
-    /// Writes `M` with the rotors and the driving torques at a state to `matrix` and `driving`.
+    /// Writes the mass matrix with the rotors to `matrix` and the driving torques at a state to
+    /// `driving`.
     pub(super) fn equations(
         &mut self,
         q: &[f64],
@@ -97,7 +98,7 @@ impl MovingChain {
         for i in 0..n {
             let (friction, v) = (&self.friction[i], self.solver.x[i]);
             let dry = dt_s * friction.dry_n_m(self.qd[i]);
-            // The rest of λ comes from the stop.
+            // The remainder of λ comes from the stop.
             self.friction_impulse[i] =
                 self.solver.lambda[i].clamp(-dry, dry) - dt_s * friction.viscous_n_m_s_per_rad * v;
             self.q[i] = self.within_stops(i, self.q[i] + dt_s * v);

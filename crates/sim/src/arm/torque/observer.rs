@@ -7,7 +7,8 @@ use std::f64::consts::TAU;
 /// A momentum observer ([De Luca 2006]), with torque sensors behind the gears.
 ///
 /// `ṗ = τ_sensor + τ_ext + ∂T/∂q − g`: a change of momentum that sensors and model do not explain is external. The
-/// estimate is low-pass filtered (first order). Friction and rotors are on the motor side of the sensors and do not enter.
+/// estimate is low-pass filtered (first order). Friction and rotors are on the motor side of the sensors and do not enter
+/// the estimate.
 #[derive(Debug, Clone)]
 pub(super) struct MomentumObserver {
     model: ChainDynamics,

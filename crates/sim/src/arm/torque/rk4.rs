@@ -6,7 +6,8 @@ use crate::error::SimError;
 use hwall_kinematics::{KinematicsError, Wrench};
 use hwall_numeric::check::all_finite;
 
-/// After this many splits of one step the rest is integrated by the implicit scheme, which handles all events at once.
+/// After this many splits of one step, the rest of the step is integrated by the implicit scheme, which handles all
+/// events at once.
 const MOST_CUTS: usize = 30;
 /// Maximum iterations to locate an event.
 const TRIALS: usize = 30;
@@ -265,7 +266,8 @@ impl Rk4 {
 
     /// Length of a piece that ends at an event; writes its final state to `q` and `qd`.
     ///
-    /// The event is bracketed by the start and the end of the tried piece: secant steps, every third one a bisection.
+    /// The event is bracketed by the start and the end of the tried piece: it is located by secant steps, with a
+    /// bisection at every third step.
     fn locate(
         &mut self,
         motion: &mut MovingChain,

@@ -3,12 +3,12 @@
 //! With velocities for `x` and impulses for `λ` this is the time stepping of Moreau and of Stewart and Trinkle (1996): a
 //! joint sticks exactly if its `x` is on a corner, and neither friction nor stops can do positive work.
 
-/// Number of simultaneous changes before switching to single changes, which are sure to terminate (Murty 1974).
+/// Number of simultaneous changes before switching to single changes, which always terminate (Murty 1974).
 const SWEEPS: usize = 8;
-/// Maximum number of changes; `3^n` states are possible, a few occur.
+/// Maximum number of changes; `3^n` states are possible, but few occur.
 const MOST_CHANGES: usize = 200;
 
-/// One `λ` as a function of its `x`: constant levels between corners; on a corner any value between the two levels.
+/// One `λ` as a function of its `x`: constant levels between corners; at a corner any value between the two levels.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Steps {
     corners: [f64; 3],
@@ -27,7 +27,8 @@ impl Steps {
         }
     }
 
-    /// Dry friction of magnitude `dry`, and stops that keep `x` between `least` (at most 0) and `most` (at least 0); infinite for no stop.
+    /// Dry friction of magnitude `dry`, and stops that keep `x` between `least` (at most 0) and `most` (at least 0); an infinite bound
+    /// means no stop.
     pub(super) fn friction_between(dry: f64, least: f64, most: f64) -> Self {
         let mut steps = Self::constant(dry);
         if least > f64::NEG_INFINITY {
@@ -43,7 +44,7 @@ impl Steps {
         steps
     }
 
-    /// `x` is zero, for any `λ`.
+    /// Keeps `x` at zero, for any `λ`.
     pub(super) const fn held() -> Self {
         Self {
             corners: [0.0; 3],
@@ -140,7 +141,7 @@ impl StepSolver {
             self.solve_states(a, r, steps)?;
             let mut fits = true;
             for i in 0..self.n {
-                // Rounding of the sums in λ.
+                // Bound of the rounding errors of the sums in λ.
                 let row = &a[i * self.n..][..self.n];
                 let size: f64 = row.iter().zip(&self.x).map(|(a, x)| (a * x).abs()).sum();
                 let slack = 16.0 * f64::EPSILON * (size + r[i].abs());

@@ -45,7 +45,7 @@ pub(crate) fn sequence(config: PersonConfig, seed: u64, count: usize) -> TouchSe
     person.plan(&plan(seed, count)).expect("within reach")
 }
 
-/// Everyone starts towards the previous target.
+/// Everyone starts towards the previous target before a change of mind.
 pub(crate) fn changing(config: PersonConfig, seed: u64, count: usize) -> TouchSequence {
     let touches = plan(seed, count + 1);
     let pair = |two: &[TouchPlan]| ReachPlan {
