@@ -115,8 +115,8 @@ pub enum HandError {
         /// Pairs given.
         got: usize,
     },
-    /// The points lie on one line or coincide, so the rotation about the line is undetermined.
-    #[error("the points lie on one line: {ratio} of their extent fixes the rotation about it")]
+    /// The points lie above each other or coincide, so the heading is undetermined.
+    #[error("the points lie above each other: {ratio} of their extent fixes the heading")]
     Collinear {
         /// Extent that determines the rotation, as a share of the extent of the points.
         ratio: f64,

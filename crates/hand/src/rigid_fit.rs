@@ -1,10 +1,9 @@
 //! The pose of a tracker, from points measured in both frames.
 
 use crate::error::HandError;
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DMat3, DVec3};
 use hwall_geometry::Pose;
 use hwall_numeric::check::all_finite;
-use hwall_numeric::dense::{Eigen, symmetric_eigen};
 
 /// One point, measured in two frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,19 +23,20 @@ pub struct RigidFit {
     pub residuals_m: Vec<f64>,
 }
 
-/// Smallest number of pairs that determine a rigid transform.
-const FEWEST: usize = 3;
-/// Smallest number of pairs if the vertical is known.
-const FEWEST_LEVEL: usize = 2;
-/// Points on one line leave the rotation about it undetermined. Below this ratio of the extent that determines the rotation to the extent of the
-/// points, they count as on one line.
+/// Fewest pairs that determine a rigid transform if the vertical is known.
+const FEWEST: usize = 2;
+/// Points above each other leave the heading undetermined. Below this ratio of the extent that determines it to the extent of the points, they
+/// count as above each other.
 const COLLINEAR: f64 = 1e-9;
 
 /// Means of the points in both frames, m.
-fn means(pairs: &[PointPair], needed: usize) -> Result<[DVec3; 2], HandError> {
+fn means(pairs: &[PointPair]) -> Result<[DVec3; 2], HandError> {
     let got = pairs.len();
-    if got < needed {
-        return Err(HandError::TooFewPairs { needed, got });
+    if got < FEWEST {
+        return Err(HandError::TooFewPairs {
+            needed: FEWEST,
+            got,
+        });
     }
     for pair in pairs {
         all_finite("point in frame a", &pair.in_a_m.to_array())?;
@@ -59,54 +59,17 @@ fn size(pairs: &[PointPair], [mean_a, mean_b]: [DVec3; 2]) -> f64 {
 }
 
 impl RigidFit {
-    /// From points known in both frames, e.g. the board's corners touched with a tracked finger. Three pairs that are not on one line suffice;
-    /// further pairs reduce the effect of noise.
+    /// From points known in both frames, where z is up in both, so that only the heading and the place are searched. Two pairs suffice, unless one is
+    /// above the other; more average noise out.
     ///
     /// Error: exact up to rounding for exact pairs; with independent noise of standard deviation `s` per coordinate, the mean of `n` points is off
-    /// by `s √(3 / n)`. Source: [Horn 1987], unit quaternions.
-    ///
-    /// # Errors
-    /// NaN or infinity, fewer than three pairs, points on one line or all at one place.
-    pub fn from_pairs(pairs: &[PointPair]) -> Result<Self, HandError> {
-        let [mean_a, mean_b] = means(pairs, FEWEST)?;
-        let size = size(pairs, [mean_a, mean_b]);
-        if !(size > 0.0 && size.is_finite()) {
-            return Err(HandError::Collinear { ratio: 0.0 });
-        }
-        // Sum of b aᵀ over centred points, in units of the cloud size.
-        let mut s = DMat3::ZERO;
-        for pair in pairs {
-            let (a, b) = ((pair.in_a_m - mean_a) / size, (pair.in_b_m - mean_b) / size);
-            s += DMat3::from_cols(b * a.x, b * a.y, b * a.z);
-        }
-        let [sx, sy, sz] = [s.row(0), s.row(1), s.row(2)];
-        let n4 = [
-            [sx.x + sy.y + sz.z, sy.z - sz.y, sz.x - sx.z, sx.y - sy.x],
-            [sy.z - sz.y, sx.x - sy.y - sz.z, sx.y + sy.x, sz.x + sx.z],
-            [sz.x - sx.z, sx.y + sy.x, sy.y - sx.x - sz.z, sy.z + sz.y],
-            [sx.y - sy.x, sz.x + sx.z, sy.z + sz.y, sz.z - sx.x - sy.y],
-        ];
-        let Eigen { values, vectors } = symmetric_eigen(&n4);
-        let ratio = (values[0] - values[1]) / values[0].abs();
-        if ratio.is_nan() || ratio <= COLLINEAR {
-            return Err(HandError::Collinear { ratio });
-        }
-        let [w, x, y, z] = vectors[0];
-        let rotation = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w).normalize());
-        Self::of(rotation, [mean_a, mean_b], pairs)
-    }
-
-    /// As [`from_pairs`](Self::from_pairs), for two frames with z up, so that only heading and position are fitted. Two pairs suffice, unless one
-    /// is above the other.
-    ///
-    /// Error: as of [`from_pairs`](Self::from_pairs); noise of standard deviation `s` turns the heading by `s / √(Σ r²)`, with `r` the horizontal
-    /// distances of the points from their mean. Source: the least squares of \[Horn 1987\] for a rotation about z, whose angle is
-    /// atan2(Σ b × a, Σ b · a) of the horizontal parts.
+    /// by `s √(3 / n)`, and the heading by `s / √(Σ r²)`, with `r` the horizontal distances of the points from their mean. Source: the least squares
+    /// of \[Horn 1987\] for a rotation about z, whose angle is atan2(Σ b × a, Σ b · a) of the horizontal parts.
     ///
     /// # Errors
     /// NaN or infinity, fewer than two pairs, points above each other.
     pub fn level_from_pairs(pairs: &[PointPair]) -> Result<Self, HandError> {
-        let [mean_a, mean_b] = means(pairs, FEWEST_LEVEL)?;
+        let [mean_a, mean_b] = means(pairs)?;
         let size = size(pairs, [mean_a, mean_b]);
         let (mut sine, mut cosine) = (0.0, 0.0);
         for pair in pairs {

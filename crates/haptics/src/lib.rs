@@ -16,8 +16,8 @@ pub use arm::{Arm, ArmCommand, ArmState};
 pub use board::{Board, BoardTarget, PlaceTolerance, QUARTER_TURNS_RAD, board_pose, surface_axes};
 pub use error::HapticsError;
 pub use motion::{
-    ApproachConfig, Barrier, BarrierTree, Follower, FollowerConfig, JointBounds, JointMotion,
-    LinkInFront, PREPOSITION_SHARE, Planner, PlannerConfig, Slide,
+    ApproachConfig, Barrier, BarrierTree, Follower, FollowerConfig, LinkInFront, PREPOSITION_SHARE,
+    Planner, PlannerConfig, Slide,
 };
 pub use object::{Click, Detent, MovingObject, ObjectConfig, ObjectPath};
 pub use passivity::{PassivePort, PassivityMethod, PortConfig, PortInput, PortOutput};

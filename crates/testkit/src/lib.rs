@@ -3,6 +3,7 @@
 mod attack;
 mod difference;
 mod machine;
+mod refused;
 mod sampler;
 mod shared;
 mod stats;

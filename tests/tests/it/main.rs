@@ -11,7 +11,6 @@ mod dependencies;
 mod documents;
 mod door_over_fri;
 mod fault_matrix;
-mod faults;
 mod feel;
 mod figures;
 mod house;

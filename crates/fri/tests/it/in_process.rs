@@ -5,7 +5,8 @@ use hwall_fri::codec::ClientCommandMode;
 use hwall_fri::controller::{Controller, ControllerConfig, EndReason, InProcess, SimulatedPlant};
 use hwall_fri::{FriClient, FriClientConfig, FriError, LimitViolation};
 use hwall_haptics::{Arm, ArmCommand, ArmState};
-use hwall_kinematics::{JointPositions, JointTorques};
+use hwall_kinematics::glam::DVec3;
+use hwall_kinematics::{JointPositions, JointTorques, SrsArm, Wrench};
 use hwall_sim::{ServoArm, TorqueArm};
 use std::sync::Arc;
 use std::time::Duration;
@@ -124,6 +125,38 @@ fn a_leap_after_torques_is_refused() {
     client.wait_for_message(TIMEOUT).expect("a message");
     assert!(cycle(&mut client, ArmCommand::Position(state.q)).is_ok());
     assert_eq!(client.transport().controller().ended(), None);
+}
+
+#[test]
+fn a_wrench_moves_the_tool_and_torques_have_a_limit() {
+    let mut client = commanding(torque_arm(), ClientCommandMode::Wrench);
+    let before = client.state().expect("a state").q;
+    for _ in 0..500 {
+        let push = Wrench {
+            force_n: DVec3::Z * 60.0,
+            ..Wrench::default()
+        };
+        client.command_wrench(&push).expect("a wrench");
+        client.wait_for_message(TIMEOUT).expect("a message");
+    }
+    let q = client.state().expect("a state").q;
+    let [from_m, to_m] = [before, q].map(|q| SrsArm::iiwa7().forward(&q).position_m());
+    assert!(from_m.distance(to_m) > 0.005, "{from_m} {to_m}");
+    let refused = client.command(ArmCommand::Position(q));
+    assert!(matches!(refused, Err(FriError::OtherMode { .. })));
+
+    let mut client = commanding(torque_arm(), ClientCommandMode::Torque);
+    let mut torque = JointTorques([0.0; 7]);
+    torque.0[6] = 50.0;
+    let refused = client.command(ArmCommand::Torque(torque));
+    let limit = |error| {
+        matches!(
+            error,
+            FriError::Limit(LimitViolation::Torque { joint: 6, .. })
+        )
+    };
+    assert!(refused.is_err_and(limit));
+    assert_eq!(client.statistics().refused, 1);
 }
 
 #[test]

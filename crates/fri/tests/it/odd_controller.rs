@@ -42,13 +42,8 @@ impl Setup {
         self.socket.send_to(&datagram[..length], to).expect("sent");
     }
 
-    /// Angle of the first joint in the next answer, rad.
-    fn answer_rad(&self) -> f64 {
-        self.answer_joint_rad(0)
-    }
-
-    /// Angle of a joint in the next answer, rad.
-    fn answer_joint_rad(&self, joint: usize) -> f64 {
+    /// Angles of the next answer, rad.
+    fn answer_rad(&self) -> [f64; 7] {
         let mut datagram: Datagram = [0; DATAGRAM_BYTES];
         self.socket
             .set_read_timeout(Some(PATIENT))
@@ -59,8 +54,26 @@ impl Setup {
         answer
             .data
             .and_then(|data| data.position_rad)
-            .expect("angles")[joint]
+            .expect("angles")
     }
+
+    /// Sends a message; whether the client takes the command, and the angles of its answer, rad.
+    fn exchange(
+        &mut self,
+        message: &MonitorMessage,
+        command: ArmCommand,
+    ) -> (Result<(), FriError>, [f64; 7]) {
+        self.send(message);
+        self.client.wait_for_message(PATIENT).expect("a message");
+        (self.client.command(command), self.answer_rad())
+    }
+}
+
+/// All joints at 0.1 rad but one.
+fn to(joint: usize, rad: f64) -> ArmCommand {
+    let mut goal = JointPositions([0.1; 7]);
+    goal.0[joint] = rad;
+    ArmCommand::Position(goal)
 }
 
 fn message(sequence: u32) -> MonitorMessage {
@@ -139,6 +152,20 @@ fn a_controller_that_begins_anew_after_a_silence_is_heard() {
     assert_eq!(setup.client.statistics().stale, 0);
 }
 
+#[test]
+fn messages_that_are_lost_or_overtaken_are_counted() {
+    let mut setup = Setup::new(20.0);
+    for n in [1, 5, 3, 6] {
+        setup.send(&message(n));
+        let came = setup
+            .client
+            .wait_for_message(if n == 3 { SOON } else { PATIENT });
+        assert_eq!(came.is_ok(), n != 3, "{came:?}");
+    }
+    let counted = setup.client.statistics();
+    assert_eq!((counted.lost, counted.stale), (3, 1));
+}
+
 /// A message with active commanding, from an arm without a fault.
 fn active(sequence: u32) -> MonitorMessage {
     let mut message = message(sequence);
@@ -201,7 +228,7 @@ fn before_commanding_begins_a_wrong_value_is_waited_for_and_named() {
         assert!(matches!(waited, FriError::Unfit(_)), "{waited}");
         assert!(waited.to_string().contains(name), "{waited}");
         // The answer keeps the session alive and the arm in place.
-        assert!((setup.answer_rad() - 0.1).abs() < 1e-12, "{name}");
+        assert!((setup.answer_rad()[0] - 0.1).abs() < 1e-12, "{name}");
         setup.send(&active(1));
         let waited = setup.client.wait_for_commanding(PATIENT);
         assert!(waited.is_ok(), "{name}: {waited:?}");
@@ -213,34 +240,30 @@ fn before_commanding_begins_a_wrong_value_is_waited_for_and_named() {
 fn a_wrong_value_while_commanding_is_a_fault_that_ends_by_itself() {
     for (spoil, name) in WRONG {
         let mut setup = Setup::new(20.0);
-        let (mut goal, mut last_rad) = (JointPositions([0.1; 7]), 0.1);
+        let (mut goal_rad, mut last_rad) = (0.1, 0.1);
         for n in 0..300 {
             let mut message = active(n);
             let is_wrong = (100..200).contains(&n);
             if is_wrong {
                 spoil(&mut message);
             }
-            setup.send(&message);
-            setup.client.wait_for_message(PATIENT).expect("a message");
             match n {
-                1..100 => goal.0[0] += 5e-4,
-                200 => goal.0[0] = last_rad,
+                1..100 => goal_rad += 5e-4,
+                200 => goal_rad = last_rad,
                 _ => {}
             }
-            match setup.client.command(ArmCommand::Position(goal)) {
+            let (taken, answer_rad) = setup.exchange(&message, to(0, goal_rad));
+            match taken {
                 Ok(()) => assert!(!is_wrong, "{name} {n}"),
                 Err(error) => {
                     assert!(is_wrong && error.is_transient(), "{n}: {error}");
                     assert!(error.to_string().contains(name), "{error}");
                 }
             }
-            let answer_rad = setup.answer_rad();
-            assert!((answer_rad - last_rad).abs() < 5.1e-4, "{name} {n}");
-            assert!(
-                n < 170 || (answer_rad - last_rad).abs() < 1e-12,
-                "{name} {n}"
-            );
-            last_rad = answer_rad;
+            let step_rad = (answer_rad[0] - last_rad).abs();
+            let most_rad = if n < 170 { 5.1e-4 } else { 1e-12 };
+            assert!(step_rad < most_rad, "{name} {n}");
+            last_rad = answer_rad[0];
         }
         assert_eq!(setup.client.statistics().refused, 100, "{name}");
     }
@@ -275,9 +298,7 @@ fn a_second_command_for_one_message_moves_nothing() {
     let mut setup = Setup::new(20.0);
     let mut sent_rad = 0.1;
     for n in 0..10 {
-        let mut active = message(n);
-        active.connection.state = SessionState::CommandingActive;
-        setup.send(&active);
+        setup.send(&active(n));
         setup.client.wait_for_message(PATIENT).expect("a message");
         let goal = JointPositions([0.1 + 5e-4 * f64::from(n); 7]);
         let command = match n {
@@ -288,7 +309,7 @@ fn a_second_command_for_one_message_moves_nothing() {
             setup.client.command(command).expect("taken");
             setup.client.command(ArmCommand::Hold).expect("taken");
         }
-        let answer_rad = setup.answer_rad();
+        let answer_rad = setup.answer_rad()[0];
         assert!((answer_rad - sent_rad).abs() < 5.1e-4, "message {n}");
         sent_rad = answer_rad;
     }
@@ -297,8 +318,7 @@ fn a_second_command_for_one_message_moves_nothing() {
 
 /// A controller whose arm hangs 5 mrad below its interpolator's position; one message every 10 ms.
 fn loaded(sequence: u32) -> MonitorMessage {
-    let mut message = message(sequence);
-    message.connection.state = SessionState::CommandingActive;
+    let mut message = active(sequence);
     message.connection.send_period_ms = Some(10);
     let interpolator = message.interpolator.as_mut().expect("one");
     interpolator.position_rad = Some([0.105; 7]);
@@ -322,7 +342,7 @@ fn whoever_begins_at_the_measured_angles_begins_at_the_interpolator() {
             _ => ArmCommand::Position(measured),
         };
         setup.client.command(command).expect("taken");
-        let answer_rad = setup.answer_rad();
+        let answer_rad = setup.answer_rad()[0];
         assert!((answer_rad - last_rad).abs() < 1e-4, "{n}: {answer_rad}");
         last_rad = answer_rad;
     }
@@ -336,16 +356,9 @@ fn after_missed_cycles_the_arm_is_late_and_does_not_leap() {
     let mut setup = Setup::new(20.0);
     let most_rad = 1e-3 * SrsArm::iiwa7().max_velocity_rad_per_s()[0];
     let mut last_rad = 0.1;
-    let mut command = |sequence: u32, goal_rad: f64, command: Option<ArmCommand>| {
-        let mut active = message(sequence);
-        active.connection.state = SessionState::CommandingActive;
-        setup.send(&active);
-        setup.client.wait_for_message(PATIENT).expect("a message");
-        let mut goal = JointPositions([0.1; 7]);
-        goal.0[0] = goal_rad;
-        let command = command.unwrap_or(ArmCommand::Position(goal));
-        setup.client.command(command).expect("no leap is asked for");
-        let answer_rad = setup.answer_rad();
+    let mut command = |sequence: u32, command: ArmCommand| {
+        let (taken, [answer_rad, ..]) = setup.exchange(&active(sequence), command);
+        taken.expect("no leap is asked for");
         let step_rad = answer_rad - last_rad;
         assert!(step_rad.abs() <= most_rad + 1e-12, "{step_rad}");
         last_rad = answer_rad;
@@ -353,14 +366,14 @@ fn after_missed_cycles_the_arm_is_late_and_does_not_leap() {
     };
     let goal_rad = |ms: u32| 0.1 + 8e-4 * f64::from(ms);
     for ms in 0..20 {
-        command(ms, goal_rad(ms), None);
+        command(ms, to(0, goal_rad(ms)));
     }
     // At 0.8 rad/s, 40 cycles are missed.
-    let late_rad = command(60, goal_rad(60), None);
+    let late_rad = command(60, to(0, goal_rad(60)));
     assert!(late_rad < goal_rad(25), "{late_rad}");
     let (mut before_rad, mut step_rad) = (late_rad, 8e-4);
     for ms in 61..140 {
-        let rad = command(ms, goal_rad(ms), None);
+        let rad = command(ms, to(0, goal_rad(ms)));
         let change_rad = (rad - before_rad - step_rad).abs();
         assert!(change_rad <= 8.65e-6 + 1e-12, "{ms}: {change_rad}");
         (before_rad, step_rad) = (rad, rad - before_rad);
@@ -368,11 +381,11 @@ fn after_missed_cycles_the_arm_is_late_and_does_not_leap() {
     }
     let mut arrived_rad = before_rad;
     for ms in 140..200 {
-        arrived_rad = command(ms, goal_rad(140), None);
+        arrived_rad = command(ms, to(0, goal_rad(140)));
     }
     assert!((arrived_rad - goal_rad(140)).abs() < 1e-12);
     // Braking after missed cycles is no jump either.
-    command(240, 0.0, Some(ArmCommand::Hold));
+    command(240, ArmCommand::Hold);
 }
 
 /// The controller stood still meanwhile: braking from the previous speed would move a resting arm by up to 0.27 rad, and continuing at that speed
@@ -382,23 +395,15 @@ fn an_arm_that_stood_during_a_long_gap_begins_from_rest() {
     for (told, then_holds) in [(false, true), (false, false), (true, true), (true, false)] {
         let mut setup = Setup::new(20.0);
         let mut command = |sequence: u32, reflected: u32, command: ArmCommand| {
-            let mut active = message(sequence);
-            active.connection.state = SessionState::CommandingActive;
+            let mut active = active(sequence);
             active.header.reflected_sequence = reflected;
-            setup.send(&active);
-            setup.client.wait_for_message(PATIENT).expect("a message");
-            let taken = setup.client.command(command);
-            (taken, setup.answer_joint_rad(1))
-        };
-        let to = |rad: f64| {
-            let mut goal = JointPositions([0.1; 7]);
-            goal.0[1] = rad;
-            ArmCommand::Position(goal)
+            let (taken, answer_rad) = setup.exchange(&active, command);
+            (taken, answer_rad[1])
         };
         let (mut rad, mut arrived) = (0.1, 0);
         for ms in 0..600_u32 {
             rad += 1e-6 * 4.0 * f64::from(ms.min(400));
-            let (taken, sent_rad) = command(ms, arrived, to(rad));
+            let (taken, sent_rad) = command(ms, arrived, to(1, rad));
             assert_eq!(taken, Ok(()), "{ms}");
             assert!((sent_rad - rad).abs() < 1e-9);
             arrived = if told { ms } else { 0 };
@@ -409,7 +414,7 @@ fn an_arm_that_stood_during_a_long_gap_begins_from_rest() {
                 let mut stands_rad = rad;
                 for ms in 600..700 {
                     stands_rad = rad;
-                    let _ = command(ms, arrived, to(rad + 1.6e-3 * f64::from(ms - 599)));
+                    let _ = command(ms, arrived, to(1, rad + 1.6e-3 * f64::from(ms - 599)));
                 }
                 stands_rad
             }
@@ -418,7 +423,7 @@ fn an_arm_that_stood_during_a_long_gap_begins_from_rest() {
         for ms in 700..900 {
             let wanted = match then_holds {
                 true => ArmCommand::Hold,
-                false => to(rad + 1.6e-3 * f64::from(ms - 599)),
+                false => to(1, rad + 1.6e-3 * f64::from(ms - 599)),
             };
             let (taken, sent_rad) = command(ms, if told { arrived.max(ms) } else { 0 }, wanted);
             if then_holds || ms == 700 {
@@ -437,15 +442,12 @@ fn an_arm_that_stood_during_a_long_gap_begins_from_rest() {
 fn a_client_that_begins_while_commands_are_taken_begins_where_the_arm_is() {
     for said in [true, false] {
         let mut setup = Setup::new(20.0);
-        let mut active = message(0);
-        active.connection.state = SessionState::CommandingActive;
+        let mut active = active(0);
         let data = active.data.as_mut().expect("data");
         data.position_rad = Some([0.899; 7]);
         data.commanded_position_rad = said.then_some([0.9; 7]);
-        setup.send(&active);
-        setup.client.wait_for_message(PATIENT).expect("a message");
-        setup.client.command(ArmCommand::Hold).expect("taken");
-        assert_eq!(setup.answer_rad(), if said { 0.9 } else { 0.899 });
+        let answered = setup.exchange(&active, ArmCommand::Hold);
+        assert_eq!(answered, (Ok(()), [if said { 0.9 } else { 0.899 }; 7]));
     }
 }
 
@@ -453,15 +455,8 @@ fn a_client_that_begins_while_commands_are_taken_begins_where_the_arm_is() {
 #[test]
 fn a_controller_that_was_restarted_takes_no_commands_until_commanding_begins() {
     let mut setup = Setup::new(0.05);
-    let mut command = |message: &MonitorMessage| {
-        setup.send(message);
-        setup.client.wait_for_message(PATIENT).expect("a message");
-        let taken = setup.client.command(ArmCommand::Hold);
-        (taken, setup.answer_rad())
-    };
-    let mut active = message(500);
-    active.connection.state = SessionState::CommandingActive;
-    assert_eq!(command(&active), (Ok(()), 0.1));
+    let mut command = |message: &MonitorMessage| setup.exchange(message, ArmCommand::Hold);
+    assert_eq!(command(&active(500)), (Ok(()), [0.1; 7]));
     std::thread::sleep(Duration::from_millis(100));
     // Its arm is elsewhere.
     let mut anew = message(0);
@@ -472,7 +467,7 @@ fn a_controller_that_was_restarted_takes_no_commands_until_commanding_begins() {
     assert!(matches!(taken, Err(FriError::CommandingEnded { .. })));
     anew.header.sequence = 1;
     anew.connection.state = SessionState::CommandingActive;
-    assert_eq!(command(&anew), (Ok(()), 0.7));
+    assert_eq!(command(&anew), (Ok(()), [0.7; 7]));
 }
 
 /// All velocities would be half of the true ones, and every motion twice as fast.
@@ -481,8 +476,7 @@ fn a_period_that_is_stated_too_long_is_refused() {
     let mut setup = Setup::new(20.0);
     let mut refused = 0;
     for n in 0..1000_u32 {
-        let mut active = message(n);
-        active.connection.state = SessionState::CommandingActive;
+        let mut active = active(n);
         // The first half states 10 ms; the second half states the true period.
         active.connection.send_period_ms = Some(if n < 500 { 10 } else { 5 });
         let ns = 5_000_000 * u64::from(n);
@@ -502,14 +496,8 @@ fn a_stop_harder_than_the_joints_can_brake_is_refused_and_the_arm_brakes() {
     let mut setup = Setup::new(20.0);
     let braking = FriClientConfig::default().braking_rad_per_s2[6];
     let mut command = |sequence: u32, goal_rad: f64| {
-        let mut active = message(sequence);
-        active.connection.state = SessionState::CommandingActive;
-        setup.send(&active);
-        setup.client.wait_for_message(PATIENT).expect("a message");
-        let mut goal = JointPositions([0.1; 7]);
-        goal.0[6] = goal_rad;
-        let taken = setup.client.command(ArmCommand::Position(goal));
-        (taken, setup.answer_joint_rad(6))
+        let (taken, answer_rad) = setup.exchange(&active(sequence), to(6, goal_rad));
+        (taken, answer_rad[6])
     };
     let (mut last_rad, mut step_rad) = (0.1, 0.0);
     for ms in 0..200 {

@@ -1,19 +1,18 @@
 //! The client against the controller over loopback, in real time. Nothing here depends on the speed of the machine: cycles may be missed, but each is
 //! answered or counted.
 
-use crate::common::bench::{servo, start, torque_arm};
+use crate::common::bench::{servo, start};
 use crate::common::full_monitor;
 use hwall_fri::codec::{ClientCommandMode, Codec, DATAGRAM_BYTES, SessionState};
 use hwall_fri::controller::{
     Controller, ControllerConfig, ControllerStatistics, EndReason, EventKind, LinkConfig,
-    QualityConfig, SimulatedPlant, UdpController,
+    QualityConfig, UdpController,
 };
 use hwall_fri::{
     ClientStatistics, FriClient, FriClientConfig, FriError, FriVersion, LimitViolation,
 };
 use hwall_haptics::{Arm, ArmCommand};
-use hwall_kinematics::glam::DVec3;
-use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, SrsArm, Wrench};
+use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, SrsArm};
 use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -31,9 +30,8 @@ const PATIENT: QualityConfig = QualityConfig {
     excellent: 0.95,
 };
 
-fn config(mode: ClientCommandMode) -> ControllerConfig {
+fn config() -> ControllerConfig {
     ControllerConfig {
-        mode,
         ready_s: Some(0.1),
         // A pause of the machine must not fail a test.
         command_expiry_s: 5.0,
@@ -75,18 +73,11 @@ impl Drop for EndsAtLast<'_> {
 }
 
 /// Runs a controller in its own thread while the client runs.
-fn with_controller<P: SimulatedPlant + Send>(
-    plant: P,
-    config: ControllerConfig,
-    link: LinkConfig,
-    body: impl FnOnce(&mut FriClient),
-) -> Outcome
-where
-    P::Error: Send,
-{
+fn with_controller(config: ControllerConfig, body: impl FnOnce(&mut FriClient)) -> Outcome {
     let mut client = client(config.version);
     let address = client.local_address().expect("an address");
-    let controller = Controller::new(plant, config).expect("a controller");
+    let controller = Controller::new(servo(), config).expect("a controller");
+    let link = LinkConfig::default();
     let mut udp = UdpController::bind(controller, any_port(), address, link).expect("a socket");
     let done = AtomicBool::new(false);
     let mut states = Vec::new();
@@ -117,17 +108,6 @@ where
     }
 }
 
-fn in_mode<P: SimulatedPlant + Send>(
-    plant: P,
-    mode: ClientCommandMode,
-    body: impl FnOnce(&mut FriClient),
-) -> Outcome
-where
-    P::Error: Send,
-{
-    with_controller(plant, config(mode), LinkConfig::default(), body)
-}
-
 /// Every message is answered or counted on the client's side, every expected answer on the controller's.
 fn check_counts(outcome: &Outcome) {
     let (client, controller) = (&outcome.client, &outcome.controller);
@@ -155,9 +135,9 @@ fn two_seconds_at_a_kilohertz_in_every_version() {
     for version in FriVersion::ALL {
         let config = ControllerConfig {
             version,
-            ..config(ClientCommandMode::Position)
+            ..config()
         };
-        let outcome = with_controller(servo(), config, LinkConfig::default(), |client| {
+        let outcome = with_controller(config, |client| {
             let first_s = client.wait_for_commanding(TIMEOUT).expect("commanding");
             let q0 = client.state().expect("a state").q;
             assert!(q0.max_abs_difference(&start()) < 1e-9);
@@ -183,64 +163,10 @@ fn two_seconds_at_a_kilohertz_in_every_version() {
     }
 }
 
-#[test]
-fn torques_and_wrenches() {
-    let outcome = in_mode(torque_arm(), ClientCommandMode::Torque, |client| {
-        client.wait_for_commanding(TIMEOUT).expect("commanding");
-        let q0 = client.state().expect("a state").q;
-        // At the measured positions the springs do nothing: two newton metres move the free joint.
-        for _ in 0..300 {
-            let torque = JointTorques([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0]);
-            client
-                .command(ArmCommand::Torque(torque))
-                .expect("a torque");
-            client.wait_for_message(TIMEOUT).expect("a message");
-        }
-        let moved_rad = client.state().expect("a state").q[6] - q0[6];
-        assert!(moved_rad > 0.02, "{moved_rad} rad");
-        let refused = client.command(ArmCommand::Torque(JointTorques([
-            0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 50.0,
-        ])));
-        assert!(matches!(
-            refused,
-            Err(FriError::Limit(LimitViolation::Torque { joint: 6, .. }))
-        ));
-        client.wait_for_message(TIMEOUT).expect("a message");
-        client.command(ArmCommand::Hold).expect("held");
-    });
-    check_counts(&outcome);
-    assert_eq!(outcome.ended, Some(EndReason::Closed));
-    assert_eq!(outcome.client.refused, 1);
-
-    let outcome = in_mode(torque_arm(), ClientCommandMode::Wrench, |client| {
-        client.wait_for_commanding(TIMEOUT).expect("commanding");
-        let q0 = client.state().expect("a state").q;
-        let push = Wrench {
-            force_n: DVec3::new(0.0, 0.0, 60.0),
-            ..Wrench::default()
-        };
-        for _ in 0..500 {
-            client.command_wrench(&push).expect("a wrench");
-            client.wait_for_message(TIMEOUT).expect("a message");
-        }
-        let q = client.state().expect("a state").q;
-        let arm = SrsArm::iiwa7();
-        let moved_m = arm.forward(&q).position_m() - arm.forward(&q0).position_m();
-        assert!(moved_m.length() > 0.005, "{moved_m}");
-        let refused = client.command(ArmCommand::Position(q));
-        assert!(
-            matches!(refused, Err(FriError::OtherMode { .. })),
-            "{refused:?}"
-        );
-    });
-    check_counts(&outcome);
-    assert_eq!(outcome.ended, Some(EndReason::Closed));
-}
-
 /// Refused commands leave the last one in force; the controller still gets its answers.
 #[test]
 fn commands_outside_the_limits_are_refused_here() {
-    let outcome = in_mode(servo(), ClientCommandMode::Position, |client| {
+    let outcome = with_controller(config(), |client| {
         client.wait_for_commanding(TIMEOUT).expect("commanding");
         let q0 = client.state().expect("a state").q;
         let mut command = |q: JointPositions| {
@@ -298,9 +224,9 @@ fn loss_ends_commanding_and_the_client_says_so() {
             good: 0.3,
             excellent: 0.95,
         },
-        ..config(ClientCommandMode::Position)
+        ..config()
     };
-    let outcome = with_controller(servo(), config, LinkConfig::default(), |client| {
+    let outcome = with_controller(config, |client| {
         client.wait_for_commanding(TIMEOUT).expect("commanding");
         // The program stalls: no answers until the controller ends commanding.
         let ended = loop {
@@ -324,36 +250,6 @@ fn loss_ends_commanding_and_the_client_says_so() {
         .iter()
         .filter(|&&s| s == SessionState::CommandingActive);
     assert_eq!(began.count(), 2, "{:?}", outcome.states);
-}
-
-#[test]
-fn a_bad_network_is_survived_and_counted() {
-    let link = LinkConfig {
-        loss: 0.2,
-        delay_s: 0.0,
-        jitter_s: 0.004,
-        seed: 2,
-    };
-    let config = config(ClientCommandMode::Position);
-    let outcome = with_controller(servo(), config, link, |client| {
-        client.wait_for_commanding(TIMEOUT).expect("commanding");
-        let q0 = client.state().expect("a state").q;
-        for _ in 0..300 {
-            match client.command(ArmCommand::Position(q0)) {
-                Ok(()) | Err(FriError::CommandingEnded { .. }) => {}
-                Err(other) => panic!("{other}"),
-            }
-            client.wait_for_message(TIMEOUT).expect("a message");
-            let qd = client.state().expect("a state").qd;
-            assert!(qd.0.iter().all(|v| v.abs() < 1e-9));
-        }
-    });
-    assert!(
-        outcome.client.lost > 20 && outcome.client.stale > 5,
-        "{:?}",
-        outcome.client
-    );
-    assert!(outcome.controller.missed > 20, "{:?}", outcome.controller);
 }
 
 /// Regression: the client waited without naming the version.
@@ -400,7 +296,7 @@ fn strangers_and_noise_are_counted_and_silence_is_an_error() {
     assert_eq!(client.statistics().malformed, 5);
 
     // Once a controller is connected, other senders are ignored.
-    let controller = Controller::new(servo(), config(ClientCommandMode::Position)).expect("one");
+    let controller = Controller::new(servo(), config()).expect("one");
     let mut udp = UdpController::bind(controller, any_port(), address, LinkConfig::default())
         .expect("a socket");
     let mut left = 200;
@@ -455,7 +351,7 @@ fn goodbyes_come_over_a_delayed_link() {
     let socket = UdpSocket::bind(any_port()).expect("a socket");
     socket.set_read_timeout(Some(TIMEOUT)).expect("a time-out");
     let address = socket.local_addr().expect("an address");
-    let controller = Controller::new(servo(), config(ClientCommandMode::Position)).expect("one");
+    let controller = Controller::new(servo(), config()).expect("one");
     let link = LinkConfig {
         delay_s: 0.3,
         ..LinkConfig::default()

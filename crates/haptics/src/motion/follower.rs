@@ -82,13 +82,10 @@ impl Follower {
     ) -> Result<Self, HapticsError> {
         config.validate()?;
         let limits = MotionLimits::of_arm(&*arm, &config.motion)?;
-        let mut bounds = [JointBounds::new(1.0, 1.0)?; 7];
-        for (joint, bounds) in bounds.iter_mut().enumerate() {
-            *bounds = JointBounds::new(
-                limits.velocity_rad_per_s[joint],
-                limits.acceleration_rad_per_s2[joint],
-            )?;
-        }
+        let bounds = std::array::from_fn(|joint| JointBounds {
+            velocity_rad_per_s: limits.velocity_rad_per_s[joint],
+            acceleration_rad_per_s2: limits.acceleration_rad_per_s2[joint],
+        });
         let motion = || ReferenceMotion::new(&*arm, &limits, start);
         let (solver, link) = (Solver::new(Arc::clone(&arm)), Link::default());
         let goals = Goals::new(solver.clone(), &config);
@@ -189,7 +186,7 @@ impl Follower {
         all_finite("qd", &qd.0)?;
         let mut state = JointState::at_rest(*q);
         for (joint, bounds) in self.bounds.iter().enumerate() {
-            let most = bounds.velocity_rad_per_s();
+            let most = bounds.velocity_rad_per_s;
             state.qd[joint] = qd[joint].clamp(-most, most);
         }
         self.reference.restart(&state)?;
@@ -351,13 +348,7 @@ impl Follower {
         self.arm().forward(&self.commanded())
     }
 
-    /// Velocity of the face at the configuration commanded last.
-    #[must_use]
-    pub fn commanded_twist(&self) -> Twist {
-        self.commanded_motion().1
-    }
-
-    /// [`commanded_pose`](Self::commanded_pose) and [`commanded_twist`](Self::commanded_twist).
+    /// Pose and velocity of the face at the configuration commanded last.
     pub(crate) fn commanded_motion(&self) -> (Pose, Twist) {
         let (face, jacobian) = self.arm().forward_and_jacobian(&self.commanded());
         (face, jacobian.twist(&self.reference.state().qd))

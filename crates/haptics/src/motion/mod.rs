@@ -51,5 +51,4 @@ pub use follower::Follower;
 pub use follower_config::FollowerConfig;
 pub use planner::{Planner, PlannerConfig};
 pub use preposition::PREPOSITION_SHARE;
-pub use profile::{JointBounds, JointMotion};
 pub use slide::Slide;

@@ -1,43 +1,10 @@
 //! Time-optimal motion of one joint under velocity and acceleration limits.
 
-use crate::error::HapticsError;
-use hwall_numeric::check::positive;
-
 /// Limits of the motion of one joint, the same in both directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct JointBounds {
-    velocity: f64,
-    acceleration: f64,
-}
-
-impl JointBounds {
-    /// Largest speed, rad/s, and largest acceleration, rad/s².
-    ///
-    /// # Errors
-    /// A bound that is not positive and finite.
-    pub fn new(
-        velocity_rad_per_s: f64,
-        acceleration_rad_per_s2: f64,
-    ) -> Result<Self, HapticsError> {
-        positive("velocity_rad_per_s", velocity_rad_per_s)?;
-        positive("acceleration_rad_per_s2", acceleration_rad_per_s2)?;
-        Ok(Self {
-            velocity: velocity_rad_per_s,
-            acceleration: acceleration_rad_per_s2,
-        })
-    }
-
-    /// Largest speed, rad/s.
-    #[must_use]
-    pub const fn velocity_rad_per_s(&self) -> f64 {
-        self.velocity
-    }
-
-    /// Largest acceleration and deceleration, rad/s².
-    #[must_use]
-    pub const fn acceleration_rad_per_s2(&self) -> f64 {
-        self.acceleration
-    }
+pub(super) struct JointBounds {
+    pub(super) velocity_rad_per_s: f64,
+    pub(super) acceleration_rad_per_s2: f64,
 }
 
 /// Speed reserved for catching up with a goal that itself moves at the limit, rad/s.
@@ -47,27 +14,18 @@ const LEAST_SPARE_RAD_PER_S: f64 = 1e-6;
 ///
 /// If any input is NaN, both are NaN.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct JointMotion {
+pub(super) struct JointMotion {
     /// Angle, rad.
-    pub q_rad: f64,
+    pub(super) q_rad: f64,
     /// Velocity, rad/s.
-    pub qd_rad_per_s: f64,
+    pub(super) qd_rad_per_s: f64,
 }
 
 impl JointMotion {
-    /// Standing still.
-    #[must_use]
-    pub const fn at_rest(q_rad: f64) -> Self {
-        Self {
-            q_rad,
-            qd_rad_per_s: 0.0,
-        }
-    }
-
     /// Where the joint comes to rest under full braking, rad: `q + v |v| / 2a`.
-    #[must_use]
-    pub fn stopping_point_rad(self, bounds: &JointBounds) -> f64 {
-        self.q_rad + self.qd_rad_per_s * self.qd_rad_per_s.abs() / (2.0 * bounds.acceleration)
+    pub(super) fn stopping_point_rad(self, bounds: &JointBounds) -> f64 {
+        self.q_rad
+            + self.qd_rad_per_s * self.qd_rad_per_s.abs() / (2.0 * bounds.acceleration_rad_per_s2)
     }
 
     /// The motion `dt_s` later, time-optimal to rest at `goal_rad`.
@@ -78,12 +36,11 @@ impl JointMotion {
     ///
     /// A step of zero or less changes nothing. Error: about 1e-16 of the angles; 1e-8 rad/s in the last moment before rest, where the speed is the
     /// root of a distance.
-    #[must_use]
-    pub fn towards(self, goal_rad: f64, bounds: &JointBounds, dt_s: f64) -> Self {
+    pub(super) fn towards(self, goal_rad: f64, bounds: &JointBounds, dt_s: f64) -> Self {
         if dt_s <= 0.0 {
             return self;
         }
-        let a = bounds.acceleration;
+        let a = bounds.acceleration_rad_per_s2;
         // Sign such that the stopping point lies before the goal.
         let sign = if self.stopping_point_rad(bounds) <= goal_rad {
             1.0
@@ -102,7 +59,7 @@ impl JointMotion {
             .max(0.0)
             .sqrt()
             .max(v)
-            .min(bounds.velocity);
+            .min(bounds.velocity_rad_per_s);
         let t_change = (peak - v).abs() / a;
         let t_brake = peak / a;
         let cruise = d - 0.5 * (v + peak) * t_change - 0.5 * peak * t_brake;
@@ -113,7 +70,10 @@ impl JointMotion {
         };
         let left = t_change + t_cruise + t_brake - dt_s;
         if left <= 0.0 {
-            return Self::at_rest(goal_rad);
+            return Self {
+                q_rad: goal_rad,
+                qd_rad_per_s: 0.0,
+            };
         }
         let (moved, speed) = if dt_s < t_change {
             let change = (peak - v).signum() * a * dt_s;
@@ -134,8 +94,7 @@ impl JointMotion {
     /// the limit serves to catch up.
     ///
     /// Once reached, a goal whose acceleration stays within the bounds is followed without lag.
-    #[must_use]
-    pub fn beside(
+    pub(super) fn beside(
         self,
         goal_rad: f64,
         goal_rad_per_s: f64,
@@ -143,7 +102,8 @@ impl JointMotion {
         dt_s: f64,
     ) -> Self {
         let spare = JointBounds {
-            velocity: (bounds.velocity - goal_rad_per_s.abs()).max(LEAST_SPARE_RAD_PER_S),
+            velocity_rad_per_s: (bounds.velocity_rad_per_s - goal_rad_per_s.abs())
+                .max(LEAST_SPARE_RAD_PER_S),
             ..*bounds
         };
         let relative = Self {
@@ -151,41 +111,31 @@ impl JointMotion {
             qd_rad_per_s: self.qd_rad_per_s - goal_rad_per_s,
         };
         let next = relative.towards(0.0, &spare, dt_s);
-        let most = bounds.velocity;
+        let most = bounds.velocity_rad_per_s;
         Self {
             q_rad: goal_rad + next.q_rad,
             qd_rad_per_s: (goal_rad_per_s + next.qd_rad_per_s).clamp(-most, most),
         }
-    }
-
-    /// The motion `dt_s` later under full braking; at rest it stays.
-    #[must_use]
-    pub fn braked(self, bounds: &JointBounds, dt_s: f64) -> Self {
-        self.towards(self.stopping_point_rad(bounds), bounds, dt_s)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hwall_numeric::ArgumentError;
     use hwall_testkit::Sampler;
     use proptest::prelude::*;
 
-    /// Positions over two seconds in steps of a millisecond.
-    fn positions(mut joint: JointMotion, goal: f64) -> (JointMotion, Vec<f64>) {
-        let mut passed = Vec::new();
-        for _ in 0..2000 {
-            joint = joint.towards(goal, &BOUNDS, 1e-3);
-            passed.push(joint.q_rad);
-        }
-        (joint, passed)
-    }
-
     const BOUNDS: JointBounds = JointBounds {
-        velocity: 1.5,
-        acceleration: 10.0,
+        velocity_rad_per_s: 1.5,
+        acceleration_rad_per_s2: 10.0,
     };
+
+    const fn at_rest(q_rad: f64) -> JointMotion {
+        JointMotion {
+            q_rad,
+            qd_rad_per_s: 0.0,
+        }
+    }
 
     #[test]
     fn the_way_does_not_depend_on_the_steps() {
@@ -213,7 +163,7 @@ mod tests {
     #[test]
     fn goals_that_jump_every_step_are_never_passed_at_the_outside() {
         let mut s = Sampler::new(13);
-        let mut motion = JointMotion::at_rest(0.0);
+        let mut motion = at_rest(0.0);
         for _ in 0..100_000 {
             let goal = if s.bool() {
                 s.uniform(-0.3, 0.3)
@@ -223,30 +173,12 @@ mod tests {
             let (before, dt) = (motion, s.uniform(1e-4, 0.02));
             motion = motion.towards(goal, &BOUNDS, dt);
             assert!(motion.q_rad.abs() <= 0.3 + 1e-15);
-            assert!(motion.qd_rad_per_s.abs() <= BOUNDS.velocity + 1e-12);
+            assert!(motion.qd_rad_per_s.abs() <= BOUNDS.velocity_rad_per_s + 1e-12);
             assert!(
                 (motion.qd_rad_per_s - before.qd_rad_per_s).abs()
-                    <= BOUNDS.acceleration * dt + 1e-9
+                    <= BOUNDS.acceleration_rad_per_s2 * dt + 1e-9
             );
-            assert!((motion.q_rad - before.q_rad).abs() <= BOUNDS.velocity * dt + 1e-12);
-        }
-    }
-
-    #[test]
-    fn braking_takes_the_stopping_distance() {
-        for qd in [-1.5, -0.2, 0.0, 0.7, 1.5] {
-            let mut motion = JointMotion {
-                q_rad: 0.4,
-                qd_rad_per_s: qd,
-            };
-            let rest = motion.stopping_point_rad(&BOUNDS);
-            for _ in 0..200 {
-                motion = motion.braked(&BOUNDS, 1e-3);
-            }
-            assert!(
-                (motion.q_rad - rest).abs() < 1e-15 && motion.qd_rad_per_s == 0.0,
-                "{motion:?}"
-            );
+            assert!((motion.q_rad - before.q_rad).abs() <= BOUNDS.velocity_rad_per_s * dt + 1e-12);
         }
     }
 
@@ -259,7 +191,7 @@ mod tests {
             q_rad in -3.0..3.0, qd_rad_per_s in -2.0..2.0, goal in -3.0..3.0,
             acceleration in 0.1..100.0, dt in (-20.0..0.0).prop_map(f64::exp),
         ) {
-            let bounds = JointBounds { velocity: 2.0, acceleration };
+            let bounds = JointBounds { velocity_rad_per_s: 2.0, acceleration_rad_per_s2: acceleration };
             let before = JointMotion { q_rad, qd_rad_per_s };
             let after = before.towards(goal, &bounds, dt);
             let stop = before.stopping_point_rad(&bounds);
@@ -279,15 +211,15 @@ mod tests {
         let brakes = (joint.stopping_point_rad(bounds) - goal) * ahead;
         let most = if brakes > 0.0 { brakes + 1e-11 } else { 1e-14 };
         let (mut t, mut i) = (0.0, 0);
-        while joint != JointMotion::at_rest(goal) {
+        while joint != at_rest(goal) {
             let dt = [1e-3, 3e-4, 1e-9, 7e-4, 9e-6][i % 5];
             let next = joint.towards(goal, bounds, dt);
             let change = (next.qd_rad_per_s - joint.qd_rad_per_s).abs();
             assert!(
-                change <= bounds.acceleration * dt * (1.0 + 1e-8) + 1e-15,
+                change <= bounds.acceleration_rad_per_s2 * dt * (1.0 + 1e-8) + 1e-15,
                 "{joint:?} {next:?} {dt}"
             );
-            assert!(next.qd_rad_per_s.abs() <= bounds.velocity);
+            assert!(next.qd_rad_per_s.abs() <= bounds.velocity_rad_per_s);
             let over = (next.q_rad - goal) * ahead;
             assert!(over <= most, "overshot by {over}");
             (joint, t, i) = (next, t + dt, i + 1);
@@ -307,10 +239,10 @@ mod tests {
         ] {
             for sign in [-1.0, 1.0] {
                 let bounds = JointBounds {
-                    velocity,
-                    acceleration,
+                    velocity_rad_per_s: velocity,
+                    acceleration_rad_per_s2: acceleration,
                 };
-                let t = run(JointMotion::at_rest(0.3), 0.3 + sign * distance, &bounds);
+                let t = run(at_rest(0.3), 0.3 + sign * distance, &bounds);
                 // Bang-bang, with a cruise where the peak would exceed the limit.
                 let best = if distance * acceleration <= velocity * velocity {
                     2.0 * f64::sqrt(distance / acceleration)
@@ -374,65 +306,6 @@ mod tests {
             .towards(1.0, &BOUNDS, 1e-3),
         ] {
             assert!(nan.q_rad.is_nan() && nan.qd_rad_per_s.is_nan(), "{nan:?}");
-        }
-    }
-
-    #[test]
-    fn bounds_that_are_not_positive_are_named() {
-        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            let what = |bounds| match bounds {
-                Err(HapticsError::Argument(ArgumentError::OutOfRange { what, .. })) => what,
-                other => panic!("{other:?}"),
-            };
-            assert_eq!(what(JointBounds::new(bad, 1.0)), "velocity_rad_per_s");
-            assert_eq!(what(JointBounds::new(1.0, bad)), "acceleration_rad_per_s2");
-        }
-    }
-
-    #[test]
-    fn brakes_and_returns_when_the_goal_jumps_too_near() {
-        let (joint, passed) = positions(
-            JointMotion {
-                q_rad: 0.0,
-                qd_rad_per_s: 1.0,
-            },
-            0.01,
-        );
-        assert_eq!(joint, JointMotion::at_rest(0.01));
-        // The stopping distance v² / 2a, and no more.
-        let furthest = passed.into_iter().fold(0.0, f64::max);
-        assert!((furthest - 0.05).abs() < 1e-12, "{furthest}");
-    }
-
-    #[test]
-    fn turns_round_when_moving_away() {
-        let (joint, passed) = positions(
-            JointMotion {
-                q_rad: 0.0,
-                qd_rad_per_s: -1.0,
-            },
-            0.2,
-        );
-        assert_eq!(joint, JointMotion::at_rest(0.2));
-        assert!(passed.into_iter().fold(0.0, f64::min) >= -0.05 - 1e-6);
-    }
-
-    #[test]
-    fn a_resting_goal_is_met_exactly_without_overshoot() {
-        let mut s = Sampler::new(11);
-        for _ in 0..2000 {
-            let start = JointMotion::at_rest(s.uniform(-2.0, 2.0));
-            let goal = s.uniform(-2.0, 2.0);
-            let (lo, hi) = (start.q_rad.min(goal), start.q_rad.max(goal));
-            let mut motion = start;
-            for _ in 0..5000 {
-                motion = motion.towards(goal, &BOUNDS, s.uniform(0.0, 0.01));
-                assert!(
-                    (lo - 1e-15..=hi + 1e-15).contains(&motion.q_rad),
-                    "{motion:?} to {goal}"
-                );
-            }
-            assert_eq!(motion, JointMotion::at_rest(goal));
         }
     }
 }

@@ -234,7 +234,7 @@ impl Sliding {
 
 /// Inverse of the time in which the joints can reach their velocities, 1/s.
 fn most_per_s(rates: &[f64; 7], bounds: &[JointBounds; 7]) -> f64 {
-    let most = (0..7).map(|i| bounds[i].acceleration_rad_per_s2() / rates[i].abs());
+    let most = (0..7).map(|i| bounds[i].acceleration_rad_per_s2 / rates[i].abs());
     // Finite also where nothing moves: the share is then capped at 1.
     SLIDE_SHARE * most.fold(f64::MAX, f64::min)
 }

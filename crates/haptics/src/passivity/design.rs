@@ -53,23 +53,6 @@ pub fn required_damping_n_s_per_m(
     Ok(stiffness_n_per_m * sampling.lag_s() + virtual_damping_n_s_per_m.abs())
 }
 
-/// Largest stiffness that a physical damping makes passive, N/m: `K = (b - |B|) / (T/2 + t_d)`, at least 0.
-///
-/// The inverse of [`required_damping_n_s_per_m`].
-///
-/// # Errors
-/// NaN, infinity or a negative damping, a period that is not positive, a negative delay.
-pub fn largest_stiffness_n_per_m(
-    damping_n_s_per_m: f64,
-    virtual_damping_n_s_per_m: f64,
-    sampling: &Sampling,
-) -> Result<f64, HapticsError> {
-    non_negative("damping_n_s_per_m", damping_n_s_per_m)?;
-    all_finite("virtual_damping_n_s_per_m", &[virtual_damping_n_s_per_m])?;
-    sampling.validate()?;
-    Ok((damping_n_s_per_m - virtual_damping_n_s_per_m.abs()).max(0.0) / sampling.lag_s())
-}
-
 /// Damping for a stiffness acting on a mass.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DampingDesign {

@@ -45,10 +45,7 @@ mod port_config;
 mod tank;
 
 pub use controller::{DissipationLimit, PassivityController};
-pub use design::{
-    DampingDesign, Sampling, effective_mass_kg, largest_stiffness_n_per_m,
-    required_damping_n_s_per_m,
-};
+pub use design::{DampingDesign, Sampling, effective_mass_kg, required_damping_n_s_per_m};
 pub use observer::EnergyObserver;
 pub use port::{PassivePort, PortInput, PortOutput};
 pub use port_config::{Causality, HandBounds, PassivityMethod, PortConfig};

@@ -1,13 +1,13 @@
 //! The board on its path: behind the surfaces, and exactly in place at the end.
 
-use crate::support::{Change, assert_named, iiwa as arm};
+use crate::support::iiwa as arm;
 use glam::DVec3;
 use hwall_haptics::{
     ApproachConfig, Barrier, BarrierTree, Board, BoardTarget, Follower, FollowerConfig, Planner,
     PlannerConfig, board_pose,
 };
 use hwall_kinematics::{JointPositions, JointVelocities};
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, refused};
 use std::sync::Arc;
 
 const DT_S: f64 = 2e-3;
@@ -413,14 +413,17 @@ fn what_is_before_a_surface_is_told() {
 
 #[test]
 fn settings_and_barriers_out_of_range_are_refused() {
-    let wrong: [Change<ApproachConfig>; 5] = [
-        ("allowed_m", |c| c.allowed_m = -1.0),
-        ("detours_m", |c| c.detours_m = [f64::NAN; 6]),
-        ("extent_m", |c| c.extent_m = 0.0),
-        ("footprint_m", |c| c.footprint_m = f64::INFINITY),
-        ("retry_s", |c| c.retry_s = 0.0),
-    ];
-    assert_named(&ApproachConfig::default(), &wrong, |c| c.validate());
+    refused!(
+        ApproachConfig::default(),
+        |c: ApproachConfig| c.validate(),
+        {
+            allowed_m = -1.0;
+            detours_m = [f64::NAN; 6];
+            extent_m = 0.0;
+            footprint_m = f64::INFINITY;
+            retry_s = 0.0;
+        }
+    );
     let at = DVec3::X;
     assert!(Barrier::new(at * f64::NAN, DVec3::X, [1.0; 2]).is_err());
     assert!(Barrier::new(at, DVec3::ZERO, [1.0; 2]).is_err());

@@ -1,8 +1,8 @@
 //! The contact state machine on simulated forces.
 
-use crate::support::{Change, DT_S, assert_named};
+use crate::support::DT_S;
 use hwall_haptics::{ArgumentError, ContactConfig, ContactDetector, ContactState, HapticsError};
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, refused};
 
 /// Number of onsets and of ends over the samples.
 fn changes(
@@ -116,14 +116,12 @@ fn a_clock_set_back_restarts_the_dwell() {
 
 #[test]
 fn settings_out_of_range_are_named() {
-    let bad: [Change<ContactConfig>; 5] = [
-        ("on_n", |c| c.on_n = f64::NAN),
-        ("on_n", |c| c.on_n = -3.0),
-        ("off_n", |c| c.off_n = c.on_n + 0.5),
-        ("off_n", |c| c.off_n = f64::NAN),
-        ("dwell_s", |c| c.dwell_s = f64::INFINITY),
-    ];
-    assert_named(&ContactConfig::default(), &bad, ContactDetector::new);
+    let above_on_n = ContactConfig::default().on_n + 0.5;
+    refused!(ContactConfig::default(), ContactDetector::new, {
+        on_n = f64::NAN, -3.0;
+        off_n = f64::NAN, above_on_n;
+        dwell_s = f64::INFINITY;
+    });
     let equal = ContactConfig {
         on_n: 3.0,
         off_n: 3.0,

@@ -1,12 +1,12 @@
 //! The follower: limits at every step, exact arrival, branches kept, unreachable targets.
 
-use crate::support::{Change, DT_S, assert_named, home as start, iiwa as arm};
+use crate::support::{DT_S, home as start, iiwa as arm};
 use glam::DVec3;
 use hwall_haptics::{
     ArgumentError, BoardTarget, Follower, FollowerConfig, GeometryError, HapticsError,
 };
 use hwall_kinematics::{JointPositions, SrsArm, Unreachable};
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, refused};
 use std::sync::Arc;
 
 fn follower(config: FollowerConfig) -> Follower {
@@ -405,13 +405,11 @@ fn bad_targets_and_steps_are_typed_errors_and_change_nothing() {
 
 #[test]
 fn settings_out_of_range_are_named() {
-    let bad: [Change<FollowerConfig>; 4] = [
-        ("number of rolls", |c| c.rolls_rad.clear()),
-        ("rolls_rad", |c| c.rolls_rad = vec![f64::NAN]),
-        ("far_m", |c| c.far_m = -1.0),
-        ("far_rad", |c| c.far_rad = f64::NAN),
-    ];
-    assert_named(&FollowerConfig::default(), &bad, |config| {
-        Follower::new(Arc::new(arm()), config, &start())
+    let make = |config| Follower::new(Arc::new(arm()), config, &start());
+    refused!(FollowerConfig::default(), make, {
+        rolls_rad = Vec::new() => "number of rolls";
+        rolls_rad = vec![f64::NAN];
+        far_m = -1.0;
+        far_rad = f64::NAN;
     });
 }

@@ -1,7 +1,7 @@
 //! Invalid configurations and steps of objects are refused by name.
 
-use crate::support::{Change, assert_named};
 use hwall_haptics::{Click, Detent, MovingObject, ObjectConfig};
+use hwall_testkit::refused;
 
 #[test]
 fn bad_configurations_are_named() {
@@ -26,50 +26,41 @@ fn bad_configurations_are_named() {
         ..good()
     };
     const NAN: f64 = f64::NAN;
-    let bad: [Change<ObjectConfig>; 18] = [
-        ("inertia", |c| c.inertia = 0.0),
-        ("inertia", |c| c.inertia = -1.0),
-        ("inertia", |c| c.inertia = NAN),
-        ("inertia", |c| c.inertia = f64::INFINITY),
-        ("stiffness", |c| c.stiffness = -1.0),
-        ("stiffness", |c| c.stiffness = NAN),
-        ("stiffness", |c| (c.stiffness, c.inertia) = (1e300, 1e-300)),
-        ("rest", |c| c.rest = NAN),
-        ("damping", |c| c.damping = -1e-9),
-        ("damping", |c| c.damping = f64::INFINITY),
-        ("damping", |c| c.damping = 1e200),
-        ("friction", |c| c.friction = -2.0),
-        ("range[0]", |c| c.range = [NAN, 1.0]),
-        ("range[1]", |c| c.range = [0.0, NAN]),
-        ("range[1]", |c| c.range = [1.0, 0.0]),
-        ("range[0]", |c| c.range = [f64::INFINITY; 2]),
-        ("restitution", |c| c.restitution = 1.1),
-        ("restitution", |c| c.restitution = NAN),
-    ];
-    assert_named(&good(), &bad, MovingObject::new);
-    let bad: [Change<Detent>; 3] = [
-        ("detent position", |d| d.position = NAN),
-        ("detent half_width", |d| d.half_width = 0.0),
-        ("detent force", |d| d.force = -1.0),
-    ];
-    assert_named(&detent, &bad, |detent| {
-        MovingObject::new(ObjectConfig {
-            detents: vec![detent],
-            ..good()
-        })
+    refused!(good(), MovingObject::new, {
+        inertia = 0.0, NAN;
+        stiffness = -1.0, NAN;
+        rest = NAN;
+        damping = -1e-9, 1e200, f64::INFINITY;
+        friction = -2.0;
+        range = [NAN, 1.0], [f64::INFINITY; 2] => "range[0]";
+        range = [0.0, NAN], [1.0, 0.0] => "range[1]";
+        restitution = 1.1, NAN;
     });
-    let bad: [Change<Click>; 5] = [
-        ("click start", |c| c.start = NAN),
-        ("click snap", |c| c.snap = 0.001),
-        ("click release", |c| c.release = 0.004),
-        ("click release", |c| c.release = 0.0),
-        ("click force", |c| c.force = NAN),
-    ];
-    assert_named(&click, &bad, |click| {
-        MovingObject::new(ObjectConfig {
-            click: Some(click),
-            ..good()
-        })
+    let light = ObjectConfig {
+        inertia: 1e-300,
+        ..good()
+    };
+    refused!(light, MovingObject::new, {
+        stiffness = 1e300;
+    });
+    let with = |detent| ObjectConfig {
+        detents: vec![detent],
+        ..good()
+    };
+    refused!(detent, |detent| MovingObject::new(with(detent)), {
+        position = NAN => "detent position";
+        half_width = 0.0 => "detent half_width";
+        force = -1.0 => "detent force";
+    });
+    let with = |click| ObjectConfig {
+        click: Some(click),
+        ..good()
+    };
+    refused!(click, |click| MovingObject::new(with(click)), {
+        start = NAN => "click start";
+        snap = 0.001 => "click snap";
+        release = 0.004, 0.0 => "click release";
+        force = NAN => "click force";
     });
     for config in [good(), with_click(), with_detent()] {
         assert!(config.validate().is_ok());

@@ -1,13 +1,13 @@
 //! Moving objects under a board: an arm that executes commands at once, and bad input.
 
-use crate::support::{Change, assert_named, at_rest, before_door as start, force, iiwa, positions};
+use crate::support::{at_rest, before_door as start, force, iiwa, positions};
 use hwall_haptics::glam::DVec3;
 use hwall_haptics::{
     ArmCommand, MovingObject, ObjectCommand, ObjectConfig, ObjectPath, ObjectRendering,
     ObjectRenderingConfig, RenderedObject,
 };
 use hwall_kinematics::{ArmKinematics, Chain, ChainDynamics, JointPositions, Unreachable, Wrench};
-use hwall_testkit::{Tol, assert_close};
+use hwall_testkit::{Tol, assert_close, refused};
 use std::sync::Arc;
 
 const PERIOD_S: f64 = 1e-3;
@@ -267,15 +267,11 @@ fn bad_input_is_named_and_changes_nothing() {
                 .is_ok()
         );
     }
-    let bad: [Change<ObjectRenderingConfig>; 3] = [
-        ("filter_s", |c| c.filter_s = f64::NAN),
-        ("motion_delay_s", |c| c.motion_delay_s = Some(-1.0)),
-        ("max_acceleration_rad_per_s2", |c| {
-            c.max_acceleration_rad_per_s2 = [0.0; 7]
-        }),
-    ];
-    assert_named(&ObjectRenderingConfig::default(), &bad, |config| {
-        ObjectRendering::new(arm(), ObjectCommand::Position, config)
+    let make = |config| ObjectRendering::new(arm(), ObjectCommand::Position, config);
+    refused!(ObjectRenderingConfig::default(), make, {
+        filter_s = f64::NAN;
+        motion_delay_s = Some(-1.0);
+        max_acceleration_rad_per_s2 = [0.0; 7];
     });
 }
 

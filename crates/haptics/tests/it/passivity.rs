@@ -1,11 +1,10 @@
 //! Energy balance, controller, tank and port.
 
-use crate::support::{Change, assert_named};
 use hwall_haptics::passivity::{
     Causality, DissipationLimit, EnergyObserver, EnergyTank, PassivePort, PassivityController,
     PassivityMethod, PortConfig, PortInput, Sampling,
 };
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, refused};
 
 const FAST: Sampling = Sampling {
     period_s: 1e-3,
@@ -76,36 +75,29 @@ fn bad_numbers_are_named_and_change_nothing() {
         stored_j: None,
     };
     let before = format!("{port:?}");
-    let bad: [Change<PortInput>; 8] = [
-        ("position_m", |i| i.position_m = f64::NAN),
-        ("position_m", |i| i.position_m = f64::INFINITY),
-        ("hand_force_n", |i| i.hand_force_n = f64::NAN),
-        ("hand_force_n", |i| i.hand_force_n = f64::INFINITY),
-        ("wanted", |i| i.wanted = f64::NAN),
-        ("wanted", |i| i.wanted = f64::INFINITY),
-        ("stored_j", |i| i.stored_j = Some(f64::NAN)),
-        ("stored_j", |i| i.stored_j = Some(f64::INFINITY)),
-    ];
-    assert_named(&good, &bad, |input| port.step(&input));
+    refused!(good, |input| port.step(&input), {
+        position_m = f64::NAN, f64::INFINITY;
+        hand_force_n = f64::NAN, f64::INFINITY;
+        wanted = f64::NAN, f64::INFINITY;
+        stored_j = Some(f64::NAN), Some(f64::INFINITY);
+    });
     assert_eq!(before, format!("{port:?}"));
     port.step(&good).unwrap();
 }
 
 #[test]
 fn settings_out_of_range_are_named() {
-    let good = PortConfig::impedance(FAST, 1.0);
-    let bad: [Change<PortConfig>; 9] = [
-        ("period_s", |c| c.sampling.period_s = 0.0),
-        ("delay_s", |c| c.sampling.delay_s = -1e-3),
-        ("delay_s over period_s", |c| c.sampling.delay_s = 0.1),
-        ("mass_kg", |c| c.mass_kg = f64::NAN),
-        ("position_error_m", |c| c.position_error_m = -1.0),
-        ("most", |c| c.most = f64::INFINITY),
-        ("gain", |c| c.dissipation.gain = 0.0),
-        ("capacity_j", |c| c.initial_j = 6.0),
-        ("spill_s", |c| c.spill_s = 0.0),
-    ];
-    assert_named(&good, &bad, PassivePort::new);
+    refused!(PortConfig::impedance(FAST, 1.0), PassivePort::new, {
+        sampling.period_s = 0.0;
+        sampling.delay_s = -1e-3;
+        sampling.delay_s = 0.1 => "delay_s over period_s";
+        mass_kg = f64::NAN;
+        position_error_m = -1.0;
+        most = f64::INFINITY;
+        dissipation.gain = 0.0;
+        initial_j = 6.0 => "capacity_j";
+        spill_s = 0.0;
+    });
 }
 
 /// One step of the controller dissipates exactly the shortage, unless a limit applies.

@@ -348,7 +348,8 @@ fn a_slide_that_ends_before_a_joint_limit_does_not_swing_back() {
         let (mut peak, mut back, mut stopped) = (0.0_f64, 0.0_f64, false);
         for _ in 0..2500 {
             stopped |= follower.slide(DT_S, &slide).unwrap().is_some();
-            let twist = follower.commanded_twist();
+            let jacobian = follower.arm().jacobian(&follower.commanded());
+            let twist = jacobian.twist(&follower.commanded_velocity());
             let speed = match turns {
                 true => twist.angular_rad_per_s.dot(normal),
                 false => twist.linear_m_per_s.dot(way),

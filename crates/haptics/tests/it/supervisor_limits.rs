@@ -1,7 +1,7 @@
 //! Every limit of the supervisor, one by one.
 
 use crate::supervised::Bench;
-use crate::support::{Change, DT_S, assert_named, force, home, iiwa, positions, rates};
+use crate::support::{DT_S, force, home, iiwa, positions, rates};
 use glam::DVec3;
 use hwall_haptics::body::{ArmBody, BodyConfig, Room};
 use hwall_haptics::safety::{
@@ -12,7 +12,7 @@ use hwall_haptics::{ArmCommand, Board};
 use hwall_kinematics::{
     ArmKinematics, JointPositions, JointTorques, SrsArm, SrsParameters, Wrench,
 };
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, refused};
 
 #[test]
 fn too_much_force_withdraws_at_once_and_is_latched() {
@@ -290,17 +290,15 @@ fn an_edge_push_holds() {
 
 #[test]
 fn settings_out_of_range_are_named() {
-    let bad: [Change<SupervisorConfig>; 7] = [
-        ("quasi_static_n", |c| c.contact.quasi_static_n = 0.0),
-        ("person_m_per_s", |c| c.separation.person_m_per_s = f64::NAN),
-        ("edge_m", |c| c.load.edge_m = -1.0),
-        ("radius_m", |c| c.body.radius_m = 0.0),
-        ("effective_mass_kg", |c| c.effective_mass_kg = -1.0),
-        ("hold_s", |c| c.timing.hold_s = f64::INFINITY),
-        ("max_age_s", |c| c.hand.max_age_s = 0.0),
-    ];
-    assert_named(&SupervisorConfig::default(), &bad, |config| {
-        Supervisor::new(&SrsArm::iiwa7(), &Board::default(), config)
+    let make = |config| Supervisor::new(&SrsArm::iiwa7(), &Board::default(), config);
+    refused!(SupervisorConfig::default(), make, {
+        contact.quasi_static_n = 0.0;
+        separation.person_m_per_s = f64::NAN;
+        load.edge_m = -1.0;
+        body.radius_m = 0.0;
+        effective_mass_kg = -1.0;
+        timing.hold_s = f64::INFINITY;
+        hand.max_age_s = 0.0;
     });
     let mut bench = Bench::new();
     let supervisor = &mut bench.supervisor;

@@ -1,9 +1,8 @@
 //! Setup shared by several tests.
 
 use glam::DVec3;
-use hwall_haptics::{ArmCommand, ArmState, Board, HapticsError};
+use hwall_haptics::{ArmCommand, ArmState, Board};
 use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, SrsArm, Wrench};
-use std::fmt::Debug;
 
 /// Period of the control loop, s.
 pub(crate) const DT_S: f64 = 1e-3;
@@ -51,22 +50,4 @@ pub(crate) fn positions(command: ArmCommand) -> JointPositions {
 /// Mean velocities between two configurations, a period apart.
 pub(crate) fn rates(from: &JointPositions, to: &JointPositions) -> JointVelocities {
     JointVelocities(std::array::from_fn(|i| (to[i] - from[i]) / DT_S))
-}
-
-/// A change that invalidates the settings, and how the error begins.
-pub(crate) type Change<C> = (&'static str, fn(&mut C));
-
-/// Every change makes good settings bad, and the error names it.
-#[track_caller]
-pub(crate) fn assert_named<C: Clone, T: Debug>(
-    good: &C,
-    changes: &[Change<C>],
-    mut check: impl FnMut(C) -> Result<T, HapticsError>,
-) {
-    for (name, change) in changes {
-        let mut config = good.clone();
-        change(&mut config);
-        let error = check(config).expect_err(name).to_string();
-        assert!(error.starts_with(name), "{name}: {error}");
-    }
 }

@@ -60,12 +60,6 @@ pub fn filters(seed: u64) -> anyhow::Result<Section> {
         ..TuningConfig::new(&config)
     };
     let model = tune(&train, &config, &independent)?.model;
-    let lasting = tune(&train, &config, &TuningConfig::new(&config))?.model;
-    let found = run(&tests, &Filter::new(&lasting, &plain)?)?;
-    let time_s = lasting.tuning().map_or(0.0, |t| t.correlation_time);
-    let setting = format!("{FUNCTIONS} functions, deviations last");
-    let note = format!("{}, for {:.0} ms", state(&lasting), 1e3 * time_s);
-    add("exact filter", setting, &found, note);
     let exact = run(&tests, &Filter::new(&model, &plain)?)?;
     add(
         "exact filter",

@@ -1,8 +1,7 @@
 //! Kinematics and dynamics: speed against error.
 
 use crate::report::Gap;
-use crate::speed::section::{Calls, Section, batches, median_and_p99, quoted};
-use anyhow::Context;
+use crate::speed::section::{Calls, Section, batches, quoted};
 use glam::dvec3;
 use hwall_kinematics::{
     Chain, ChainDynamics, JointPositions, NearestConfig, NumericConfig, NumericScratch, Pose,
@@ -91,13 +90,6 @@ pub fn inverse(seed: u64, n: usize) -> anyhow::Result<Section> {
     let (method, note) = ("closed form, one witness", solved(&errors));
     table.row(method, "exact", timing, (errors, UNIT), note);
 
-    let eight = |i: usize| arm.solutions(&poses[i], 0.3).into_iter().flatten();
-    let errors = (0..n).flat_map(|i| eight(i).map(move |q| (i, q)));
-    let errors: ErrorStats = errors.map(|(i, q)| error(&q, i)).collect();
-    let timing = batches(|i| arm.solutions(&poses[i % n], 0.3));
-    let method = "closed form, 8 branches at one arm angle";
-    table.row(method, "exact", timing, (errors, UNIT), "");
-
     let config = NearestConfig::default();
     let nearest = |i: usize| arm.nearest_solution(&poses[i], &starts[i], &config);
     let errors = (0..n).filter_map(|i| nearest(i).ok().map(|found| error(&found.q, i)));
@@ -133,95 +125,41 @@ pub fn inverse(seed: u64, n: usize) -> anyhow::Result<Section> {
         let method = "numeric, general chain";
         table.row(method, setting, timing, (errors, UNIT), note);
     }
-    let unreachable = forbidden(&arm, &mut sampler, (n / 20).max(50));
-    let m = unreachable.len();
-    let config = NumericConfig::default();
-    let numeric = time_each(m, |i| {
-        chain.inverse_numeric_into(&unreachable[i], &starts[i].0, &config, &mut scratch)
-    });
-    let [median, p99] = median_and_p99(&numeric);
     let shown = table.to_markdown();
-    let gaps: [Gap<'_>; 5] = [
-        ("table", &shown),
-        ("n", &n),
-        ("m", &m),
-        ("median", &median),
-        ("p99", &p99),
-    ];
+    let gaps: [Gap<'_>; 2] = [("table", &shown), ("n", &n)];
     Section::of(include_str!("text/inverse.md"), &gaps, summary)
 }
 
-/// A pose, and the arm to hold it.
-struct Case {
-    arm: SrsArm,
-    pose: Pose,
-}
-
-/// The exact verdict of poses, easy and hard.
+/// The exact verdict of poses.
 ///
 /// # Errors
-/// Errors of the arm models.
+/// A template without a gap's text.
 pub fn verdict(seed: u64, n: usize) -> anyhow::Result<Section> {
     let arm = SrsArm::iiwa7();
     let mut sampler = Sampler::new(seed);
-    let of_iiwa = |pose: Pose| Case {
-        arm: arm.clone(),
-        pose,
-    };
     let free = configurations(&arm, &mut sampler, n);
-    let free: Vec<Case> = free.iter().map(|q| of_iiwa(arm.forward(q))).collect();
-    let m = (n / 5).max(50);
-    let no = forbidden(&arm, &mut sampler, m);
-    let no: Vec<Case> = no.into_iter().map(of_iiwa).collect();
-    let hard = narrow(&arm, &mut sampler, m)?;
+    let free: Vec<Pose> = free.iter().map(|q| arm.forward(q)).collect();
+    let no = forbidden(&arm, &mut sampler, (n / 5).max(50));
     let mut calls = Calls::new("verdict | poses | median | p99 | wrong");
-    for (kind, cases, want) in [
-        ("random", &free, true),
-        ("narrow", &hard, true),
-        ("forbidden", &no, false),
-    ] {
-        let verdict = |case: &Case| case.arm.is_reachable(&case.pose);
-        let wrong = cases.iter().filter(|case| verdict(case) != want).count();
-        let t = batches(|i| verdict(&cases[i % cases.len()]));
-        let share = format!("{:.2} %", 100.0 * wrong as f64 / cases.len() as f64);
-        if kind != "narrow" {
-            let error = match want {
-                true => format!("{share} wrong"),
-                false => "the reference itself".to_owned(),
-            };
-            let what = format!("reachability verdict, {kind} poses");
-            calls.quote("kinematics", &what, &t, error);
-        }
+    for (kind, poses, want) in [("random", &free, true), ("forbidden", &no, false)] {
+        let wrong = poses.iter().filter(|pose| arm.is_reachable(pose) != want);
+        let share = 100.0 * wrong.count() as f64 / poses.len() as f64;
+        let share = format!("{share:.2} %");
+        let t = batches(|i| arm.is_reachable(&poses[i % poses.len()]));
+        let error = match want {
+            true => format!("{share} wrong"),
+            false => "the reference itself".to_owned(),
+        };
+        let what = format!("reachability verdict, {kind} poses");
+        calls.quote("kinematics", &what, &t, error);
         calls.row(&format!("exact | {kind}"), &t, [&share]);
     }
-    let arcs = batches(|i| {
-        let arcs = arm.feasible_arm_angles(&free[i % n].pose);
-        arcs.map(|a| a.branches().count())
-    });
-    let [median, p99] = median_and_p99(&arcs);
-    let gaps: [Gap<'_>; 6] = [
+    let gaps: [Gap<'_>; 3] = [
         ("random", &n),
-        ("narrow", &hard.len()),
         ("forbidden", &no.len()),
         ("table", &calls.table),
-        ("median", &median),
-        ("p99", &p99),
     ];
     Section::of(include_str!("text/verdict.md"), &gaps, calls.summary)
-}
-
-/// Random reachable poses, each with an arm whose limits are shrunk to 0.005 rad before the
-/// pose becomes unreachable: the range of feasible arm angles is narrow.
-fn narrow(arm: &SrsArm, sampler: &mut Sampler, n: usize) -> anyhow::Result<Vec<Case>> {
-    let case = |q: &JointPositions| {
-        let pose = arm.forward(q);
-        let margin = arm.joint_margin_rad(&pose);
-        let margin = margin.context("a pose of a configuration is reachable")?;
-        let by_rad = (margin - 0.005).max(0.0);
-        let arm = arm.with_limits(arm.limits().map(|l| l.shrunk(by_rad)))?;
-        Ok(Case { arm, pose })
-    };
-    configurations(arm, sampler, n).iter().map(case).collect()
 }
 
 /// Dynamics of the iiwa 7 as a general chain.

@@ -4,7 +4,7 @@ use crate::report::{Gap, titled};
 use crate::speed::section::{Section, batches, median_and_p99, quoted};
 use glam::DVec3;
 use hwall_scene::{Bounds, BuildQuality, Ray, Scene, Surface, SurfaceId, SurfaceMesh};
-use hwall_testkit::{Sampler, Timing, format_ns, time_batches, time_each};
+use hwall_testkit::{Sampler, time_each};
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
@@ -15,9 +15,6 @@ const ROOM_OBJ: &str = include_str!("../../../../examples/assets/room.obj");
 
 /// Repetitions of a build; the median counts.
 const BUILDS: usize = 3;
-
-/// Number of calls; the median counts.
-const TOGETHER: usize = 30;
 
 /// What the tests of the crate (tests/it/oracle.rs) allow in a scene of this size.
 const ERROR: &str = "1e-13 m against brute force, by test";
@@ -34,43 +31,26 @@ pub fn queries(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Result<Sect
             .map(|rings| room_of_balls(seed, rings))
             .collect::<anyhow::Result<_>>()?,
     };
-    let mut table = titled(
-        "triangles | build | memory | coherent rays | incoherent rays | median, p99 | closest point | on one surface \
-         | coherent together | incoherent together",
-    );
+    let mut table =
+        titled("triangles | build | memory | incoherent rays | median, p99 | closest point");
     let mut summary = Vec::new();
     for scene in &scenes {
         let triangles = scene.triangle_count();
         let incoherent = incoherent(scene, &mut Sampler::new(seed), n);
-        let coherent = coherent(scene, n);
-        let surfaces = scene.surfaces().len();
         let build = time_each(BUILDS, |_| {
             scene.with_build_quality(BuildQuality::default())
         });
         let cast = |ray: &Ray| scene.ray_cast(ray.origin_m, ray.direction);
-        let along = batches(|i| cast(&coherent[i % n]));
         let across = batches(|i| cast(&incoherent[i % n]));
         let point_m = |i: usize| incoherent[i % n].origin_m;
         let near = batches(|i| scene.closest_point(point_m(i), f64::INFINITY));
-        let on_one = time_batches(200, 100, |i| {
-            scene.project_on(SurfaceId(i % surfaces), point_m(i))
-        });
-        let together = |rays: &[Ray]| {
-            let mut hits = Vec::new();
-            let timing = time_each(TOGETHER, |_| scene.ray_casts(rays, &mut hits));
-            m_per_s(rays.len(), &timing)
-        };
         table.row([
             triangles.to_string(),
             format!("{:.3} s", 1e-9 * build.median_ns),
             format!("{:.1} MB", 1e-6 * scene.geometry_bytes() as f64),
-            m_per_s(1, &along),
-            m_per_s(1, &across),
+            format!("{:.2} M/s", 1e3 / across.median_ns),
             median_and_p99(&across).join(", "),
             median_and_p99(&near).join(", "),
-            format_ns(on_one.median_ns),
-            together(&coherent),
-            together(&incoherent),
         ]);
         let quote = |what: &str, timing| {
             quoted(
@@ -89,11 +69,6 @@ pub fn queries(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Result<Sect
     Section::of(include_str!("text/scene.md"), &gaps, summary)
 }
 
-/// Millions of rays a second, of calls with so many rays each.
-fn m_per_s(rays: usize, timing: &Timing) -> String {
-    format!("{:.2} M/s", 1e3 * rays as f64 / timing.median_ns)
-}
-
 /// From random points of the box of a scene to others.
 fn incoherent(scene: &Scene, sampler: &mut Sampler, n: usize) -> Vec<Ray> {
     let Bounds { min_m, max_m } = scene.bounds();
@@ -104,19 +79,6 @@ fn incoherent(scene: &Scene, sampler: &mut Sampler, n: usize) -> Vec<Ray> {
             origin_m,
             direction,
         }
-    };
-    (0..n).map(ray).collect()
-}
-
-/// A square image with a field of view of 90 degrees, row by row, from within the scene.
-fn coherent(scene: &Scene, n: usize) -> Vec<Ray> {
-    let Bounds { min_m, max_m } = scene.bounds();
-    let origin_m = min_m + (max_m - min_m) * DVec3::new(0.5, 0.5, 0.6);
-    let side = (n as f64).sqrt().ceil() as usize;
-    let at = |i: usize| 2.0 * i as f64 / side as f64 - 1.0;
-    let ray = |i| Ray {
-        origin_m,
-        direction: DVec3::new(1.0, at(i % side), at(i / side)),
     };
     (0..n).map(ray).collect()
 }

@@ -1,15 +1,13 @@
-//! The section of hwall-bip: agreement with published results, and errors, coverage and recovery compared with
-//! the published convention, on the reference workload.
+//! The section of hwall-bip: errors, coverage and recovery compared with the published convention, on the reference
+//! workload.
 
 use crate::bip::run::{self, Runs, TestRun};
 use crate::bip::scores::{Accuracy, DofSet, dof_sets};
 use crate::bip::setup::{Mode, Noise, Setup, TrainedModel};
-use crate::bip::trajectories::{self, TrainTest, TrajectorySet};
-use crate::report::{Claim, Gap, cells, claims, fill, titled};
-use crate::validation::reference::json;
+use crate::bip::trajectories::{self, TrainTest};
+use crate::report::{Claim, Gap, cells, claims, fill};
 use anyhow::Context;
 use hwall_testkit::{MarkdownTable, format_ns};
-use serde_json::Value;
 use std::path::Path;
 
 /// Columns of the workload that a filter sees: palm and five fingertips.
@@ -76,16 +74,14 @@ pub fn section(reference: &Path) -> anyhow::Result<String> {
             runs,
         });
     }
-    let agreement = agreement(reference, &train, &test)?;
     let kinds = ["nominal", "pause", "switch", "fast", "slow"];
     let by_kind = kinds.map(|kind| by_kind(kind, &outcomes).to_string());
-    let gaps: [Gap<'_>; 6] = [
+    let gaps: [Gap<'_>; 5] = [
         ("demonstrations", &train.trajectories.len()),
         ("tests", &test.trajectories.len()),
         ("columns", &test.columns.len()),
-        ("agreement", &agreement.table),
         ("by_kind", &by_kind.join("\n")),
-        ("targets", &targets(&agreement, &outcomes)),
+        ("targets", &targets(&outcomes)),
     ];
     fill(include_str!("bip.md"), &gaps)
 }
@@ -136,116 +132,8 @@ fn by_kind(kind: &str, outcomes: &[Outcome]) -> MarkdownTable {
     table
 }
 
-/// Largest differences to the reference runs.
-struct Agreement {
-    table: MarkdownTable,
-    exact_phase: f64,
-    published_phase: f64,
-}
-
-fn agreement(
-    reference: &Path,
-    train: &TrajectorySet,
-    test: &TrajectorySet,
-) -> anyhow::Result<Agreement> {
-    let mut agreement = Agreement {
-        table: titled(
-            "model | against | samples | phase | palm at the end, m | joints at the end, rad | their standard deviation, rad",
-        ),
-        exact_phase: 0.0,
-        published_phase: 0.0,
-    };
-    for (case, basis) in [
-        ("poly_B4", "poly:4"),
-        ("poly_B8", "poly:8"),
-        ("gaussS_B6", "gauss:6"),
-    ] {
-        for (file, mode) in [("ekf_exact", Mode::Exact), ("ekf_intprim", Mode::Compat)] {
-            let path = reference.join(case).join(format!("{file}.json"));
-            let expected = json(&path)?;
-            let setup = setup(basis, mode, Noise::Fit, true)?;
-            let trained = setup.train(train)?;
-            let runs = run::run(&setup, &trained, test)?;
-            for pauses in [false, true] {
-                let d = differences(&expected, &runs, pauses)
-                    .with_context(|| path.display().to_string())?;
-                match mode {
-                    Mode::Exact => agreement.exact_phase = agreement.exact_phase.max(d.phase),
-                    _ if !pauses => {
-                        agreement.published_phase = agreement.published_phase.max(d.phase);
-                    }
-                    _ => {}
-                }
-                let motions = if pauses { "pauses" } else { "others" };
-                agreement.table.row([
-                    format!("{case}, {motions}"),
-                    file.to_owned(),
-                    d.samples.to_string(),
-                    format!("{:.1e}", d.phase),
-                    format!("{:.1e}", d.palm),
-                    format!("{:.1e}", d.joints),
-                    d.joints_sd.map_or(String::new(), |sd| format!("{sd:.1e}")),
-                ]);
-            }
-        }
-    }
-    Ok(agreement)
-}
-
-#[derive(Default)]
-struct Differences {
-    samples: usize,
-    phase: f64,
-    palm: f64,
-    joints: f64,
-    /// `None` if the reference run has no standard deviations.
-    joints_sd: Option<f64>,
-}
-
-/// Differences over the motions with a pause, or over the others.
-fn differences(expected: &Value, runs: &Runs, pauses: bool) -> anyhow::Result<Differences> {
-    let mut d = Differences::default();
-    let tests = expected["tests"].as_array().context("no tests")?;
-    for theirs in tests {
-        let id = theirs["id"].as_u64().context("no id")?;
-        let ours = runs.tests.iter().find(|t| t.id == id);
-        let ours = ours.with_context(|| format!("no motion {id}"))?;
-        if (ours.kind.as_deref() == Some("pause")) != pauses {
-            continue;
-        }
-        let steps = theirs["roundoff_ok_steps"].as_u64();
-        let steps = steps.map_or(ours.samples, |n| n as usize);
-        for k in 0..steps.min(ours.samples) {
-            let number = |value: &Value| value.as_f64().context("not a number");
-            d.samples += 1;
-            let phase = number(&theirs["phase"][k])?;
-            d.phase = d.phase.max((ours.phase[k] - phase).abs());
-            for (j, dof) in (18..25).enumerate() {
-                let want = number(&theirs["q_final"][k][j])?;
-                d.joints = d.joints.max((ours.end[k][dof] - want).abs());
-                if let Some(sd) = theirs["q_final_sd"][k][j].as_f64() {
-                    let off = (ours.end_sd[k][dof] - sd).abs();
-                    d.joints_sd = Some(d.joints_sd.unwrap_or(0.0).max(off));
-                }
-            }
-            for dof in PALM {
-                let want = number(&theirs["palm_final"][k][dof])?;
-                d.palm = d.palm.max((ours.end[k][dof] - want).abs());
-            }
-        }
-    }
-    Ok(d)
-}
-
-fn targets(agreement: &Agreement, outcomes: &[Outcome]) -> MarkdownTable {
-    let agrees = |what: &str, off: f64| {
-        let what = format!("{what}: phase agrees to 1e-8");
-        Claim::new(what, format!("{off:.1e}"), off <= 1e-8)
-    };
-    let mut all = vec![agrees("exact filter", agreement.exact_phase)];
-    let mut published = agrees("published convention", agreement.published_phase);
-    published.what += " (without pauses)";
-    all.push(published);
+fn targets(outcomes: &[Outcome]) -> MarkdownTable {
+    let mut all = Vec::new();
     for o in outcomes {
         let nominal = o.runs.of_kind("nominal");
         for set in &o.sets {

@@ -1,14 +1,10 @@
-//! The section of textures: geometry against independent numbers, the models that predict the study's order, and
-//! the time until a moving texture has its speed.
+//! The section of textures: the models that predict the study's order, and the time until a moving texture has its speed.
 
 use crate::report::{Gap, cells, fill, or_none, titled};
 use crate::texture::trial;
 use crate::validation::reference::json;
-use anyhow::Context;
 use hwall_testkit::MarkdownTable;
-use hwall_texton::{
-    OrderScore, ScanAngle, StudyOrder, Tally, Texture, roughness_models, score_order,
-};
+use hwall_texton::{OrderScore, StudyOrder, Tally, Texture, roughness_models, score_order};
 use serde_json::Value;
 use std::path::Path;
 
@@ -23,7 +19,6 @@ const TOUCHES: usize = 100;
 /// # Errors
 /// A reference file that is missing or malformed.
 pub fn section(folder: &Path, seed: u64) -> anyhow::Result<String> {
-    let Geometry { count, off_mm } = geometry(&json(&folder.join("texture_truth.json"))?)?;
     let sweep = json(&folder.join("touchsim_sweep.json"))?;
     let mut models = titled("model | number | source | range | misfit");
     for model in roughness_models() {
@@ -36,9 +31,7 @@ pub fn section(folder: &Path, seed: u64) -> anyhow::Result<String> {
             info.misfit,
         ]);
     }
-    let gaps: [Gap<'_>; 8] = [
-        ("count", &count),
-        ("off", &format_args!("{off_mm:.1e}")),
+    let gaps: [Gap<'_>; 6] = [
         ("finger", &FINGER_MM_PER_S),
         ("released", &order(Texture::released())?),
         ("text", &order(Texture::spaced_3_mm())?),
@@ -86,51 +79,6 @@ fn row(score: &OrderScore) -> Vec<String> {
         which.to_owned(),
         values.iter().map(share).collect::<Vec<_>>().join(" / "),
     ]
-}
-
-/// The number of compared values, and the largest deviation.
-struct Geometry {
-    count: usize,
-    off_mm: f64,
-}
-
-fn geometry(truth: &Value) -> anyhow::Result<Geometry> {
-    let textures = [
-        ("script_large_patch_6.2x2.2", Texture::released()),
-        ("script_prelim_r3_6.5x2.1667", Texture::study_3()),
-        ("text_3mm_min_7.0x3.0", Texture::spaced_3_mm()),
-        ("prelim_r1.5_3.5x3.5", Texture::study_1_5()),
-        ("prelim_r2_4.5x2.25", Texture::study_2()),
-        ("prelim_r2.5_5.5x2.75", Texture::study_2_5()),
-    ];
-    let (mut count, mut off_mm) = (0, 0.0_f64);
-    for (name, texture) in textures {
-        let rows = truth["geometries"][name].as_array();
-        for row in rows.with_context(|| format!("texture_truth.json has no {name}"))? {
-            let deg = row["theta_deg"].as_f64().context("theta_deg is missing")?;
-            let scan = ScanAngle::from_deg(deg)?;
-            let (texton, met) = (texture.texton(), texture.encounter(scan));
-            for (key, ours) in [
-                ("w_theta_mm", Some(texton.width_mm(scan))),
-                ("width_across_scan_mm", Some(texton.breadth_mm(scan))),
-                ("d_ridge_mm", texture.spacing_mm(scan)),
-                ("d_mean_encounter_mm", Some(texture.mean_encounter_mm(scan))),
-                ("t_entry", met.map(|m| m.enters_mm)),
-                ("t_chord_mid", met.map(|m| m.middle_mm)),
-                ("t_own_exit", met.map(|m| m.leaves_mm)),
-                ("base_gap", met.map(|m| m.gap_mm())),
-            ] {
-                count += 1;
-                let difference_mm = match (row[key].as_f64(), ours) {
-                    (Some(expected), Some(ours)) => (ours - expected).abs(),
-                    (None, None) => 0.0,
-                    _ => f64::INFINITY,
-                };
-                off_mm = off_mm.max(difference_mm);
-            }
-        }
-    }
-    Ok(Geometry { count, off_mm })
 }
 
 /// Rates of simulated afferents on the same texture, means over the speeds of the sweep.

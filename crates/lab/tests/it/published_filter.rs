@@ -1,5 +1,4 @@
-//! The published filter against an excerpt of the published implementation and against the exact filter; all its recorded runs are in
-//! VALIDATION.md.
+//! The published filter against the published implementation and against the exact filter.
 
 use hwall_bip::{
     Basis, Demonstration, Filter, FilterConfig, Group, Model, MotionFilter, NoiseSource,
@@ -77,6 +76,13 @@ impl Differences {
     }
 }
 
+fn groups(basis: Basis) -> Vec<Group> {
+    vec![
+        Group::observed("hand", 18, basis),
+        Group::controlled("arm", 7, basis),
+    ]
+}
+
 /// The excerpt in the tests of `hwall-bip`, described in the README there.
 fn excerpt() -> (Prior, Value) {
     let data = json(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../bip/tests/data/poly_b4.json"));
@@ -84,10 +90,7 @@ fn excerpt() -> (Prior, Value) {
     let basis = Basis::Polynomial { count: 4 };
     let prior = Prior {
         offset: vec![0.0; 25],
-        groups: vec![
-            Group::observed("hand", 18, basis),
-            Group::controlled("arm", 7, basis),
-        ],
+        groups: groups(basis),
         mean: floats(&data["mean"]),
         factor: floats(&data["factor"]),
         rank: data["rank"].as_u64().unwrap() as usize,
@@ -112,6 +115,49 @@ fn agrees_with_the_published_filter_offline() {
             off.take(k, &test["published"], &mut filter);
         }
         off.check("offline", [1e-8, 1e-8, 1e-5, 1e-6, 1e-6]);
+    }
+}
+
+/// Values of a motion of the workload, one sample after the other.
+fn samples(path: &Path) -> Vec<f64> {
+    let text = std::fs::read_to_string(path).unwrap();
+    let cells = text.lines().skip(1).flat_map(|line| line.split(','));
+    cells.map(|cell| cell.parse().unwrap()).collect()
+}
+
+/// On the samples where rounding does not decide.
+#[test]
+fn agrees_with_all_runs_of_the_published_filter() {
+    let Some(reference) = hwall_testkit::shared("reference/bip") else {
+        return;
+    };
+    let motion = |name: String| samples(&reference.join("workload").join(name));
+    let demonstrations: Vec<Demonstration> = (0..47)
+        .map(|i| motion(format!("train_{i:03}.csv")))
+        .map(|values| Demonstration::from_samples(1.0, 25, values).unwrap())
+        .collect();
+    for (case, basis) in [
+        ("poly_B4", Basis::Polynomial { count: 4 }),
+        ("poly_B8", Basis::Polynomial { count: 8 }),
+        ("gaussS_B6", Basis::gaussian(6)),
+    ] {
+        let config = TrainingConfig::published(groups(basis));
+        let prior = Model::train(&demonstrations, &config).unwrap().to_prior();
+        let runs = json(&reference.join(case).join("ekf_intprim.json"));
+        let mut off = Differences::default();
+        for run in runs["tests"].as_array().unwrap() {
+            let mut filter = FullFilter::new(&prior, 1e-4, 1e-8).unwrap();
+            let id = run["id"].as_u64().unwrap();
+            let values = motion(format!("test_{id:03}.csv"));
+            let sound = run["roundoff_ok_steps"]
+                .as_u64()
+                .map_or(usize::MAX, |n| n as usize);
+            for (k, sample) in values.chunks(25).take(sound).enumerate() {
+                step(&mut filter, 1.0, &HAND, &sample[..18]);
+                off.take(k, run, &mut filter);
+            }
+        }
+        off.check(case, [1e-7, 1e-6, 1e-5, 1e-7, 5e-6]);
     }
 }
 

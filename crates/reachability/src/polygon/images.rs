@@ -1,8 +1,7 @@
-//! A wall that represents its images: walls at other headings, and the mirror images of all of them.
+//! A wall at heading 0 that represents a wall and its mirror image.
 //!
-//! A verdict shared by the narrowest and the widest arm of the images is valid for each image. Where these two arms
-//! differ, the images are tested one by one, and the trace ends only if images really differ. Each verdict is thus
-//! proven for all images.
+//! A verdict shared by the narrowest and the widest arm of the two holds for both. Where these arms differ the two
+//! are tested one by one, and the trace ends only if they really differ: each verdict is proven for both.
 
 use super::rings::Line;
 use crate::error::{ReachabilityError, Result};
@@ -13,7 +12,7 @@ use hwall_kinematics::{Pose, PoseRegion, RegionVerdict, SrsArm};
 
 /// Why a trace ended early.
 pub(super) enum Stop {
-    /// The verdicts of the images differ.
+    /// The wall and its mirror image are not alike.
     ImagesDiffer,
     Failed(ReachabilityError),
 }
@@ -95,13 +94,13 @@ pub(super) struct Cell {
     pub(super) half: [f64; 2],
 }
 
-/// The wall that is traced, and the images it represents.
+/// The wall that is traced, and the one it represents with its mirror image.
 pub(super) struct Images {
     wall: Wall,
-    /// Solver of the family of arms of all images, or of the arm itself.
+    /// Solver of the family of arms of both images, or of the arm itself.
     solver: ExactSolver,
-    /// The other images, each including its mirror image.
-    others: Vec<Wall>,
+    /// The wall that is represented together with its mirror image; `None`: the traced wall stands for itself.
+    represented: Option<Wall>,
     /// Solver of the arm itself.
     direct: ExactSolver,
     /// True if a part of the board or a freedom must be searched at each point.
@@ -114,31 +113,24 @@ impl Images {
         Ok(Self {
             wall: Wall::new(plane, solver)?,
             solver: solver.clone(),
-            others: Vec::new(),
+            represented: None,
             direct: solver.clone(),
             is_searched: is_searched(solver),
         })
     }
 
-    /// The wall at heading 0, which represents the walls at the given headings, rad, and, if possible, the mirror images of all of them.
-    pub(super) fn of_headings(
-        solver: &ExactSolver,
-        headings: &[f64],
-        distance_m: f64,
-    ) -> Result<Option<Self>> {
+    /// The wall at heading 0 that represents the given one and its mirror image, if possible.
+    pub(super) fn mirrored(solver: &ExactSolver, plane: WallPlane) -> Result<Option<Self>> {
         if is_searched(solver) {
             return Ok(None);
         }
-        let Some(family) = solver.of_images(headings, true)? else {
+        let Some(family) = solver.of_images(&[plane.heading_rad()], true)? else {
             return Ok(None);
         };
-        let others = headings
-            .iter()
-            .map(|&heading| Wall::new(WallPlane::new(heading, distance_m)?, solver));
         Ok(Some(Self {
-            wall: Wall::new(WallPlane::new(0.0, distance_m)?, solver)?,
+            wall: Wall::new(WallPlane::new(0.0, plane.distance_m())?, solver)?,
             solver: family,
-            others: others.collect::<Result<_, _>>()?,
+            represented: Some(Wall::new(plane, solver)?),
             direct: solver.clone(),
             is_searched: false,
         }))
@@ -151,7 +143,7 @@ impl Images {
 
     /// True if the half at s < 0 is the mirror image of the other.
     pub(super) fn mirror(&self) -> bool {
-        !self.others.is_empty()
+        self.represented.is_some()
     }
 
     /// The solver of the arm itself.
@@ -177,29 +169,20 @@ impl Images {
             let ends = ends(&found, hair);
             return Ok(Line { z, ends });
         }
-        let mut agreed: Option<Vec<f64>> = None;
-        for wall in &self.others {
-            let found = self.direct.spans_of_family(&wall.plane.line(z), false)?;
-            // A single arm agrees with itself.
-            let mut found = ends(&found.unwrap_or_default(), hair);
-            let image: Vec<f64> = found.iter().rev().map(|end| -end).collect();
-            let same = |other: &[f64]| {
-                let mut pairs = other.iter().zip(&found);
-                other.len() == found.len()
-                    && pairs.all(|(a, b)| (a - b).abs() <= self.solver.accuracy_m())
-            };
-            let half = found.len() / 2;
-            let is_in_order = found.get(half).is_none_or(|&end| end > 0.0);
-            if !is_in_order
-                || !same(&image)
-                || agreed.as_deref().is_some_and(|agreed| !same(agreed))
-            {
-                return Err(Stop::ImagesDiffer);
-            }
-            found[..half].copy_from_slice(&image[..half]);
-            agreed.get_or_insert(found);
+        let found = match &self.represented {
+            Some(wall) => self.direct.spans_of_family(&wall.plane.line(z), false)?,
+            None => None,
+        };
+        // A single arm agrees with itself.
+        let mut ends = ends(&found.unwrap_or_default(), hair);
+        let image: Vec<f64> = ends.iter().rev().map(|end| -end).collect();
+        let mut pairs = image.iter().zip(&ends);
+        let is_mirrored = pairs.all(|(a, b)| (a - b).abs() <= self.solver.accuracy_m());
+        let half = ends.len() / 2;
+        if !is_mirrored || ends.get(half).is_some_and(|&end| end <= 0.0) {
+            return Err(Stop::ImagesDiffer);
         }
-        let ends = agreed.unwrap_or_default();
+        ends[..half].copy_from_slice(&image[..half]);
         Ok(Line { z, ends })
     }
 
@@ -217,20 +200,19 @@ impl Images {
         if !family.is_family || !self.wall.is_reachable(&family.wide, at) {
             return Ok(false);
         }
+        let Some(wall) = &self.represented else {
+            return Ok(false);
+        };
         let arm = self.direct.arm();
-        let mut verdicts = self
-            .others
-            .iter()
-            .flat_map(|wall| [at, mirrored(at)].map(|at| wall.is_reachable(arm, at)));
-        let first = verdicts.next().unwrap_or_default();
-        if verdicts.all(|verdict| verdict == first) {
+        let first = wall.is_reachable(arm, at);
+        if wall.is_reachable(arm, mirrored(at)) == first {
             Ok(first)
         } else {
             Err(Stop::ImagesDiffer)
         }
     }
 
-    /// Whether all of a rectangle is reachable in every image, or none in any; `None` if unproven.
+    /// Whether all of a rectangle is reachable in both images, or none in either; `None` if unproven.
     pub(super) fn verdict(&self, cell: Cell) -> Option<bool> {
         let found = self.wall.verdict(&self.solver, cell);
         if found.is_some() || !self.solver.family().is_family {
@@ -240,14 +222,9 @@ impl Images {
             middle: mirrored(cell.middle),
             ..cell
         };
-        let mut verdicts = self
-            .others
-            .iter()
-            .flat_map(|wall| [cell, image].map(|cell| wall.verdict(&self.direct, cell)));
-        let first = verdicts.next()??;
-        verdicts
-            .all(|verdict| verdict == Some(first))
-            .then_some(first)
+        let wall = self.represented.as_ref()?;
+        let first = wall.verdict(&self.direct, cell)?;
+        (wall.verdict(&self.direct, image) == Some(first)).then_some(first)
     }
 }
 

@@ -10,11 +10,9 @@ use super::strips::Strips;
 use super::triangulation::triangulate;
 use super::wall_polygon::{WallPolygon, edges, nested, signed_area_m2};
 use crate::error::{ReachabilityError, Result};
-use crate::line::{ExactSolver, Interval, sectors, size_m};
-use crate::progress::{map_indexed, silent};
+use crate::line::{ExactSolver, Interval, size_m};
 use crate::wall::{WallPlane, WallPoint};
 use hwall_numeric::check::{finite, positive, that};
-use std::collections::{HashMap, HashSet};
 
 /// Minimum number of lines per plane.
 const LEAST_LINES: f64 = 16.0;
@@ -51,55 +49,6 @@ pub struct WallRegion {
 }
 
 impl WallRegion {
-    /// Traces many planes, on all cores with the feature `parallel`.
-    ///
-    /// Planes at one distance differ only by the limits of joint 1: where these limits provably make no difference,
-    /// one plane is traced for all. Corners may then differ from those of [`of_plane`](Self::of_plane), within the
-    /// accuracy.
-    ///
-    /// # Errors
-    /// As [`of_plane`](Self::of_plane).
-    pub fn of_planes(
-        solver: &ExactSolver,
-        planes: &[WallPlane],
-        config: &PolygonConfig,
-    ) -> Result<Vec<Self>> {
-        let groups = alike(planes);
-        let found = map_indexed(groups.len(), &silent, |i| {
-            let headings: Vec<f64> = groups[i].iter().map(|plane| plane.heading_rad()).collect();
-            Self::of_images(solver, &headings, groups[i][0].distance_m(), config)
-        })?;
-        let mut regions = HashMap::new();
-        let mut open = Vec::new();
-        for (group, found) in groups.iter().zip(found) {
-            for &plane in group {
-                match &found {
-                    Some(region) => {
-                        regions.insert(
-                            key(plane),
-                            Self {
-                                plane: *plane,
-                                ..region.clone()
-                            },
-                        );
-                    }
-                    None => open.push((plane, group.len() > 1)),
-                }
-            }
-        }
-        let singly = map_indexed(open.len(), &silent, |i| match open[i] {
-            (plane, true) => Self::of_plane(solver, plane, config),
-            (plane, false) => Self::of_plane_itself(solver, plane, config),
-        })?;
-        for ((plane, _), region) in open.into_iter().zip(singly) {
-            regions.insert(key(plane), region);
-        }
-        Ok(planes
-            .iter()
-            .map(|plane| regions[&key(plane)].clone())
-            .collect())
-    }
-
     /// Traces the part of a plane that the solver's arm can reach.
     ///
     /// If the plane is provably symmetric under reflection in the plane of base axis and normal, one half
@@ -112,11 +61,8 @@ impl WallRegion {
         plane: &WallPlane,
         config: &PolygonConfig,
     ) -> Result<Self> {
-        match Self::of_images(solver, &[plane.heading_rad()], plane.distance_m(), config)? {
-            Some(region) => Ok(Self {
-                plane: *plane,
-                ..region
-            }),
+        match Self::of_images(solver, plane, config)? {
+            Some(region) => Ok(region),
             None => Self::of_plane_itself(solver, plane, config),
         }
     }
@@ -135,19 +81,21 @@ impl WallRegion {
         }
     }
 
-    /// The plane at heading 0, which represents the planes at the given headings and their mirror images; `None` if their verdicts differ.
+    /// One half stands for both; `None` if they are not alike.
     fn of_images(
         solver: &ExactSolver,
-        headings: &[f64],
-        distance_m: f64,
+        plane: &WallPlane,
         config: &PolygonConfig,
     ) -> Result<Option<Self>> {
         let solver = solver.with_accuracy(LINE_SHARE * config.accuracy_m);
-        let Some(images) = Images::of_headings(&solver, headings, distance_m)? else {
+        let Some(images) = Images::mirrored(&solver, *plane)? else {
             return Ok(None);
         };
         match Self::trace(&images, config) {
-            Ok(region) => Ok(Some(region)),
+            Ok(region) => Ok(Some(Self {
+                plane: *plane,
+                ..region
+            })),
             Err(Stop::ImagesDiffer) => Ok(None),
             Err(Stop::Failed(error)) => Err(error),
         }
@@ -275,37 +223,6 @@ impl WallRegion {
     }
 }
 
-/// Equal planes have equal keys.
-fn key(plane: &WallPlane) -> [u64; 2] {
-    [plane.heading_rad(), plane.distance_m()].map(f64::to_bits)
-}
-
-/// Distinct planes, grouped by those that may represent each other.
-fn alike(planes: &[WallPlane]) -> Vec<Vec<&WallPlane>> {
-    let mut seen = HashSet::new();
-    let mut distances: Vec<Vec<&WallPlane>> = Vec::new();
-    let mut place_of = HashMap::new();
-    for plane in planes.iter().filter(|plane| seen.insert(key(plane))) {
-        let place = *place_of.entry(key(plane)[1]).or_insert_with(|| {
-            distances.push(Vec::new());
-            distances.len() - 1
-        });
-        distances[place].push(plane);
-    }
-    let mut groups = Vec::new();
-    for at_distance in distances {
-        let headings: Vec<f64> = at_distance.iter().map(|p| p.heading_rad()).collect();
-        let sector_of = sectors(&headings);
-        let first = groups.len();
-        let count = sector_of.iter().max().map_or(0, |last| last + 1);
-        groups.resize(first + count, Vec::new());
-        for (plane, sector) in at_distance.into_iter().zip(sector_of) {
-            groups[first + sector].push(plane);
-        }
-    }
-    groups
-}
-
 /// Sorted heights of points, without those less than `apart_m` above another.
 fn heights(points: &[WallPoint], apart_m: f64) -> Vec<f64> {
     let mut heights: Vec<f64> = points.iter().map(|p| p.z_m).collect();
@@ -340,7 +257,7 @@ mod tests {
         ExactSolver::new(&arm, &ExactConfig::default()).expect("valid")
     }
 
-    /// Half of one wall against each whole wall: same areas, same verdicts, same proof.
+    /// Half of a wall against the whole wall: same areas, same verdicts, same proof.
     #[test]
     fn a_half_stands_for_all_of_its_images() {
         let solver = solver(|_, limit| limit);
@@ -348,11 +265,11 @@ mod tests {
         let headings = [0.0, 0.5, -1.0];
         let mut sampler = Sampler::new(4);
         for distance_m in [0.9, 0.626, 0.3, 0.026, -0.3] {
-            let one = WallRegion::of_images(&solver, &headings, distance_m, &config)
-                .expect("traced")
-                .expect("the limits of joint 1 make no difference");
             for heading in headings {
                 let plane = WallPlane::new(heading, distance_m).expect("finite");
+                let one = WallRegion::of_images(&solver, &plane, &config)
+                    .expect("traced")
+                    .expect("the limits of joint 1 make no difference");
                 let whole = WallRegion::of_plane_itself(&solver, &plane, &config).expect("traced");
                 let outline: f64 = whole
                     .polygons()
@@ -395,15 +312,11 @@ mod tests {
             _ => limit,
         });
         let config = PolygonConfig::default();
-        let found = WallRegion::of_images(&uneven, &[0.0], 0.4, &config).expect("traced");
+        let plane = WallPlane::new(0.0, 0.4).expect("finite");
+        let found = WallRegion::of_images(&uneven, &plane, &config).expect("traced");
         assert!(found.is_none());
-        let planes = [0.0, 0.2].map(|heading| WallPlane::new(heading, 0.4).expect("finite"));
-        let together = WallRegion::of_planes(&uneven, &planes, &config).expect("traced");
-        for (plane, region) in planes.iter().zip(&together) {
-            let alone = WallRegion::of_plane_itself(&uneven, plane, &config).expect("traced");
-            assert_eq!(region.plane(), *plane);
-            assert_eq!(alone.vertices(), region.vertices());
-        }
-        assert!((together[0].area_m2() - together[1].area_m2()).abs() > 1e-3);
+        let region = WallRegion::of_plane(&uneven, &plane, &config).expect("traced");
+        let whole = WallRegion::of_plane_itself(&uneven, &plane, &config).expect("traced");
+        assert_eq!(region.vertices(), whole.vertices());
     }
 }

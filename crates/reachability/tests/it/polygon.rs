@@ -3,8 +3,7 @@
 use crate::common::{ANY_PART, exact_solver};
 use hwall_kinematics::{JointLimit, Pose, SrsArm};
 use hwall_reachability::{
-    ExactConfig, ExactSolver, Interval, PolygonConfig, ReachabilityError, Roll, WallPlane,
-    WallPoint, WallRegion,
+    ExactSolver, Interval, PolygonConfig, ReachabilityError, Roll, WallPlane, WallPoint, WallRegion,
 };
 use hwall_testkit::Sampler;
 use std::f64::consts::PI;
@@ -453,24 +452,5 @@ fn bad_settings_are_errors() {
     for (s, z) in [(f64::NAN, 0.3), (0.3, f64::NAN), (f64::INFINITY, 0.3)] {
         assert!(!region.contains(WallPoint::new(s, z)));
         assert_eq!(region.nearest(WallPoint::new(s, z)), None);
-    }
-}
-
-#[test]
-fn many_planes_at_once_are_those_one_by_one() {
-    let solver = ExactSolver::new(&SrsArm::iiwa7(), &ExactConfig::default()).expect("valid");
-    let config = PolygonConfig {
-        accuracy_m: 1e-3,
-        ..PolygonConfig::default()
-    };
-    let planes: Vec<WallPlane> = [0.5, 0.2, 0.5, -0.1]
-        .iter()
-        .map(|d| WallPlane::new(0.3, *d).expect("finite"))
-        .collect();
-    let together = WallRegion::of_planes(&solver, &planes, &config).expect("traced");
-    for (plane, region) in planes.iter().zip(&together) {
-        let alone = WallRegion::of_plane(&solver, plane, &config).expect("traced");
-        assert_eq!(alone.vertices(), region.vertices());
-        assert_eq!(alone.area_m2(), region.area_m2());
     }
 }

@@ -54,22 +54,6 @@ impl WatertightRay {
         (weights, [az, bz, cz])
     }
 
-    /// Distance to the triangle in lengths of the direction, negative behind the origin; two-sided.
-    /// `None` for a miss or a triangle seen edge-on.
-    #[cfg(test)]
-    pub(crate) fn intersect(&self, corners: &Triangle) -> Option<f64> {
-        let ([u, v, w], [az, bz, cz]) = self.edges(corners);
-        let negative = (u < 0.0) | (v < 0.0) | (w < 0.0);
-        let positive = (u > 0.0) | (v > 0.0) | (w > 0.0);
-        let sum = u + v + w;
-        // No short-circuit evaluation, because half of the branches would be mispredicted.
-        if (negative & positive) | (sum == 0.0) {
-            None
-        } else {
-            Some((u * az + v * bz + w * cz) / sum)
-        }
-    }
-
     /// The nearest triangle of a block at a distance in `[least, most)` and that distance, bit-identical
     /// to [`intersect`](Self::intersect); the first one on ties.
     #[inline(always)]
@@ -162,6 +146,24 @@ fn lanes<S: Simd>(corners: &[Lanes; 3]) -> [&[S::f64s]; 3] {
         S::as_simd_f64s(&corners[1]).0,
         S::as_simd_f64s(&corners[2]).0,
     ]
+}
+
+#[cfg(test)]
+impl WatertightRay {
+    /// Distance to the triangle in lengths of the direction, negative behind the origin; two-sided.
+    /// `None` for a miss or a triangle seen edge-on.
+    pub(crate) fn intersect(&self, corners: &Triangle) -> Option<f64> {
+        let ([u, v, w], [az, bz, cz]) = self.edges(corners);
+        let negative = (u < 0.0) | (v < 0.0) | (w < 0.0);
+        let positive = (u > 0.0) | (v > 0.0) | (w > 0.0);
+        let sum = u + v + w;
+        // No short-circuit: half of the branches would be mispredicted.
+        if (negative & positive) | (sum == 0.0) {
+            None
+        } else {
+            Some((u * az + v * bz + w * cz) / sum)
+        }
+    }
 }
 
 #[cfg(test)]

@@ -92,14 +92,6 @@ impl TouchSequence {
         &self.truths
     }
 
-    /// The touch in progress at a time, from the gaze shift to the end of the withdrawal.
-    #[must_use]
-    pub fn touch_at(&self, t_s: f64) -> Option<&TouchTruth> {
-        self.truths
-            .iter()
-            .find(|touch| touch.look_s <= t_s && t_s <= touch.end_s)
-    }
-
     /// End of the last touch, s; 0 without any.
     #[must_use]
     pub fn duration_s(&self) -> f64 {

@@ -8,8 +8,6 @@ mod report;
 mod run;
 mod sight;
 mod study;
-#[cfg(test)]
-mod tests;
 mod touches;
 mod visits;
 mod walker;
@@ -127,3 +125,6 @@ fn walks(
     });
     walks.into_iter().collect()
 }
+
+#[cfg(test)]
+mod tests;

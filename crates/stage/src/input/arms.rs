@@ -18,12 +18,6 @@ use std::f64::consts::PI;
 use std::path::Path;
 use std::sync::Arc;
 
-/// A posture of an iiwa 7 in front of walls, for tests.
-#[cfg(test)]
-pub(crate) fn waiting_iiwa7() -> JointPositions {
-    JointPositions::from_deg([-6.0, 18.0, 0.0, -100.0, -13.0, -29.0, 101.0])
-}
-
 /// Start posture of the dissertation's arm, degrees: board upright, facing the person.
 pub const START_DEG: [f64; 7] = [0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0];
 
@@ -401,6 +395,12 @@ fn words_of(chain: &Chain, estimated: &EstimatedAccelerations) -> String {
     format!(
         "acceleration limits{whose} are not in the description: {source}: {shown:.1?} rad/s², full speed within {full_speed_s:.2} s"
     )
+}
+
+/// A posture of an iiwa 7 in front of walls, for tests.
+#[cfg(test)]
+pub(crate) fn waiting_iiwa7() -> JointPositions {
+    JointPositions::from_deg([-6.0, 18.0, 0.0, -100.0, -13.0, -29.0, 101.0])
 }
 
 #[cfg(test)]

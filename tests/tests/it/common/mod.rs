@@ -4,8 +4,8 @@ use glam::DVec3;
 use hwall::contact::{
     ContactPrediction, DeterministicConfig, DeterministicPredictor, Predictor, PredictorInput,
 };
-use hwall::hand::{HandFilterConfig, HandFrame, Tracking};
-use hwall::haptics::{ArmCommand, ArmState, Board, BoardTarget, PlaceTolerance, RenderStep};
+use hwall::hand::{HandFilterConfig, HandFrame};
+use hwall::haptics::{ArmCommand, ArmState, Board, PlaceTolerance, RenderStep};
 use hwall::kinematics::{JointPositions, Pose, SrsArm};
 use hwall::scene::Scene;
 use hwall::{Event, Session, SessionConfig, SessionState, Surroundings, WorldPose, drive, maps_of};
@@ -55,10 +55,6 @@ pub(crate) struct Tick {
     pub(crate) state: SessionState,
     pub(crate) base_from_board: Pose,
     pub(crate) q: JointPositions,
-    /// Answer of the hand filter to the newest frame.
-    pub(crate) tracking: Option<Tracking>,
-    /// Where the session sends the board.
-    pub(crate) target: Option<BoardTarget>,
     /// What the session reported.
     pub(crate) events: Vec<Event>,
 }
@@ -255,8 +251,6 @@ impl Rig {
                     state: session.state(),
                     base_from_board: servo.pose(),
                     q: servo.q(),
-                    tracking: session.tracking().copied(),
-                    target: session.control().target().copied(),
                     events: std::iter::from_fn(|| session.next_event()).collect(),
                 });
                 Ok(())
