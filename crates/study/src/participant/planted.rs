@@ -1,4 +1,4 @@
-//! What simulated participants of the dissertation's studies answer.
+//! Planted answers of simulated participants in the dissertation's studies.
 
 use super::simulated::ParticipantConfig;
 use crate::protocol::{Protocol, ReadyProtocol};
