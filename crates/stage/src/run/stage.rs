@@ -23,7 +23,7 @@ pub struct Stage<'a> {
     pub level: ArmLevel,
     /// Faults of FRI; `None`: the arm is not behind FRI.
     pub fri: Option<FaultConfig>,
-    /// Decisions of the policy are told: that of the frame at a time, s, or each that changes.
+    /// Prints decisions of the policy: of the frame at this time, s, or each one that changes.
     pub explain: Option<Option<f64>>,
     /// Control period, s.
     pub period_s: f64,
