@@ -19,7 +19,7 @@ const BUILDS: usize = 3;
 /// Number of calls; the median counts.
 const TOGETHER: usize = 30;
 
-/// What the tests of the crate (tests/it/oracle.rs) allow in a scene of this size.
+/// Error bound of the crate's tests (tests/it/oracle.rs) in a scene of this size.
 const ERROR: &str = "1e-13 m against brute force, by test";
 
 /// Scenes of increasing size, or one given scene.
@@ -89,12 +89,12 @@ pub fn queries(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Result<Sect
     Section::of(include_str!("text/scene.md"), &gaps, summary)
 }
 
-/// Millions of rays a second, of calls with so many rays each.
+/// Millions of rays per second, for calls with this many rays each.
 fn m_per_s(rays: usize, timing: &Timing) -> String {
     format!("{:.2} M/s", 1e3 * rays as f64 / timing.median_ns)
 }
 
-/// From random points of the box of a scene to others.
+/// Rays between random points of the box of a scene.
 fn incoherent(scene: &Scene, sampler: &mut Sampler, n: usize) -> Vec<Ray> {
     let Bounds { min_m, max_m } = scene.bounds();
     let ray = |_| {
