@@ -1,7 +1,7 @@
 //! Latency from a hand frame to the command that answers it, over loopback: `cargo bench -p hwall-bridge`.
 //!
-//! A client sends a hand 72 times a second by WebSocket; a session on the simulated arm takes it in a loop of 1 kHz. The measured time
-//! starts before the frame is written to the socket and ends when the command of the cycle that took it is given to the arm. Up to one
+//! A client sends a hand 72 times a second by WebSocket; a session on the simulated arm reads it in a loop of 1 kHz. The measured time
+//! starts before the frame is written to the socket and ends when the arm gets the command of the cycle that read the frame. Up to one
 //! period of the loop is the wait for the next cycle; the rest is due to the network and the scheduler.
 
 #[path = "../tests/it/common/mod.rs"]

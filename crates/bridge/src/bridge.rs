@@ -17,8 +17,8 @@ pub(crate) const REQUESTED: Duration = Duration::from_secs(2);
 
 /// What a loop needs from a bridge: time, hands, and a view of what it does.
 ///
-/// It is the [`Surroundings`] of [`drive`](hwall::drive). If the two halves of a session run on two threads, take it apart: hands go to one
-/// half, time and view to the other. Nothing in it takes a lock or allocates.
+/// It is the [`Surroundings`] of [`drive`](hwall::drive). If the two halves of a session run on two threads, move `hands` to one of them,
+/// and `pacing` and `view` to the other. Nothing in it takes a lock or allocates.
 pub struct Bridge {
     /// When the next cycle is due.
     pub pacing: Pacing,
@@ -106,7 +106,7 @@ impl ViewSender {
     /// Is another view due at this time of the arm's clock, s?
     #[must_use]
     pub fn is_due(&self, t_s: f64) -> bool {
-        // Also if the clock was set back.
+        // The second condition covers a clock that was set back.
         t_s >= self.due_s || t_s < self.due_s - self.period_s
     }
 
@@ -124,7 +124,7 @@ impl ViewSender {
         }
     }
 
-    /// Sends an event to all clients, if a person can follow it: frames and predictions are part of the views.
+    /// Sends an event to all clients, except frames and predictions, which are too frequent to read and are part of the views.
     pub fn event(&mut self, event: &Event) {
         match event.kind {
             EventKind::Predicted(_) => return,
@@ -141,7 +141,7 @@ impl ViewSender {
         }
     }
 
-    /// Orders of a person to the arm, from a page or elsewhere: the loop takes them once in every cycle.
+    /// Orders of a person to the arm, from a page or elsewhere; the loop reads them once per cycle.
     #[must_use]
     pub fn orders(&self) -> Orders {
         self.shared.orders.clone()

@@ -1,6 +1,6 @@
-//! The numbers that the dissertation ([H-Wall]) states, each in this place alone, with its chapter, figure or table.
+//! The numbers published in the dissertation ([H-Wall]), with chapter, figure or table. No other file repeats them.
 //!
-//! The means of experiment 2 are [`hwall_study::EXPERIMENT_2_MEANS`], because its participants are planted with them. Pages of the
+//! The means of experiment 2 are [`hwall_study::EXPERIMENT_2_MEANS`], because its simulated participants use them. Pages of the
 //! dissertation are not among the sources of this project.
 
 use crate::report::{Column, table_of};
@@ -8,7 +8,7 @@ use hwall_testkit::MarkdownTable;
 
 /// Chapter III: reaction of the arm to a command, ms.
 pub const REACTION_MS: f64 = 22.0;
-/// Chapter III: another delay, ms; of what is not among the sources.
+/// Chapter III: another delay, ms; its meaning is not among the sources.
 pub const OTHER_DELAY_MS: f64 = 11.7;
 /// Chapter IV: time for the map of one orientation by multi-start optimization, s.
 pub const MAP_S: f64 = 3600.0;
@@ -27,26 +27,26 @@ pub const ORDERS: [&str; 2] = [
     "0 < 45 < 63.43 ~ 71.57 ~ 90 (V-10)",
     "rises, 0 to 80 mm/s (V-11)",
 ];
-/// Chapter V: levels of roughness told apart.
+/// Chapter V: number of distinguishable levels of roughness.
 pub const LEVELS: &str = "at least 9";
-/// Released code: time until the texture has its speed, s.
+/// Released code: time until the texture has its nominal speed, s.
 pub const SPEED_AFTER_S: f64 = 1.5;
 /// Chapter VI: mean errors of the predicted contact in x, y and z over 30 targets, cm.
 pub const ERROR_MEAN_CM: [f64; 3] = [3.62, 5.43, 6.95];
 /// The largest of these errors, cm.
 pub const ERROR_MAX_CM: [f64; 3] = [9.96, 12.83, 12.94];
 
-/// Why there is no published number: none of the sources of this project gives it.
+/// Text for a missing published number: none of the sources of this project gives it.
 pub const NOT_HERE: &str = "not among this project's sources";
 
-/// A published number and the one that was redone.
+/// A published number and its reproduction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     /// What it is.
     pub what: String,
-    /// As published, with the place; or why there is none.
+    /// The published value and its place; or why there is none.
     pub published: String,
-    /// Redone.
+    /// The reproduced value.
     pub ours: String,
 }
 

@@ -10,13 +10,13 @@ const OF_THE_PROJECT: &str = "docs/ARCHITECTURE.md";
 /// The tracked README, which quotes a generated figure.
 const README: &str = "README.md";
 
-/// The flags that say where a document goes.
+/// Flags for the destination of a document.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct Destination {
-    /// Folder for the document and its figures/ [default: a folder of its own in out/]
+    /// Folder for the document and its figures/ [default: a separate folder in out/]
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Write over the tracked documents instead: docs/, and what README.md and docs/CRATES.md quote of them
+    /// Overwrite the tracked documents instead: docs/, and the figures that README.md and docs/CRATES.md quote
     #[arg(long, conflicts_with = "out")]
     docs: bool,
 }

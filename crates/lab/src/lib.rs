@@ -1,4 +1,4 @@
-//! The laboratory: studies, baselines for studies, validation, speed, and the documents they write.
+//! Studies, their baselines, validation, speed measurements, and the documents they write.
 //!
 //! Not published; the libraries under `crates/` do the work. The command lines of these
 //! modules are in `examples/`.

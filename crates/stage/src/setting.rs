@@ -42,7 +42,7 @@ const IN_CORRIDOR: [(&str, &str, &str); 4] = [
     ("base", "both", "60"),
 ];
 
-/// Where everything stands and who touches, as flags.
+/// Scene, poses and people, as flags.
 #[derive(Debug, Clone, clap::Parser)]
 pub struct SettingFlags {
     /// The scene.
@@ -60,26 +60,28 @@ pub struct SettingFlags {
     /// Axes of the recording: y-up as headsets have it, or z-up
     #[arg(long, value_enum, default_value = "y-up")]
     pub axes: Axes,
-    /// auto: stand arm and recording before the nearest suitable wall; none: as --base and --hand-origin say [default: auto with --hand, else none]
+    /// auto: place arm and recording at the nearest suitable wall; none: use --base and --hand-origin [default: auto with --hand, else
+    /// none]
     #[arg(long, value_enum)]
     pub place: Option<Place>,
-    /// The arm's base in the scene: x,y,z in metres, yaw in degrees about z, counter-clockwise from the scene's x axis; with auto placing the nearest wall to it is taken [default: 0,0,0,0 without auto placing].
-    /// Or drives, both, redirected or fixed: somebody walks through a corridor of rooms and touches 60 times, and the four kinds of base are compared; the figure is of the one named
+    /// The arm's base in the scene: x,y,z in metres, yaw in degrees about z, counter-clockwise from the scene's x axis; with auto placing,
+    /// the wall nearest to it is used [default: 0,0,0,0 without auto placing]. Or drives, both, redirected or fixed: a person walks through
+    /// a corridor of rooms and touches 60 times, and the four kinds of base are compared; the figure shows the one named
     #[arg(long, value_parser = BaseFlag::parse, allow_hyphen_values = true)]
     pub base: Option<BaseFlag>,
-    /// arrival: stand the arm's base near the origin of the scene where most touches are in time; takes a minute and a half
+    /// arrival: place the arm's base near the origin of the scene where most touches are in time; takes a minute and a half
     #[arg(long, value_enum, conflicts_with_all = ["base", "hand"])]
     pub base_from: Option<BaseFrom>,
     /// Origin of the recording (z up) in the scene: x,y,z in metres, yaw in degrees [default: 0,0,0,0 without auto placing]
     #[arg(long, value_parser = FloorPose::parse, allow_hyphen_values = true)]
     pub hand_origin: Option<FloorPose>,
-    /// The recorded hand is made up: a shape that never changes is no frozen tracker
+    /// The recorded hand is synthetic: a shape that never changes does not mean a frozen tracker
     #[arg(long, requires = "hand")]
     pub rigid_hand: bool,
-    /// What simulated people are like
+    /// Kind of simulated people
     #[arg(long, value_enum, default_value_t, conflicts_with = "hand")]
     pub person: PersonKind,
-    /// Touches of the simulated people: one makes a dozen, for more there are more people
+    /// Number of touches of the simulated people; each person makes a dozen
     #[arg(long, default_value_t = 12, default_value_ifs = IN_CORRIDOR, conflicts_with = "hand", value_parser = whole_within::<1, 100_000>, allow_negative_numbers = true)]
     pub touches: u64,
     /// Seed of the simulated people and the sensors' noise
@@ -88,7 +90,7 @@ pub struct SettingFlags {
 }
 
 impl SettingFlags {
-    /// Where the base stands, if that is given.
+    /// Pose of the base, if given.
     ///
     /// # Errors
     /// A kind of base in a corridor, which has no place in this scene.
@@ -124,10 +126,10 @@ pub enum Place {
     None,
 }
 
-/// What decides on the base.
+/// Criterion for the pose of the base.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum BaseFrom {
-    /// How many touches are in time
+    /// Number of touches in time
     Arrival,
 }
 

@@ -1,4 +1,4 @@
-//! Data beside the project, which may be absent.
+//! Data outside the project, which may be absent.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};

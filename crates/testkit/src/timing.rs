@@ -40,7 +40,7 @@ impl Timing {
 /// Times each of the calls `f(0) … f(n - 1)` separately: for calls above about 1 µs, and if the tail
 /// matters.
 ///
-/// The cost of reading the clock (some 20–50 ns) is subtracted, but its jitter stays; below 1 µs use
+/// The cost of reading the clock (about 20 to 50 ns) is subtracted, but its jitter stays; below 1 µs use
 /// [`time_batches`].
 /// There is no warm-up: the first call counts. Dropping the result is part of the call.
 pub fn time_each<T>(n: usize, mut f: impl FnMut(usize) -> T) -> Timing {

@@ -23,7 +23,7 @@ pub use marker::{ViewMarker, ViewMarkerKind};
 pub use scene::{MOST_MOVING, ViewScene, ViewSurface};
 pub use state::ViewState;
 
-// Where it is shown.
+// Outputs.
 pub use film::film_strip;
 pub use glb::glb;
 pub use page::{live_page, replay_page};

@@ -10,7 +10,7 @@ use hwall::geometry::Pose;
 use hwall::haptics::ObjectPath;
 use serde_json::{Value, json};
 
-/// Version of the messages: it rises when a field changes its meaning or goes, not when one is added.
+/// Version of the messages: it increases when a field changes its meaning or is removed, not when one is added.
 const PROTOCOL: u32 = 1;
 
 impl ViewScene {

@@ -8,14 +8,14 @@
 //! | 0 | hand | mask of the joints that are seen (u32), three for each of them |
 //! | 1 | head | 3 |
 //! | 2 | gaze | origin 3, direction 3 |
-//! | 3 | prediction | point 3, normal 3, surface (i32, -1: not known), time to contact (NaN: does not approach) |
+//! | 3 | prediction | point 3, normal 3, surface (i32, -1: unknown), time to contact (NaN: does not approach) |
 //! | 4 | its 90 % region | two half axes of 3 |
 //! | 5 | goal | point 3, normal 3 |
 //! | 6 | time left for the board | 1 |
 //! | 7 | force | 3 |
 //! | 8 | openings | their number (u32), one each; trailing zeros are left out |
-//! | 9 | parts, as the supervisor has them | their number (u32); for each what it is (u32, 0: of the arm, 1: head, 2: torso, 3: arm of the person), its ends 3 and 3, its radius |
-//! | 10 | link in front of a surface | its number among the parts (u32), how far it is in front |
+//! | 9 | parts that the supervisor uses | their number (u32); for each its kind (u32, 0: the arm, 1: head, 2: torso, 3: the person's arm), its ends 3 and 3, its radius |
+//! | 10 | link in front of a surface | its index among the parts (u32), its distance in front of the surface, m |
 
 use crate::body::{MOST_PARTS, ViewPart};
 use crate::error::ViewError;
@@ -45,7 +45,7 @@ const PARTS: u16 = 512;
 const IN_FRONT: u16 = 1024;
 /// All bits with a meaning.
 const KNOWN: u16 = 2047;
-/// What parts are, in the order of their numbers.
+/// Kinds of parts, in the order of their numbers.
 const REGIONS: [Option<BodyRegion>; 4] = [
     None,
     Some(BodyRegion::Head),

@@ -1,10 +1,10 @@
-//! The face of the board as the person before it sees it.
+//! The face of the board as seen by the person in front of it.
 
 use glam::DVec3;
 use hwall::geometry::Pose;
 use hwall::haptics::Board;
 
-/// Corners that are touched, in this order.
+/// The touched corners, in this order.
 pub(super) const CORNERS: [&str; 3] = ["upper left", "upper right", "lower right"];
 /// Where they are, in units of the half extents: right, up.
 const SIDES: [[f64; 2]; 3] = [[-1.0, 1.0], [1.0, 1.0], [1.0, -1.0]];
@@ -18,7 +18,7 @@ pub(super) struct Face {
 }
 
 impl Face {
-    /// `base_from_face`: z points to the person. Up is the edge that points up most.
+    /// `base_from_face`: z points to the person. "Up" is the edge direction closest to vertical.
     pub(super) fn of(base_from_face: &Pose, board: &Board) -> Self {
         let [x, y, out] =
             [DVec3::X, DVec3::Y, DVec3::Z].map(|v| base_from_face.transform_vector(v));
@@ -30,7 +30,7 @@ impl Face {
         let up = if edge.z < 0.0 { -edge } else { edge };
         Self {
             middle_m: base_from_face.position_m(),
-            // Right of who looks against `out`.
+            // To the right of a person who looks along `-out`.
             axes: [up.cross(out), up, out],
             half_m: halves,
         }
@@ -48,7 +48,7 @@ impl Face {
         self.middle_m + self.offset_m(corner)
     }
 
-    /// Is every corner this near to the same one of another face, m?
+    /// Is every corner within this distance of the same corner of another face, m?
     pub(super) fn is_at(&self, other: &Self, within_m: f64) -> bool {
         let moved_m = |corner| self.corner_m(corner).distance(other.corner_m(corner));
         (0..SIDES.len()).all(|corner| moved_m(corner) <= within_m)

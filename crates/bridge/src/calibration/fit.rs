@@ -5,10 +5,10 @@ use hwall::geometry::Pose;
 use hwall::hand::{HandError, MAX_COORDINATE_M, PointPair, RigidFit};
 use serde::{Deserialize, Serialize};
 
-/// Largest root mean square of what a fit leaves at the corners, m. Headsets find a fingertip within some 11 mm \[Abdlkarim 2024\].
+/// Largest root mean square residual of a fit at the corners, m. Headsets locate a fingertip within about 11 mm \[Abdlkarim 2024\].
 pub const FIT_BOUND_M: f64 = 0.015;
-/// Bound, m, on the distance of a check touch from its corner, and on the difference between two such errors: each touch may be off by as much as
-/// a fit allows. On a board of 0.2 m, that detects a turn of the space by more than 6 degrees.
+/// Bound, m, on the distance of a check touch from its corner, and on the difference between two such errors: each touch may have the error
+/// that a fit allows. On a board of 0.2 m, this detects a rotation of the space by more than 6 degrees.
 pub const CHECK_BOUND_M: f64 = 0.02;
 /// Least distance between two corners, m: three times the accuracy of a touch.
 const CLOSEST_M: f64 = 0.05;
@@ -39,7 +39,7 @@ pub enum CalibrationError {
         /// Distance of the corners, m.
         corners_m: f64,
     },
-    /// The touches determine no transform.
+    /// The touches do not determine a transform.
     #[error("touch three different corners: {0}")]
     Points(#[from] HandError),
     /// The distances between the touches are not those between the corners.
@@ -53,23 +53,24 @@ pub enum CalibrationError {
         /// The corner with the largest residual, from 0.
         worst: usize,
     },
-    /// By these touches the person stands behind the board.
+    /// The touches imply that the person stands behind the board.
     #[error(
         "left and right are exchanged: touch the corners in the order that the page shows, as you see them before the board"
     )]
     Behind,
 }
 
-/// The pose of a headset's space in the arm's base frame, from three touched corners of the board. It is of one headset.
+/// The pose of a headset's space in the arm's base frame, from three touched corners of the board. It belongs to one headset.
 ///
-/// Both frames know where up is, so only the heading and the place are searched, and five of the nine coordinates show how well it fits.
+/// Both frames know the vertical, so only heading and place are fitted: four unknowns from nine coordinates. The other five degrees of
+/// freedom show how well it fits.
 ///
-/// What is touched is the tip of the index finger as the headset knows it, so a constant offset of the tip along the person's finger is part of the
-/// pose, and does not count twice.
+/// The touching point is the tip of the index finger as tracked by the headset. A constant offset of the tip along the finger therefore
+/// becomes part of the pose, and does not count twice.
 ///
-/// Error: exact for exact touches, if the arm's base and the headset's gravity are level. Touches that are each off by `e` move the middle of the board
-/// by `e / √3`; they turn the heading by about `e / 0.16 m` on a board of 0.2 m, which adds as much again for every 0.16 m away from the board.
-/// [`turn_rad`](Self::turn_rad) estimates that turn. Source: [`RigidFit::level_from_pairs`], \[Horn 1987\].
+/// Error: exact for exact touches, if the arm's base and the headset's gravity are level. Touches with errors `e` move the middle of the
+/// board by `e / √3`. On a board of 0.2 m they turn the heading by about `e / 0.16 m`, which adds an error of `e` for every 0.16 m away
+/// from the board. [`turn_rad`](Self::turn_rad) estimates that turn. Source: [`RigidFit::level_from_pairs`], \[Horn 1987\].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
     headset: u64,
@@ -98,7 +99,7 @@ struct Corner {
 /// Version of the file.
 const VERSION: u32 = 2;
 
-/// Refuses pairs of touches, or of corners, that are too close to each other.
+/// Rejects pairs of touches, or of corners, that are too close to each other.
 pub(super) fn apart(pairs: &[PointPair]) -> Result<(), CalibrationError> {
     for (second, b) in pairs.iter().enumerate() {
         for (first, a) in pairs.iter().enumerate().take(second) {
@@ -130,15 +131,15 @@ pub(super) fn level(pairs: &[PointPair]) -> Result<RigidFit, HandError> {
 }
 
 impl Calibration {
-    /// Of the headset with this id, from corners of the board: a in the arm's base frame, b as touched, in the headset's space with WebXR's axes
-    /// (y up).
+    /// The calibration of the headset with this id, from corners of the board: `a` in the arm's base frame, `b` as touched, in the
+    /// headset's space with WebXR's axes (y up).
     ///
     /// # Errors
-    /// Touches that do not fit the corners within [`FIT_BOUND_M`], that are close to each other, that determine no transform, or that are no
-    /// numbers.
+    /// Touches that do not fit the corners within [`FIT_BOUND_M`], that are too close to each other, that do not determine a transform, or
+    /// that are not finite.
     pub fn from_touches(headset: u64, pairs: [PointPair; 3]) -> Result<Self, CalibrationError> {
         let is_near = |m: DVec3| m.abs().max_element() <= MAX_COORDINATE_M;
-        // NaN is not near.
+        // NaN fails this comparison.
         if !pairs.iter().all(|p| {
             let all = [p.in_a_m, p.in_b_m];
             all.iter().all(|m| m.is_finite() && is_near(*m))
@@ -158,7 +159,7 @@ impl Calibration {
         })
     }
 
-    /// The id of the headset that it is of.
+    /// The id of its headset.
     #[must_use]
     pub const fn headset(&self) -> u64 {
         self.headset
@@ -170,7 +171,7 @@ impl Calibration {
         self.fit.a_from_b
     }
 
-    /// A place in the headset's space (WebXR's axes) in the base frame, m.
+    /// Converts a place in the headset's space (WebXR's axes) to the base frame, m.
     #[must_use]
     pub fn place_m(&self, there_m: DVec3) -> DVec3 {
         let z_up_m = Pose::Z_UP_FROM_Y_UP.transform_point(there_m);
@@ -184,13 +185,13 @@ impl Calibration {
             .map(|pair| self.place_m(pair.in_b_m) - pair.in_a_m)
     }
 
-    /// Root mean square of what remains at the corners, m.
+    /// Root mean square residual at the corners, m.
     #[must_use]
     pub fn rms_m(&self) -> f64 {
         self.fit.rms_m()
     }
 
-    /// Standard error of the heading, rad, estimated from what remains at the corners.
+    /// Standard error of the heading, rad, estimated from the residuals at the corners.
     #[must_use]
     pub fn turn_rad(&self) -> f64 {
         let corners = self.pairs.map(|pair| pair.in_a_m.truncate());
@@ -204,7 +205,7 @@ impl Calibration {
     /// From a file's text.
     ///
     /// # Errors
-    /// A text that is not a calibration; touches that determine none.
+    /// A text that is not a calibration; touches that do not determine one.
     pub fn from_json(text: &str) -> Result<Self, CalibrationError> {
         let reason = |reason: String| CalibrationError::File { reason };
         let read: Text = serde_json::from_str(text).map_err(|e| reason(e.to_string()))?;

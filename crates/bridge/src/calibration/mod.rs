@@ -1,4 +1,4 @@
-//! Where the headset's space stands, from corners of the board that a person touches.
+//! The pose of the headset's space, from corners of the board that a person touches.
 
 mod face;
 mod fit;

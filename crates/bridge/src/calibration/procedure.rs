@@ -1,4 +1,4 @@
-//! What a person is asked to touch, and what came of it.
+//! The steps of a calibration, and their results.
 
 use super::face::{CORNERS, Face};
 use super::fit::{CHECK_BOUND_M, Calibration, CalibrationError, apart, level};
@@ -15,29 +15,29 @@ use std::path::{Path, PathBuf};
 
 /// A touch is the mean of the fingertip over this time, s.
 const TOUCH_S: f64 = 0.5;
-/// A touch has lasted at least this long, s: nearly all of it, since samples have gaps.
+/// Least time from the first to the last sample of a touch, s: less than [`TOUCH_S`], because samples have gaps.
 const SHORTEST_S: f64 = 0.4;
 /// Fewest samples of a touch: a headset on a busy network has twice as many.
 const FEWEST: usize = 6;
-/// A fingertip that is farther than this from its mean does not hold still, m.
+/// A fingertip farther than this from its mean is not at rest, m.
 const STILL_M: f64 = 0.004;
 /// The newest sample of a touch may be this old, s.
 const NEWEST_S: f64 = 0.25;
 
-/// The board is not known any more this long after it was last seen, s.
+/// The pose of the board expires after this time, s.
 const FACE_S: f64 = 0.5;
-/// A board whose corners stay within this, m, stands.
+/// A board whose corners stay within this distance is at rest, m.
 const MOVED_M: f64 = 0.0005;
-/// Corners that are touched to check a calibration: two, since one does not show a turn about itself.
+/// Number of corners touched to check a calibration: two, because one does not show a rotation about itself.
 const CHECKED: usize = 2;
 /// Without the head, exchanged sides would not be noticed.
 const NO_HEAD: &str = "the head is not seen: look at the board until the headset tracks it";
 
-/// What a page asks for.
+/// A step requested by a page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Step {
-    /// Calibrate anew.
+    /// Begin a new calibration.
     Begin,
     /// The fingertip is at the corner now.
     Take,
@@ -50,7 +50,7 @@ pub(crate) enum Step {
 /// Whose hands in a headset's own axes go to the loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Served {
-    /// No calibration was asked for: the space is as configured.
+    /// No calibration was requested: the space is as configured.
     Any,
     /// The calibrated headset.
     Only(u64),
@@ -68,20 +68,20 @@ impl Served {
     }
 }
 
-/// How far a calibration has come.
+/// Progress of a calibration.
 #[derive(Debug, Clone, PartialEq)]
 enum State {
-    /// Nobody asked for one: the pose is as configured.
+    /// None was requested: the pose is as configured.
     Free,
-    /// There is a file for it, but no calibration yet.
+    /// A file is configured, but contains no calibration yet.
     Needed,
-    /// It is of an earlier session; from the corners to their check touches, m.
+    /// The calibration is from an earlier session; vectors from the corners to their check touches, m.
     Unchecked(Vec<DVec3>),
     /// These corners have been touched.
     Touching(Vec<PointPair>),
-    /// Made or checked in this session; how far the check touches were off, m.
+    /// Made or checked in this session; error of the check touches, m.
     Good(Option<f64>),
-    /// The check touches were this far off, m.
+    /// Error of the failed check touches, m.
     Off(f64),
 }
 
@@ -89,12 +89,12 @@ enum State {
 #[derive(Debug, Clone, Copy)]
 struct Seen {
     face: Face,
-    /// When it was last seen, and when it last moved, s.
+    /// Times when it was last seen, and when it last moved, s.
     seen_s: f64,
     moved_s: f64,
 }
 
-/// A calibration under way or done. The arm stands until it is [good](Self::must_stand).
+/// A calibration in progress or done. The arm stands until it is [good](Self::must_stand).
 #[derive(Debug)]
 pub(crate) struct Procedure {
     file: Option<PathBuf>,
@@ -106,9 +106,9 @@ pub(crate) struct Procedure {
     touches: Option<u64>,
     /// Time, s, and place in the headset's space, m, of the fingertip.
     tips: VecDeque<(f64, DVec3)>,
-    /// The head in the headset's space, m, where it was last seen since the calibration began.
+    /// The last seen position of the head since the calibration began, headset's space, m.
     head_m: Option<DVec3>,
-    /// Why the last step did not do what was asked for.
+    /// Why the last step failed.
     refused: Option<String>,
 }
 
@@ -144,7 +144,7 @@ impl Procedure {
         Ok(opened)
     }
 
-    /// The state in which nobody calibrates and nothing was checked.
+    /// The state without a calibration in progress and without a check.
     fn at_rest(&self) -> State {
         match (&self.calibration, &self.file) {
             (Some(_), _) => State::Unchecked(Vec::new()),
@@ -153,7 +153,7 @@ impl Procedure {
         }
     }
 
-    /// The pose of the headset's space that it has found, base frame.
+    /// The calibrated pose of the headset's space, base frame.
     pub(crate) fn base_from_headset(&self) -> Option<Pose> {
         self.calibration
             .as_ref()
@@ -188,7 +188,7 @@ impl Procedure {
         both.is_some_and(|(one, other)| one != other)
     }
 
-    /// The board is here now. Returns true if the pages should know.
+    /// Stores the current pose of the board. Returns true if the pages must be told.
     pub(crate) fn see_board(&mut self, now_s: f64, base_from_face: &Pose, board: &Board) -> bool {
         let face = Face::of(base_from_face, board);
         match &mut self.face {
@@ -217,7 +217,7 @@ impl Procedure {
         }
     }
 
-    /// The fingertip of a headset is here now, and its head, in its space.
+    /// Stores the current fingertip and head of a headset, in its space.
     pub(crate) fn see_tip(
         &mut self,
         now_s: f64,
@@ -242,7 +242,7 @@ impl Procedure {
         }
     }
 
-    /// The mean of the fingertip, if it has held still.
+    /// Mean position of the fingertip, if it was at rest.
     fn touch_m(&self, now_s: f64) -> Result<DVec3, String> {
         let count = self.tips.len();
         let is_new = self
@@ -261,7 +261,7 @@ impl Procedure {
         }
     }
 
-    /// Does what the page of a headset, or another page, asks for. Returns what then has to be kept, and where.
+    /// Performs a step requested by the page of a headset, or by another page. Returns the text to store, and its file.
     pub(crate) fn act(
         &mut self,
         step: Step,
@@ -270,7 +270,7 @@ impl Procedure {
     ) -> Option<(PathBuf, String)> {
         self.refused = None;
         if step != Step::Take {
-            // The board may have moved until now, or the headset's space.
+            // The board or the headset's space may have moved.
             self.tips.clear();
             self.head_m = None;
         }
@@ -296,7 +296,7 @@ impl Procedure {
         None
     }
 
-    /// The calibration was not kept.
+    /// The calibration could not be stored.
     pub(crate) fn not_kept(&mut self, error: &io::Error) {
         self.refused = Some(format!("calibrated, but not kept in a file: {error}"));
     }
@@ -365,14 +365,14 @@ impl Procedure {
     ) -> Result<Calibration, CalibrationError> {
         let headset = self.touches.unwrap_or_default();
         let found = Calibration::from_touches(headset, pairs)?;
-        // Exchanged sides of an upright board fit as well, by half a turn.
+        // On an upright board, exchanged sides also fit, with a rotation by half a turn.
         match face.is_before(found.place_m(head_m)) {
             true => Ok(found),
             false => Err(CalibrationError::Behind),
         }
     }
 
-    /// Where the corner that is asked for should be in the headset's space, WebXR's axes, m, as far as that is known.
+    /// Where the requested corner should be in the headset's space, WebXR's axes, m, if known.
     fn target_m(&self, corner: Option<usize>) -> Option<DVec3> {
         let corner_m = self.face?.face.corner_m(corner?);
         let base_from_headset = match &self.state {
@@ -466,7 +466,7 @@ impl Procedure {
 
 /// The state after check touches with these errors, m.
 fn checked(errors_m: Vec<DVec3>) -> State {
-    // Errors that differ turn the space.
+    // Different errors mean a rotation of the space.
     let differences_m = errors_m.iter().enumerate().flat_map(|(count, error_m)| {
         let before = errors_m.iter().take(count);
         before.map(|other| other.distance(*error_m))

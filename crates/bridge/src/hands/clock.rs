@@ -4,7 +4,7 @@ use super::window::WindowMinimum;
 
 /// Samples are compared over this time, s; the one with the least delay counts.
 const WINDOW_S: f64 = 10.0;
-/// A clock that is off by more than this has jumped, s; delays do not shrink by as much.
+/// A clock whose offset changes by more than this has jumped, s; delays do not shrink by as much.
 const LEAP_S: f64 = 0.05;
 /// This many samples in a row must agree that the clock has jumped.
 const AGREEING: u32 = 3;

@@ -124,17 +124,17 @@ impl Intake {
         self.queue = Some(queue);
     }
 
-    /// The headset's space stands here from now on.
+    /// Sets the pose of the headset's space.
     pub(crate) fn place(&mut self, base_from_headset: &Pose) {
         self.space = HeadsetSpace::new(base_from_headset);
     }
 
-    /// These headsets count from now on.
+    /// Sets which headsets count.
     pub(crate) fn serve(&mut self, served: Served) {
         self.served = served;
     }
 
-    /// A client is gone; any client may lead.
+    /// Removes a client; then any client may lead.
     pub(crate) fn forget(&mut self, client: u64) {
         if self.leader.is_some_and(|leader| leader.who == client) {
             self.leader = None;

@@ -1,10 +1,10 @@
-//! The key of a server that others can reach: a part of its addresses.
+//! The key of a server that other machines can reach: a part of its addresses.
 
 use std::fmt;
 use std::io;
 use std::net::SocketAddr;
 
-/// 32 letters and digits that nobody mistakes for each other when typing.
+/// 32 letters and digits that are hard to confuse when typing.
 const LETTERS: &[u8; 32] = b"abcdefghijkmnpqrstuvwxyz23456789";
 /// Letters of a key: 50 bits. At a thousand guesses a second, half of all keys take 18,000 years.
 const LENGTH: usize = 10;
@@ -14,7 +14,8 @@ const LENGTH: usize = 10;
 pub(crate) struct Key(String);
 
 impl Key {
-    /// A new one for a server at this address, if others can reach it: directly, by one of these names, or because it is encrypted for them.
+    /// A new key for a server at this address, if other machines can reach it: directly, by one of these names, or because it is encrypted
+    /// for them.
     pub(crate) fn of_server(
         address: SocketAddr,
         hosts: &[String],
@@ -34,7 +35,7 @@ impl Key {
         Ok(Self(letters.collect()))
     }
 
-    /// Is this the key? Takes equally long wherever the first difference is.
+    /// Is this the key? Compares in constant time.
     pub(super) fn is(&self, given: &str) -> bool {
         let differing = self.0.bytes().zip(given.bytes()).map(|(a, b)| a ^ b);
         given.len() == self.0.len() && differing.fold(0, |all, one| all | one) == 0
@@ -47,7 +48,7 @@ impl Key {
 }
 
 impl fmt::Debug for Key {
-    /// Keeps it out of logs.
+    /// Keeps the key out of logs.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("Key(..)")
     }

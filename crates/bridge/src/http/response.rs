@@ -19,7 +19,7 @@ pub(crate) fn page(html: &str, host: &str, body: bool) -> Vec<u8> {
     answer
 }
 
-/// The page is at another address. Not for ever: the next start may not be encrypted.
+/// Redirects to another address. The redirect is temporary, because the next start may not be encrypted.
 pub(crate) fn elsewhere(url: &str) -> Vec<u8> {
     let text = format!("use {url}\n");
     format!(

@@ -65,7 +65,7 @@ pub(crate) fn accept<S>(
             Ok(slot) => slot,
             Err(refused) => {
                 busy();
-                // An empty buffer takes it; otherwise nobody waits for it.
+                // Fits into an empty buffer; does not block otherwise.
                 let _ = stream.set_nonblocking(true);
                 let _ = (&stream).write(&response::refusal(refused));
                 continue;
@@ -113,7 +113,7 @@ impl Drop for Slot {
     }
 }
 
-/// What one machine has of an address: of IPv6 it has a whole network of 2^64.
+/// The part of an address that identifies a subscriber: with IPv6 one machine has a whole network of 2^64 addresses.
 fn subscriber(address: IpAddr) -> IpAddr {
     match address.to_canonical() {
         IpAddr::V6(ip) => IpAddr::V6(Ipv6Addr::from_bits(ip.to_bits() >> 64 << 64)),
@@ -124,8 +124,8 @@ fn subscriber(address: IpAddr) -> IpAddr {
 /// A TLS connection begins with a record of this type: a handshake.
 const HANDSHAKE: u8 = 22;
 
-/// The connection, encrypted if the server is; the handshake may take as long as a request. `None`: it has ended, or its client spoke plain HTTP
-/// to an encrypted server and was told so.
+/// Opens the connection, encrypted if the server is; the handshake may take as long as a request. `None`: it has ended, or its client used
+/// plain HTTP with an encrypted server and got an answer that says so.
 pub(crate) fn open(
     tcp: TcpStream,
     security: Option<&Security>,
@@ -147,7 +147,7 @@ pub(crate) fn open(
     let mut stream = Stream::plain(tcp);
     let asked = match request::read_head(&mut stream, within)? {
         Ok(None) => return Ok(None),
-        // Whatever it has for a key has crossed the network unencrypted and is not repeated.
+        // A key in this request crossed the network unencrypted, so the answer does not repeat it.
         Ok(Some(head)) => request::judge(&head.bytes, Admission { hosts, key: None }).ok(),
         Err(_) => None,
     };

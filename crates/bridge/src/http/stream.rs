@@ -57,7 +57,7 @@ impl Stream {
         &self.0.tcp
     }
 
-    /// Says that nothing more will be sent.
+    /// Announces that nothing more will be sent.
     pub(crate) fn finish(&self) -> io::Result<()> {
         if let Some(tls) = &self.0.tls {
             tls.end();
@@ -68,14 +68,14 @@ impl Stream {
 
     /// One read of the connection beneath; returns its bytes, 0 at the end.
     fn receive(&self) -> io::Result<usize> {
-        // With the longest partial record before it, this fits into rustls's buffer of 18 kB at once.
+        // Together with the longest partial record, this fits into rustls's buffer of 18 kB.
         let mut sealed = [0; 1024];
         let count = self.tcp().read(&mut sealed)?;
         let Some(tls) = &self.0.tls else {
             return Ok(count);
         };
         let taken = tls.take(sealed.get(..count).unwrap_or_default());
-        // Also after an error: the alert says which.
+        // Also after an error, to send the alert that names it.
         if tls.has_to_send() {
             self.send(&[])?;
         }

@@ -19,7 +19,7 @@ pub(crate) struct Client {
     pub(super) id: u64,
     /// Does it want views as JSON?
     pub(super) json: bool,
-    /// The headset that shows it; 0: none, or it did not say so.
+    /// The headset that shows it; 0: none, or not identified.
     headset: AtomicU64,
     outbox: Mutex<Outbox>,
     wake: Condvar,
@@ -51,7 +51,7 @@ impl Client {
         }
     }
 
-    /// It is shown in this headset.
+    /// Stores the headset that shows this client.
     pub(super) fn is_in(&self, headset: u64) {
         self.headset.store(headset, Ordering::Relaxed);
     }

@@ -25,7 +25,7 @@ struct Half(Stream);
 impl Read for Half {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         loop {
-            // By half of an encrypted record, or because the program was stopped and resumed.
+            // Caused by half of an encrypted record, or by a program that was stopped and resumed.
             match self.0.read(buffer) {
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                 read => return read,

@@ -100,8 +100,8 @@ impl BridgeServer {
         self.address
     }
 
-    /// The URL to open in a browser on this machine. If other machines can connect, with a certificate, or with [hosts](BridgeConfig::hosts), it
-    /// ends with a key, random for each start, without which nobody gets the page or the WebSocket.
+    /// The URL to open in a browser on this machine. If other machines can connect, with a certificate, or with
+    /// [hosts](BridgeConfig::hosts), it ends with a key, random for each start, which the page and the WebSocket require.
     #[must_use]
     pub fn url(&self) -> String {
         let secure = if self.shared.security.is_some() {
@@ -118,8 +118,8 @@ impl BridgeServer {
         key.map_or_else(String::new, Key::query)
     }
 
-    /// For a person: which address to open, and a warning if others can connect. With TLS also all addresses for other devices, what the browser
-    /// asks, and a QR code.
+    /// Text for a person: the address to open, and a warning if others can connect. With TLS also all addresses for other devices, what the
+    /// browser asks, and a QR code.
     #[must_use]
     pub fn invitation(&self) -> String {
         let Shared {

@@ -35,11 +35,11 @@ struct Asked {
     order: AtomicU8,
     /// The enabling switch is held.
     enabled: LastSaid,
-    /// The headset's space is not known well enough.
+    /// The headset's space is not calibrated.
     uncalibrated: AtomicBool,
 }
 
-/// When a statement that holds for a while was last made.
+/// Time of the last statement, such as "the switch is held", that is valid for a while.
 #[derive(Debug)]
 pub(crate) struct LastSaid {
     began: Instant,
@@ -119,7 +119,7 @@ pub(crate) struct Shared {
     pub(crate) config: BridgeConfig,
     /// Encrypts the connections.
     pub(crate) security: Option<Security>,
-    /// Without it nobody gets the page or a WebSocket.
+    /// Required for the page and the WebSocket.
     pub(crate) key: Option<Key>,
     pub(crate) tally: Tally,
     pub(crate) start: Instant,
@@ -176,7 +176,7 @@ impl Shared {
         shared
     }
 
-    /// A step of the calibration that the page of a headset, or another page, asks for; all pages are told what came of it.
+    /// Performs a step of the calibration, requested by the page of a headset or by another page; tells all pages the result.
     pub(crate) fn calibrate(&self, step: Step, from: Option<u64>, now_s: f64) {
         let kept = {
             let mut procedure = locked(&self.procedure);
@@ -184,14 +184,14 @@ impl Shared {
                 if procedure.is_of_another(from) {
                     return;
                 }
-                // Also without a calibration: head and hand are then not where the session believes them.
+                // Needed without a calibration, too: head and hand are then not where the session expects them.
                 self.orders.stop();
             }
             let kept = procedure.act(step, from, now_s);
             self.heed(&procedure);
             kept
         };
-        // Written without a lock, because disks can be slow.
+        // Write without holding a lock, because disks can be slow.
         if let Some((file, text)) = kept
             && let Err(error) = hwall_files::write(file, text)
         {
@@ -202,7 +202,7 @@ impl Shared {
 
     /// Tells all pages how the calibration stands.
     pub(crate) fn tell_calibration(&self) {
-        // Clients before the procedure, as where a client joins: in the other order the two would wait for each other for ever.
+        // Lock clients before the procedure, as when a client joins: the other order could deadlock.
         let clients = locked(&self.clients);
         let procedure = locked(&self.procedure);
         for client in clients.iter() {
@@ -210,7 +210,7 @@ impl Shared {
         }
     }
 
-    /// What a calibration means for the hands and the arm.
+    /// Applies the calibration to hands and arm.
     fn heed(&self, procedure: &Procedure) {
         let mut intake = locked(&self.intake);
         intake.serve(procedure.serves());

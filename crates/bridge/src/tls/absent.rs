@@ -5,10 +5,10 @@ use crate::error::BridgeError;
 use std::io;
 use std::net::SocketAddr;
 
-/// There is none.
+/// Has no value in this build.
 pub(crate) enum Security {}
 
-/// There is none.
+/// Has no value in this build.
 pub(crate) enum Session {}
 
 impl Security {
@@ -59,7 +59,7 @@ impl Session {
     }
 }
 
-/// What to open, and how.
+/// The address to open.
 pub(crate) fn invitation(
     url: &str,
     _: &str,

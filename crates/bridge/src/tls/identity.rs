@@ -10,7 +10,7 @@ use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::Path;
 
-/// Longest file that is read, bytes: chains have some thousand.
+/// Longest file that is read, bytes: chains have a few thousand.
 const LONGEST: u64 = 1 << 20;
 
 pub(super) struct Identity {
@@ -83,7 +83,7 @@ fn make(path: &Path) -> Result<(), BridgeError> {
             std::fs::create_dir_all(folder)?;
         }
         let beside = Beside::new(path)?;
-        // Created again: somebody may have opened the first one before its permissions could be changed.
+        // Create it again: another process may have opened the first file before its permissions were changed.
         std::fs::remove_file(beside.path())?;
         let mut options = File::options();
         options.write(true).create_new(true);

@@ -1,4 +1,4 @@
-//! What a person needs to open the page on another device.
+//! What a person needs to know to open the page on another device.
 
 use super::Security;
 use super::made::{addresses, names};
@@ -23,7 +23,7 @@ pub(crate) fn invitation(
     let named = |name: &String| format!("https://{name}:{port}/{query}");
     let mut urls: Vec<String> = Vec::new();
     if !security.is_self_signed() {
-        // A certificate from elsewhere is for names.
+        // A user's own certificate is for names.
         urls.extend(hosts.iter().map(named));
     }
     if bound.ip().is_unspecified() {
@@ -50,7 +50,7 @@ pub(crate) fn invitation(
         );
     }
     if let Ok(code) = QrCode::new(&first) {
-        // Dark modules dark, whatever the colours of the console: with its own light margin.
+        // Sets both colours and a light margin, so that dark modules are dark on any console.
         let mut code = code.render::<Dense1x2>();
         let picture = code
             .dark_color(Dense1x2::Dark)

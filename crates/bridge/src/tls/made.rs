@@ -27,7 +27,7 @@ pub(super) fn names() -> Vec<String> {
 
 /// Addresses of this host for others, the one on the default route first.
 pub(super) fn addresses() -> Vec<IpAddr> {
-    // Connecting a UDP socket sends nothing. The address is one that nobody has: RFC 5737.
+    // Connecting a UDP socket sends nothing. The address is reserved for documentation: RFC 5737.
     let route = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0)).and_then(|socket| {
         socket.connect((Ipv4Addr::new(192, 0, 2, 1), 9))?;
         Ok(socket.local_addr()?.ip())
@@ -44,7 +44,7 @@ pub(super) fn addresses() -> Vec<IpAddr> {
     found
 }
 
-/// No browser takes these: they need the name of an interface.
+/// Browsers do not accept these: they need the name of an interface.
 const fn is_link_local(ip: &IpAddr) -> bool {
     match ip {
         IpAddr::V4(_) => false,
@@ -75,7 +75,7 @@ pub(super) fn made() -> Result<String, String> {
     Ok(format!("{}{}", certificate.pem(), key.pem))
 }
 
-/// A key, and what a certificate says of it.
+/// A key, and its fields in a certificate.
 struct Key {
     secret: SigningKey<P256>,
     public: Vec<u8>,
@@ -88,7 +88,7 @@ impl Key {
         let secret = SigningKey::<P256>::generate()?;
         let mut buffer = [0; 256];
         let spki = secret.to_spki_der(&mut buffer)?;
-        // The point is the end of it.
+        // The point is at the end.
         let public = spki[spki.len().saturating_sub(POINT)..].to_vec();
         let pem = pem::Pem::new("PRIVATE KEY", secret.to_pkcs8_der(&mut buffer)?);
         let mut serial = [0; 16];

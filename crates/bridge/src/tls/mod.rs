@@ -23,9 +23,10 @@ use std::path::PathBuf;
 /// Where a server's certificate comes from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Certificate {
-    /// A self-signed one for this host, in this file with its key; made at the first start. Browsers ask once whether to accept it.
+    /// A self-signed certificate for this host, stored with its key in this file; made at the first start. Browsers ask once whether to
+    /// accept it.
     SelfSigned(PathBuf),
-    /// One's own: a chain, the server's certificate first, and its key. Both as PEM.
+    /// Your own: a chain, the server's certificate first, and its key. Both as PEM.
     Own {
         /// The chain.
         certificates: PathBuf,

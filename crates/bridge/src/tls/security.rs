@@ -53,7 +53,7 @@ impl Security {
     pub(crate) fn session(&self) -> io::Result<Session> {
         let connection = ServerConnection::new(Arc::clone(&self.config));
         let mut connection = connection.map_err(io::Error::other)?;
-        // A message is sent at once, however long a scene makes it.
+        // No limit, because a message with a scene can be long and must be sent at once.
         connection.set_buffer_limit(None);
         Ok(Session(Mutex::new(connection)))
     }
@@ -76,7 +76,7 @@ impl Security {
     }
 }
 
-/// The state of an encrypted connection. Never locked while a socket is waited for.
+/// The state of an encrypted connection. Never locked while waiting for a socket.
 pub(crate) struct Session(Mutex<ServerConnection>);
 
 impl Session {
@@ -88,16 +88,16 @@ impl Session {
         locked(&self.0).wants_write()
     }
 
-    /// Tells the client with what is sent next that nothing follows.
+    /// Adds the end of the connection to what is sent next.
     pub(crate) fn end(&self) {
         locked(&self.0).send_close_notify();
     }
 
-    /// Takes what was received. At most 1024 bytes, with nothing left to be [opened](Self::opened): then there is room for them.
+    /// Takes received bytes: at most 1024, and only after everything was [opened](Self::opened), so that they fit.
     pub(crate) fn take(&self, mut received: &[u8]) -> io::Result<()> {
         let mut connection = locked(&self.0);
         while !received.is_empty() {
-            // Nothing counts after the client's farewell.
+            // Ignore bytes after the client has closed.
             if connection.read_tls(&mut received)? == 0 {
                 break;
             }
@@ -108,7 +108,7 @@ impl Session {
         Ok(())
     }
 
-    /// Decrypted bytes that were received; 0 once the client has said that nothing follows, `None` if more must be received first.
+    /// Decrypts received bytes into `buffer`; returns their number, 0 after the client has closed, `None` if more must be received first.
     pub(crate) fn opened(&self, buffer: &mut [u8]) -> io::Result<Option<usize>> {
         match locked(&self.0).reader().read(buffer) {
             Ok(count) => Ok(Some(count)),
@@ -117,7 +117,7 @@ impl Session {
         }
     }
 
-    /// All that has to be sent, with these bytes at its end.
+    /// All pending output, followed by these bytes, encrypted.
     pub(crate) fn sealed(&self, bytes: &[u8]) -> io::Result<Vec<u8>> {
         let mut connection = locked(&self.0);
         connection.writer().write_all(bytes)?;

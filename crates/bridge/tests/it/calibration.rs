@@ -1,4 +1,4 @@
-//! Where the headset's space stands, from three touched corners of the board, over the protocol.
+//! The pose of the headset's space, from three touched corners of the board, over the protocol.
 
 use crate::common::{Socket, hand, joints, scene, server, text_of, wait_for};
 use glam::DVec3;
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Corners of a board of 0.2 m, upright, in the base frame: upper left, upper right, lower right of a person at larger x.
+/// Corners of a board of 0.2 m, upright, in the base frame: upper left, upper right, lower right, as seen by a person at larger x.
 const CORNERS: [DVec3; 3] = [
     DVec3::new(0.62, -0.1, 0.6),
     DVec3::new(0.62, 0.1, 0.6),
@@ -71,7 +71,7 @@ fn noise_moves_the_pose_as_little_as_stated() {
     let (mut taken, mut turns, mut estimated) = (0, 0.0, 0.0);
     for _ in 0..1000 {
         let truth = truth(&mut sampler);
-        // Up to 5 mm in each coordinate: 8.7 mm at most.
+        // Errors up to 5 mm in each coordinate: at most 8.7 mm.
         let mut off = || DVec3::from_array(std::array::from_fn(|_| sampler.uniform(-5e-3, 5e-3)));
         let touches = CORNERS.map(|corner| corner + off());
         let Ok(found) = calibration(touched(&truth, CORNERS, touches)) else {
@@ -89,12 +89,12 @@ fn noise_moves_the_pose_as_little_as_stated() {
         assert!(found.rms_m() < 0.0087);
         turns += turn * turn;
         estimated += found.turn_rad() * found.turn_rad();
-        // Up stays up, whatever the noise.
+        // The vertical is preserved with any noise.
         let up = pose.transform_vector(DVec3::Y);
         assert!(up.distance(DVec3::Z) < 1e-9);
     }
     assert_eq!(taken, 1000);
-    // The estimate of the turn is right on the average.
+    // The estimate of the turn is right on average.
     let ratio: f64 = (estimated / turns).sqrt();
     assert!((0.95..1.05).contains(&ratio), "{ratio}");
 }
@@ -106,7 +106,7 @@ fn corners_in_another_order_are_refused() {
     let d = DVec3::new(0.62, -0.1, 0.4);
     for _ in 0..200 {
         let truth = truth(&mut sampler);
-        // Some are congruent with the right order, but for the vertical.
+        // Some wrong orders are congruent with the right one except for the vertical.
         for order in [
             [c, b, a],
             [b, c, d],
@@ -142,7 +142,7 @@ fn degenerate_corners_and_touches_are_refused() {
     }
     let line = refused(CORNERS, [a, b, 2.0 * b - a]);
     assert!(matches!(line, CalibrationError::Misfit { .. }), "{line:?}");
-    // A board without extent, one that is too small, and corners above each other: they do not show the heading.
+    // A board without extent, a board that is too small, and corners above each other, which do not show the heading.
     let small = CORNERS.map(|corner| 0.2 * corner);
     for corners in [[a, a, a], small] {
         let error = refused(corners, corners);
@@ -198,20 +198,20 @@ fn no_text_of_a_file_makes_it_panic() {
     }
 }
 
-/// A headset before a board that stands.
+/// A headset in front of a standing board.
 struct Wearer<'a> {
     socket: Socket,
     truth: Pose,
     stops: &'a AtomicBool,
-    /// Nothing is heard of the arm while it is true.
+    /// While true, no state of the arm arrives.
     is_silent: &'a AtomicBool,
-    /// The head before the board, base frame; `None`: it is not seen.
+    /// The head in front of the board, base frame; `None`: not seen.
     head_m: Option<DVec3>,
     seq: u64,
     began: Instant,
 }
 
-/// Where the board stands, and its corners as the server asks for them.
+/// A posture, and the corners of the board there in the order of the server's requests.
 fn face() -> (JointPositions, [DVec3; 3]) {
     let q = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 0.0]);
     let tool = hwall::haptics::Board::default()
@@ -228,14 +228,14 @@ fn face() -> (JointPositions, [DVec3; 3]) {
 }
 
 impl Drop for Wearer<'_> {
-    /// Also after a panic: the loop would go on for ever.
+    /// Also after a panic; otherwise the loop would never end.
     fn drop(&mut self) {
         self.stops.store(true, Ordering::SeqCst);
     }
 }
 
 impl Wearer<'_> {
-    /// Holds the finger on a place of the base frame, then says so. Returns what the server says of it.
+    /// Holds the finger at a place of the base frame, then sends `take`. Returns the server's reply.
     fn touches(&mut self, at_m: DVec3) -> Value {
         let there_m = self.truth.inverse_transform_point(at_m);
         for _ in 0..50 {
@@ -261,14 +261,14 @@ impl Wearer<'_> {
         std::thread::sleep(Duration::from_millis(14));
     }
 
-    /// Says which headset this is. Returns what the server says of the calibration.
+    /// Identifies this headset. Returns the server's state of the calibration.
     fn is_in(&mut self, headset: u64) -> Value {
         self.socket
             .text(&format!(r#"{{"type":"headset","id":{headset}}}"#));
         self.told()
     }
 
-    /// What the server says once this was received.
+    /// The server's state of the calibration after all messages were received.
     fn told(&mut self) -> Value {
         self.socket.text(r#"{"type":"ping","id":1,"client_ms":1}"#);
         let mut told = Value::Null;
@@ -295,7 +295,7 @@ impl Wearer<'_> {
     }
 }
 
-/// Runs a server with this file and a board that stands, and lets a wearer do things.
+/// Runs a server with this file and a standing board, and lets `act` control a wearer.
 fn worn(file: &Path, truth: Pose, act: impl FnOnce(&mut Wearer<'_>, &BridgeServer)) {
     let server = server(BridgeConfig {
         calibration: Some(file.to_owned()),
@@ -324,7 +324,7 @@ fn worn(file: &Path, truth: Pose, act: impl FnOnce(&mut Wearer<'_>, &BridgeServe
             seq: 0,
             began: Instant::now(),
         };
-        // The board is known once it was shown, and told then.
+        // Once the board was shown, the server knows and reports it.
         wait_for("the board", || {
             wearer.asks("cancel")["corners_mm"][0].is_array()
         });
@@ -348,7 +348,7 @@ fn three_touches_calibrate_and_two_check_at_the_next_start() {
     worn(&file, truth, |wearer, _| {
         assert_eq!(wearer.asks("cancel")["state"], "needed");
         assert_eq!(wearer.asks("begin")["corner"], 0);
-        // A moving finger is no touch.
+        // A moving finger does not count as a touch.
         for i in 0..40 {
             wearer.sample(DVec3::splat(1.0 + 1e-3 * f64::from(i)));
         }
@@ -359,7 +359,7 @@ fn three_touches_calibrate_and_two_check_at_the_next_start() {
             let told = wearer.touches(*corner);
             let state = if i == 2 { "good" } else { "touching" };
             assert_eq!(told["state"], state, "{told}");
-            // Two touches say where the third should be.
+            // Two touches determine where the third should be.
             assert_eq!(told["target_m"].is_array(), i == 1, "{told}");
             if i == 1 {
                 let there_m = truth.inverse_transform_point(corners[2]);
@@ -368,7 +368,7 @@ fn three_touches_calibrate_and_two_check_at_the_next_start() {
                 assert!(there_m.distance(target_m.into()) < 2e-3, "{told}");
             }
         }
-        // A space that the headset moved has to be checked again.
+        // After the headset has moved its space, the calibration must be checked again.
         assert_eq!(wearer.asks("recentred")["state"], "unchecked");
     });
     let kept = std::fs::read_to_string(&file).expect("a file");
@@ -387,7 +387,7 @@ fn three_touches_calibrate_and_two_check_at_the_next_start() {
         let next = wearer.touches(corners[0] + 0.5 * aside);
         let asked = (&next["state"], &next["corner"]);
         assert_eq!(asked, (&"unchecked".into(), &1.into()), "{next}");
-        // Each is near enough, but together they turn the space.
+        // Each error is within the bound, but together they mean a rotation of the space.
         let out = DVec3::new(0.0, 0.0, 0.5 * CHECK_BOUND_M);
         let turned = wearer.touches(corners[1] - 0.8 * aside + out);
         assert_eq!(turned["state"], "off", "{turned}");
@@ -400,7 +400,7 @@ fn three_touches_calibrate_and_two_check_at_the_next_start() {
     });
 }
 
-/// Regression: the space of one headset was taken for that of another.
+/// Regression: the space of one headset was used for another.
 #[test]
 fn a_calibration_is_of_one_headset() {
     let file = file("headset_other.json");
@@ -429,14 +429,14 @@ fn a_calibration_is_of_one_headset() {
         assert!(told["base_from_headset"].is_null(), "{told}");
         assert!(text_of(&told, "text").contains("press Calibrate"));
         assert_eq!(accepted(wearer), [0, 5]);
-        // It cannot check, nor end, what is not its own.
+        // It can neither check nor cancel another headset's calibration.
         wearer.asks("recentred");
         assert_eq!(wearer.is_in(one)["state"], "good");
         wearer.asks("recentred");
         wearer.is_in(other);
         wearer.touches(corners[0]);
         assert_eq!(wearer.is_in(one)["state"], "unchecked");
-        // It calibrates itself, and the first one has to be calibrated again.
+        // It is calibrated, and the first one must then be calibrated again.
         wearer.is_in(other);
         assert_eq!(wearer.calibrates(corners)["state"], "good");
         assert_eq!(accepted(wearer), [5, 0]);
@@ -446,7 +446,7 @@ fn a_calibration_is_of_one_headset() {
     let kept = std::fs::read_to_string(&file).expect("a file");
     let kept = Calibration::from_json(&kept).expect("a calibration");
     assert_eq!(kept.headset(), other);
-    // At the next start the file counts for its headset alone.
+    // At the next start the file applies only to its headset.
     worn(&file, truth, |wearer, _| {
         assert_eq!(wearer.is_in(one)["state"], "other");
         assert_eq!(wearer.is_in(other)["state"], "unchecked");
@@ -468,7 +468,7 @@ fn a_client_that_does_not_say_which_headset_it_is_is_told() {
     });
 }
 
-/// Left for right fits an upright board as well, by half a turn of the space.
+/// On an upright board, exchanged left and right also fit, with the space turned by half a turn.
 #[test]
 fn exchanged_sides_are_refused() {
     let file = file("headset_sides.json");
@@ -502,7 +502,7 @@ fn exchanged_sides_are_refused_without_a_head_in_view() {
         let told = wearer.touches(exchanged[2]);
         assert_eq!(told["corner"], 0, "{told}");
         assert!(text_of(&told, "text").contains("left and right"), "{told}");
-        // An earlier calibration's head is not this one's.
+        // The head from an earlier calibration does not count.
         let told = wearer.calibrates(exchanged);
         assert!(text_of(&told, "text").contains("head is not seen"));
     });
@@ -523,7 +523,7 @@ fn a_touch_of_the_same_corner_is_refused_at_once() {
     });
 }
 
-/// Regression: corners were taken from where the board had last been seen, however long ago.
+/// Regression: corners were taken from the last seen pose of the board, regardless of its age.
 #[test]
 fn a_board_that_is_not_seen_any_more_is_not_touched() {
     let file = file("headset_board.json");

@@ -1,4 +1,4 @@
-//! A bridge over loopback: what clients may do to it, and what the loop gets.
+//! A bridge over loopback: possible inputs of clients, and what the loop gets.
 
 use crate::common::{Socket, hand, hand_at, joints, scene, server, text_of, until, wait_for};
 use glam::DVec3;
@@ -91,7 +91,7 @@ fn a_client_that_falls_silent_leaves_a_lost_hand_and_comes_back() {
     wait_for("the count", || server.counts().unseen == 1);
 }
 
-/// Regression: the head of a client that had gone was missing for good.
+/// Regression: after a client had left, its head counted as missing for ever.
 #[test]
 fn the_first_frame_of_another_client_says_so() {
     let server = server(BridgeConfig::default());
@@ -348,7 +348,7 @@ fn no_bytes_harm_the_server() {
         let _ = stream.write_all(&bytes);
     }
     wait_for("all of them to leave", || server.counts().clients == 0);
-    // Half of the connections at most are of one address.
+    // At most half of the connections are from one address.
     wait_for("room", || {
         answer(&server, b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n").contains("200")
     });
@@ -369,7 +369,7 @@ fn a_server_that_is_stopped_lets_go() {
     assert!(TcpStream::connect(address).is_err(), "nobody listens");
 }
 
-/// One client wants JSON, another one bytes; the board is where the arm's kinematics has it.
+/// One client wants JSON, another one bytes; the board is where the arm's kinematics places it.
 #[test]
 fn views_come_as_json_to_whoever_asks_for_them() {
     let server = server(BridgeConfig::default());

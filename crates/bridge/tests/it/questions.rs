@@ -60,7 +60,7 @@ fn the_first_answer_that_fits_counts() {
         (&"scale".into(), &7.into())
     );
     let id = asked["id"].as_u64().unwrap();
-    // Nobody answered yet.
+    // There is no answer yet.
     assert_eq!(server.wait(Duration::from_millis(50)), None);
     for wrong in [
         format!(r#"{{"type":"answer","id":{},"value":3}}"#, id + 1),

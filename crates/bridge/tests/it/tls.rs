@@ -1,4 +1,4 @@
-//! HTTPS: pages and sockets over it, certificates that are kept, and what clients do wrong.
+//! HTTPS: pages and sockets, stored certificates, and faulty clients.
 
 use crate::common::{hand_at, scene, server, until, wait_for};
 use glam::DVec3;
@@ -65,7 +65,7 @@ fn asked(mut stream: Secured, path: &str, fields: &str) -> String {
     let request = format!("GET {path} HTTP/1.1\r\nHost: localhost\r\n{fields}\r\n");
     stream.write_all(request.as_bytes()).expect("a request");
     let mut text = String::new();
-    // To the farewell: a connection that was cut would be an error.
+    // Reads to the proper end: a cut connection would be an error.
     stream.read_to_string(&mut text).expect("a whole page");
     text
 }
@@ -105,7 +105,7 @@ fn a_page_and_a_socket_over_tls() {
     assert!(server.invitation().contains("fingerprint"));
 }
 
-/// Pages, and every kind of WebSocket, those that stop the arm or hold the switch included.
+/// Pages, and every kind of WebSocket, including those that stop the arm or hold the switch.
 #[test]
 fn without_the_key_nobody_gets_in() {
     const UPGRADE: &str = "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
@@ -134,7 +134,7 @@ fn without_the_key_nobody_gets_in() {
     let refused = server.counts();
     assert_eq!((refused.refused_requests, refused.pages), (20, 0));
     assert!(ask(&format!("/{own}"), "").starts_with("HTTP/1.1 200 "));
-    // In every address that is printed.
+    // The key is in every printed address.
     let invitation = server.invitation();
     let addresses = invitation.matches("https://").count();
     assert!(addresses > 0 && invitation.matches(&own).count() == addresses);
@@ -156,7 +156,7 @@ fn a_certificate_is_kept_and_its_key_is_the_owners_alone() {
     }
     drop(server(config(&file)));
     assert_eq!(first, std::fs::read(&file).expect("a certificate"));
-    // As one's own, from two files.
+    // As a user's own certificate, from two files.
     let own = Certificate::Own {
         certificates: file.clone(),
         key: file.clone(),
@@ -224,7 +224,7 @@ fn certificates_and_keys_that_are_none_are_named() {
             "{said}"
         );
     }
-    // Well-formed PEM around anything: an error, no panic.
+    // Well-formed PEM around random bytes: an error, no panic.
     let mut sampler = Sampler::new(5);
     for _ in 0..300 {
         let mut bytes = pem.clone().into_bytes();
@@ -255,7 +255,7 @@ fn plain_http_is_told_to_use_https() {
     let answer = plainly(&server, b"GET / HTTP/1.1\r\nHost: localhost:8443\r\n\r\n");
     assert!(answer.starts_with("HTTP/1.1 307"), "{answer}");
     assert!(answer.contains("Location: https://localhost:8443/\r\n"));
-    // A key that crossed the network unencrypted is not repeated.
+    // The answer does not repeat a key that crossed the network unencrypted.
     let own = key(&server);
     let answer = plainly(
         &server,
@@ -283,7 +283,7 @@ fn a_stalled_handshake_blocks_nobody_and_ends() {
     let stalled: Vec<TcpStream> = (0..20_usize)
         .map(|count| {
             let mut stream = TcpStream::connect(server.address()).expect("a connection");
-            // Nothing, or the beginning of a record that does not go on.
+            // Nothing, or the beginning of an unfinished record.
             let begins = [22, 3, 1, 2, 0, 1];
             stream.write_all(&begins[..count % 7]).expect("a beginning");
             stream
@@ -296,7 +296,7 @@ fn a_stalled_handshake_blocks_nobody_and_ends() {
         let _ = stream.read_to_end(&mut rest);
     }
     assert!(began.elapsed() < Duration::from_secs(60), "they were ended");
-    // A record by single bytes, without end: the request still has its limit.
+    // An endless record in single bytes: the time limit of the request still applies.
     let mut slow = TcpStream::connect(server.address()).expect("a connection");
     let mut count: usize = 0;
     wait_for("its end", || {
@@ -321,7 +321,7 @@ fn no_bytes_of_a_handshake_end_the_server() {
         let mut stream = TcpStream::connect(server.address()).expect("a connection");
         let _ = stream.write_all(&bytes);
     }
-    // Half of the connections at most are of one address.
+    // At most half of the connections are from one address.
     wait_for("room", || {
         let counts = server.counts();
         counts.failed_handshakes + counts.refused_requests == 100

@@ -76,7 +76,7 @@ fn from_positions_to_torques_and_back_there_is_no_leap() {
     assert_eq!(client.statistics().refused, 0);
 }
 
-/// Regression: positions slightly away from where the arm had braked were sent within one cycle, at 1.5 rad/s.
+/// Regression: positions slightly away from the place where the arm had braked were sent within one cycle, at 1.5 rad/s.
 #[test]
 fn an_arm_that_goes_on_beside_where_it_was_braked_does_not_jerk() {
     let mut client = commanding(servo(), ClientCommandMode::Position);
@@ -118,7 +118,7 @@ fn a_leap_after_torques_is_refused() {
         )
     };
     assert!(refused.as_ref().is_err_and(joint_0), "{refused:?}");
-    // Outside the range it is refused, however near.
+    // A position outside the range is refused at any distance.
     let mut outside = state.q;
     outside[3] = -3.0;
     assert!(cycle(&mut client, ArmCommand::Position(outside)).is_err());

@@ -54,7 +54,7 @@ pub(super) fn png() -> anyhow::Result<Reader> {
     let path = scratch("a.png")?;
     let mut picture = Vec::new();
     let mut encoder = png::Encoder::new(&mut picture, 64, 64);
-    // Flipped bits shall change pixels, not the compression alone.
+    // Flipped bits must change pixels, not only the compression.
     encoder.set_compression(png::Compression::NoCompression);
     let grey: Vec<u8> = (0..64 * 64).map(|i| (i * i % 251) as u8).collect();
     encoder.write_header()?.write_image_data(&grey)?;

@@ -12,7 +12,7 @@ pub struct Scores {
     pub role: Role,
     /// Every held-out reach at every moment, without feedback about touches.
     pub alone: Evaluation,
-    /// The learned estimator with feedback about the person's previous touches.
+    /// The same for the learned estimator with feedback about the person's previous touches.
     pub told: Option<Evaluation>,
     /// Time for one frame, µs, sorted.
     pub step_us: Vec<f64>,

@@ -39,7 +39,7 @@ const MOST_REACH_S: f64 = 1.0;
 /// Largest offset from the default place along the wall, in either direction, m.
 const BESIDE_M: f64 = 0.3;
 
-/// What all runs share.
+/// Common data of all runs.
 pub(super) struct Setup {
     arm: BoardArm,
     pub(super) max_velocity_rad_per_s: [f64; 7],
@@ -346,7 +346,7 @@ impl Bench {
                 Spoiled::NotANumber => now_s = f64::NAN,
                 Spoiled::Missing => {}
             },
-            // As torques of a push at the board, so that its size does not depend on the posture.
+            // Expressed as torques of a push at the board, so that its size does not depend on the posture.
             Fault::Other(Other::TorqueSpike) if since_s % 0.1 < 0.005 => {
                 self.push(&mut state, SPIKE_N);
             }

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 /// The name of the document.
 pub const NAME: &str = "FAULTS.md";
 
-/// Every combination of a level.
+/// All combinations for one arm level.
 pub fn matrix_table(outcomes: &[Outcome], level: ArmLevel, bounds: &Bounds) -> MarkdownTable {
     let reason = |o: &Outcome| match o.reason.is_empty() {
         true => o.fault.unheeded(o.phase).unwrap_or("").to_owned(),

@@ -71,7 +71,7 @@ pub(super) fn run(
     let mut bench = Bench::new(setup, phase, (!behind_fri).then_some(level), seed)?;
     let heads = fault == Fault::Other(Other::PersonInTheWay);
     if heads {
-        // From further away the head would come after the board.
+        // From further away the head would arrive after the board.
         bench.head_m = DVec3::new(1.05, -0.15, 0.95);
     }
     let (mut last, mut since_s, mut released_s) = (bench.session.state(), 0.0, None);

@@ -1,4 +1,4 @@
-//! What does a hand feel? Doors, panels and buttons under simulated pushes, with both control modes of an arm.
+//! What a hand feels: doors, panels and buttons under simulated pushes, with both control modes of an arm.
 
 pub mod document;
 pub mod figures;

@@ -54,7 +54,7 @@ impl Row {
 /// The whole study.
 #[derive(Debug, Clone)]
 pub struct Results {
-    /// Every object, every way.
+    /// Every object in every control mode.
     pub rows: Vec<Row>,
     /// Light objects as they are rendered.
     pub held: Vec<Held>,
@@ -73,7 +73,7 @@ pub const PUSHES: u64 = 3;
 /// Duration of a push, s.
 const SECONDS: f64 = 8.0;
 
-/// The objects: stiffness, inertia, damping.
+/// The panels: stiffness, inertia, damping.
 const PANELS: [[f64; 3]; 9] = [
     [0.0, 4.0, 10.0],
     [0.0, 10.0, 20.0],

@@ -158,7 +158,7 @@ pub fn write(
 /// The heading of the last section, about recorded people.
 const RECORDED: &str = "## Recorded hands and eyes";
 
-/// The document as it is: what is before the heading of the last section, and after it.
+/// The existing document: the parts before and after the heading of the last section.
 fn parts(documents: &Documents) -> (Option<String>, Option<String>) {
     let text = std::fs::read_to_string(documents.folder().join(NAME)).ok();
     let Some((before, after)) = text.as_deref().and_then(|text| text.split_once(RECORDED)) else {
@@ -173,14 +173,14 @@ fn parts(documents: &Documents) -> (Option<String>, Option<String>) {
 /// The section about recorded people, without its heading.
 ///
 /// # Errors
-/// None, as long as the template has its gaps.
+/// None: the template has these gaps.
 pub fn recorded_text(seed: u64, results: &recorded::Results) -> anyhow::Result<String> {
     let rows = results.rows.iter();
     let table = summaries("recorded person", rows.map(|r| (&*r.person, &r.summary)));
     page(include_str!("recorded.md"), seed, &[("table", &table)])
 }
 
-/// Writes this section over the one in the document, and keeps the rest.
+/// Replaces this section in the document, and keeps the rest.
 ///
 /// # Errors
 /// A file that cannot be written.

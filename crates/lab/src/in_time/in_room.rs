@@ -1,11 +1,11 @@
-//! A predictor that learnt in the frame of a room, for a session in the frame of the arm's base.
+//! A predictor trained in the frame of a room, for a session in the frame of the arm's base.
 
 use hwall_contact::{ContactPrediction, Predictor, PredictorInput};
 use hwall_geometry::Pose;
 use hwall_scene::Scene;
 
-/// Predicts in the frame of the room what a session sees in that of the base: which of two installations of the arm it is, does not
-/// change what the person does.
+/// Transforms the session's input from the frame of the base to that of the room, because the behaviour of a person does not depend on
+/// where the arm is installed.
 #[derive(Debug, Clone)]
 pub(super) struct InRoom<P> {
     predictor: P,
@@ -16,7 +16,7 @@ pub(super) struct InRoom<P> {
 }
 
 impl<P: Predictor> InRoom<P> {
-    /// `scene`: in the frame of the room, with the same surfaces as that of the session, none of which moves.
+    /// `scene`: in the frame of the room, with the same surfaces as the session's scene; no surface may move.
     pub(super) fn new(predictor: P, scene: Scene, base_from_room: Pose) -> Self {
         Self {
             predictor,

@@ -1,4 +1,4 @@
-//! Recorded people in front of the simulated arm: each reach of a recording runs through a session of its own.
+//! Recorded people in front of the simulated arm: each reach of a recording runs in a separate session.
 
 use super::in_room::InRoom;
 use crate::contact::panel_study::{
@@ -65,12 +65,13 @@ pub struct Results {
 
 /// Runs every reach; `progress` receives the person after each.
 ///
-/// A reach has the scene of [`panel_study`](crate::contact::panel_study), with a panel that stands upright, since walls are what the arm
-/// presents. The base stands at one place for all reaches for an object. The predictor learns from all other people of the
-/// room, in the frame of the room. Nothing is learnt from one reach for the next.
+/// A reach has the scene of [`panel_study`](crate::contact::panel_study), but with an upright panel, because the arm presents walls. All
+/// reaches for an object have the same base pose. The predictor is trained on all other people of the room, in the frame of the room.
+/// Nothing is learnt from one reach for the next.
 ///
 /// # Errors
-/// A room with fewer than two people; a head that is never seen, or right above the touch; too little training data; no such reach to explain.
+/// A room with fewer than two people; a head that is never seen, or is exactly above the touch; too little training data; no such reach to
+/// explain.
 pub fn run(request: &Request<'_>, progress: impl Fn(&str) + Sync) -> anyhow::Result<Results> {
     let rooms = rooms_of(request.trials)?;
     let arm = BoardArm::named("iiwa7", &Board::default())?;
@@ -123,8 +124,8 @@ fn row_of(person: &str, runs: &[PersonRun]) -> Row {
     }
 }
 
-/// The arm's base for each object of a room: behind the mean of where its reaches end, facing where the heads are in the mean when first
-/// seen, upright panels being well within reach there.
+/// The arm's base for each object of a room: behind the mean end of its reaches, facing the mean first position of the heads. Upright
+/// panels are well within reach there.
 fn bases<'a>(trials: &[&'a Trial]) -> Result<BTreeMap<&'a str, FloorPose>, HandError> {
     let mut of = BTreeMap::<&str, Vec<(DVec3, DVec3)>>::new();
     for trial in trials {
@@ -163,7 +164,7 @@ struct Room<'a> {
 }
 
 impl<'a> Room<'a> {
-    /// Learns from all but one person, and runs the reaches of that person.
+    /// Trains on all but one person, and runs the reaches of that person.
     fn runs_of(
         &self,
         person: &str,
@@ -215,7 +216,7 @@ impl<'a> Room<'a> {
         let scene = in_room.placed(&base_from_room);
         let frames = trial.frames.iter();
         let participant = Participant {
-            // A pointer keeps its shape, which is no frozen tracker.
+            // The recorded pointer never changes its shape; this does not mean a frozen tracker.
             hand: Hand::Recorded(
                 frames
                     .map(|frame| frame.transformed(&base_from_room))
@@ -241,13 +242,13 @@ impl<'a> Room<'a> {
         };
         let mut runs = people::run(&stage, &[participant], |_| {})?;
         let mut run = runs.pop().context("nobody ran")?;
-        // Megabytes for each reach.
+        // Free the view, which takes megabytes for each reach.
         run.run.view = ViewLog::default();
         Ok(run)
     }
 }
 
-/// Is a point in a box? A box is mostly air: where somebody pointed into that of another object, it is not part of the scene.
+/// Is a point in a box? Most of a box is air. If a person pointed into the box of another object, that box is left out of the scene.
 fn holds([centre_m, size_m]: &[DVec3; 2], point_m: DVec3) -> bool {
     (point_m - centre_m).abs().cmple(0.5 * size_m).all()
 }

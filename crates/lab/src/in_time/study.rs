@@ -14,7 +14,7 @@ use hwall_stage::run::stage::Stage;
 pub struct Request {
     /// Kinds of people, in the order of the table.
     pub kinds: Vec<PersonKind>,
-    /// Touches of each kind, a dozen for each person.
+    /// Touches of each kind; each person makes a dozen.
     pub touches: usize,
     /// Seed of the people.
     pub seed: u64,

@@ -3,7 +3,7 @@
 use hwall_haptics::passivity::{Causality, Sampling};
 use hwall_testkit::Sampler;
 
-/// What is behind the surface.
+/// The object behind the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Behind {
     /// A fixed wall.
@@ -57,7 +57,7 @@ pub struct Contact {
     pub stiffness_n_per_m: f64,
     /// Virtual damping beside it, N s/m.
     pub damping_n_s_per_m: f64,
-    /// What is behind the surface.
+    /// The object behind the surface.
     pub behind: Behind,
     /// Largest noise of a position, m; uniform.
     pub position_noise_m: f64,

@@ -1,4 +1,4 @@
-//! Does the board return more energy than a hand has put in? A million contacts.
+//! Does the board return more energy than a hand has put in? Simulates a million contacts.
 
 pub mod contact;
 pub mod document;

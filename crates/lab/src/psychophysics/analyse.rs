@@ -31,27 +31,27 @@ pub struct Args {
     /// Columns of the factors: a,b; the last one varies fastest in the tables
     #[arg(long, value_delimiter = ',', required = true)]
     factors: Vec<String>,
-    /// Column of the answers; with --wide what they are called [default with --wide: answer]
+    /// Column of the answers; with --wide, their name in the output [default with --wide: answer]
     #[arg(long, required_unless_present = "wide")]
     value: Option<String>,
     /// The factors vary within subjects: the default, stated explicitly
     #[arg(long)]
     within: bool,
-    /// Column of a factor that varies between subjects; it may stand in --factors too
+    /// Column of a factor that varies between subjects; it may also be in --factors
     #[arg(long)]
     between: Option<String>,
     /// Columns that number repeated trials, which are averaged: a,b
     #[arg(long, value_delimiter = ',')]
     round: Vec<String>,
-    /// The table is wide, one row a subject: columns of answers are named by levels joined by this text, such as 0_20; with one
-    /// factor by the factor and a level, such as angle_0, or by numbers. Those that are taken are named
+    /// The table is wide, with one row per subject: the names of answer columns are levels joined by this text, such as 0_20; with one
+    /// factor, the factor and a level, such as angle_0, or numbers. The program prints the columns that it uses
     #[arg(long, value_name = "JOINT", conflicts_with = "round")]
     wide: Option<String>,
-    /// Column that says of each row whether it counts, true or false: rows that do not are left out and counted; none: no column
-    /// does, and all rows count [default: valid, if there is such a column]
+    /// Column that says whether a row counts, true or false: rows with false are left out and counted; none: all rows count [default:
+    /// valid, if there is such a column]
     #[arg(long, conflicts_with = "wide")]
     valid: Option<String>,
-    /// What is done about missing answers
+    /// Treatment of missing answers
     #[arg(long, value_enum, default_value = "refuse")]
     missing: Gaps,
     /// How the subjects' scales are normalised
@@ -60,7 +60,7 @@ pub struct Args {
     /// strata: each effect against its own error; pooled: all against one
     #[arg(long, value_enum, default_value = "strata")]
     errors: Errors,
-    /// Aligned rank transform beside the plain analysis
+    /// Aligned rank transform in addition to the plain analysis
     #[arg(long)]
     art: bool,
     /// Compare all pairs of levels, with p adjusted by this method

@@ -19,10 +19,10 @@ pub struct Args {
     /// Subjects
     #[arg(long, value_parser = numbers::count_within::<1, 100_000>, allow_negative_numbers = true)]
     subjects: usize,
-    /// How often every subject meets every condition
+    /// Repetitions of every condition for each subject
     #[arg(long, default_value_t = 1, value_parser = numbers::count_within::<1, 10_000>, allow_negative_numbers = true)]
     rounds: usize,
-    /// random: every round a random order of its own; latin: rows of a balanced Latin square
+    /// random: a new random order in every round; latin: rows of a balanced Latin square
     #[arg(long, value_enum, default_value = "random")]
     order: Order,
     /// Seed of the random orders

@@ -16,7 +16,7 @@ pub struct Args {
     /// Numbers of levels, 5x5, or names and levels: orientation=0:45:90,velocity=20:40
     #[arg(long)]
     factors: String,
-    /// What each level of a factor adds to the mean; may be repeated, one factor each: a=0:0.5:1:1.5:2
+    /// Contribution of each level of a factor to the mean; may be repeated, one factor each: a=0:0.5:1:1.5:2
     #[arg(long, allow_hyphen_values = true)]
     effect: Vec<String>,
     /// Means of all cells, the last factor fastest: 1,2,... [default: those of --effect]
@@ -33,25 +33,25 @@ pub struct Args {
     /// Standard deviation between the subjects' means
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
     between_sd: f64,
-    /// Standard deviation between the subjects' own deviations at each level of each factor
+    /// Standard deviation of the subjects' individual deviations at each level of each factor
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     level_sd: f64,
-    /// Standard deviation of a value about its subject's expectation
+    /// Standard deviation of a value about the expectation for its subject
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
     within_sd: f64,
-    /// An effect counts as found below this p
+    /// An effect counts as detected below this p
     #[arg(long, default_value_t = 0.05, allow_negative_numbers = true)]
     alpha: f64,
-    /// Against one pooled error instead of each effect's own
+    /// Test against one pooled error instead of each effect's own error
     #[arg(long)]
     pooled: bool,
-    /// With Greenhouse and Geisser's correction
+    /// Apply the Greenhouse-Geisser correction
     #[arg(long, conflicts_with = "pooled")]
     gg: bool,
-    /// On aligned ranks
+    /// Analyse aligned ranks
     #[arg(long)]
     art: bool,
-    /// Studies drawn
+    /// Number of simulated studies
     #[arg(long, default_value_t = 10_000, value_parser = count_within::<1, 10_000_000>, allow_negative_numbers = true)]
     studies: usize,
     /// Seed of the studies
@@ -62,7 +62,7 @@ pub struct Args {
     json: Option<PathBuf>,
 }
 
-/// Power of all effects at one number of subjects.
+/// Power of all effects for one number of subjects.
 #[derive(Serialize)]
 struct Row {
     subjects: usize,
@@ -70,7 +70,7 @@ struct Row {
     effects: Vec<EffectPower>,
 }
 
-/// Draws the studies, counts the effects found, prints the table.
+/// Simulates the studies, counts the detected effects, prints the table.
 ///
 /// # Errors
 /// A population that cannot be read, a file that cannot be written.

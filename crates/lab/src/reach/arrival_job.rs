@@ -25,7 +25,7 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Whose arrivals where, as flags of a command line.
+/// Arm, scene and touches, as flags of a command line.
 #[derive(Debug, Clone, clap::Args)]
 pub struct ArrivalOptions {
     /// The scene.
@@ -40,19 +40,19 @@ pub struct ArrivalOptions {
     /// People touch within a ball: x,y,z,radius in metres [default: anywhere]
     #[arg(long, allow_hyphen_values = true)]
     pub near: Option<String>,
-    /// Touches in proportion to the walls' areas, instead of equally many on each wall
+    /// Touches in proportion to the walls' areas, instead of the same number on each wall
     #[arg(long)]
     pub by_area: bool,
-    /// The middle of the board may be this far from the place touched, m
+    /// Largest distance of the middle of the board from the touched place, m
     #[arg(long, default_value_t = 0.055, allow_negative_numbers = true)]
     pub slack_m: f64,
     /// Time from when a target is known to the touch, s
     #[arg(long, default_value_t = 0.7, allow_negative_numbers = true)]
     pub budget_s: f64,
-    /// Wait here instead: seven joints in degrees
+    /// Use this waiting posture instead: seven joints in degrees
     #[arg(long, allow_hyphen_values = true)]
     pub waiting: Option<String>,
-    /// Judge this posture too: seven joints in degrees
+    /// Also evaluate this posture: seven joints in degrees
     #[arg(long, allow_hyphen_values = true)]
     pub beside: Option<String>,
     /// The arm.

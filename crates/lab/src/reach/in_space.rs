@@ -1,4 +1,4 @@
-//! The map of one orientation in space: its planes as a stack, where it was sampled, its projection, and one plane; as a figure and as a page.
+//! The map of one orientation in space: its planes as a stack, its sampled lines, its projection, and one plane; as a figure and as a page.
 
 use crate::reach::figures::LineInterval;
 use crate::reach::shades::shade;
@@ -15,27 +15,27 @@ use serde_json::json;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// The view: to the left of the normal as seen from the base, and from above, degrees.
+/// View direction: to the left of the normal as seen from the base, and from above, degrees.
 const ASIDE_DEG: f64 = 52.0;
 const ABOVE_DEG: f64 = 24.0;
 /// Size of the figure, pixels, and of its margins.
 const SIZE: (u32, u32) = (1200, 900);
-/// Height of the shoulder of an iiwa 7, which the marked column shows, m.
+/// Height of the shoulder of an iiwa 7, drawn as a column, m.
 const COLUMN_M: f64 = 0.34;
 
 /// Flags of the pictures of one orientation.
 #[derive(Debug, Clone, clap::Args)]
 pub struct InSpaceArgs {
-    /// Write one orientation as a page for the browser: its planes to turn, their projection, one plane to choose
+    /// Write one orientation as a page for the browser: its planes as a rotatable stack, their projection, and one chosen plane
     #[arg(long)]
     pub html: Option<PathBuf>,
     /// Write one orientation as a figure: sampling, the map in space, its projection, one plane
     #[arg(long)]
     pub svg_3d: Option<PathBuf>,
-    /// Which orientation --html, --svg-3d and the table of --compare show, from 1 [default: the middle one]
+    /// Orientation shown by --html, --svg-3d and the table of --compare, from 1 [default: the middle one]
     #[arg(long, value_name = "N", value_parser = count_within::<1, 1_000_000>, allow_negative_numbers = true)]
     pub shown: Option<usize>,
-    /// Which plane is shown alone, from 0 [default: one with the most holes]
+    /// Plane that is also shown alone, from 0 [default: one with the most holes]
     #[arg(long, value_name = "K")]
     pub shown_plane: Option<usize>,
 }
@@ -51,7 +51,7 @@ impl InSpaceArgs {
         Ok(shown)
     }
 
-    /// Writes the page and the figure that are asked for; `along`: the intervals of each orientation.
+    /// Writes the requested page and figure; `along`: the intervals of each orientation.
     ///
     /// # Errors
     /// An orientation or a plane that does not exist; a file that cannot be written.
@@ -84,7 +84,7 @@ pub struct OrientationMap<'a> {
 }
 
 impl<'a> OrientationMap<'a> {
-    /// With a plane to show alone; by default the first of those with the most intervals, which has the most holes.
+    /// A map with one plane to show alone; by default the first plane with the most intervals, and so the most holes.
     ///
     /// # Errors
     /// A plane that does not exist; no interval.
@@ -144,7 +144,7 @@ impl<'a> OrientationMap<'a> {
         })
     }
 
-    /// Strips of this half-height, in space.
+    /// Intervals as strips of this half-height, in space.
     fn strips(
         &self,
         area: &Area<'_>,
@@ -193,7 +193,7 @@ impl<'a> OrientationMap<'a> {
         Ok(())
     }
 
-    /// All intervals from above: the darker, the more heights.
+    /// All intervals from above; darker means more heights.
     fn projection(&self, area: &Area<'_>) -> anyhow::Result<()> {
         let mut lines = Vec::with_capacity(self.intervals.len());
         for i in self.intervals {
@@ -211,7 +211,7 @@ impl<'a> OrientationMap<'a> {
         Ok(())
     }
 
-    /// One plane: intervals, and the holes that one interval a line would claim.
+    /// One plane: intervals, and the holes that one interval per line would include.
     fn alone(&self, area: &Area<'_>) -> anyhow::Result<()> {
         let d = self.grid.distances.at(self.plane);
         let reach = 1.05 * self.reach_m();
@@ -234,7 +234,7 @@ impl<'a> OrientationMap<'a> {
         Ok(())
     }
 
-    /// A page of one file, without outside resources: the stack to turn, its projection, and one plane to choose.
+    /// A page of one file, without outside resources: the rotatable stack, its projection, and one chosen plane.
     ///
     /// # Errors
     /// None in practice: the template is part of the program.
@@ -272,7 +272,7 @@ fn panel<'a>(title: &'a str, names: [&'a str; 2]) -> Axes<'a> {
     }
 }
 
-/// Ranges that show these points and the origin at one scale on an area, of which `margins` pixels are not drawn on.
+/// Ranges that show these points and the origin at the same scale in both axes, on an area without its `margins`, pixels.
 fn even<'a>(
     area: &Area<'_>,
     points: impl Iterator<Item = &'a (f64, f64)> + Clone,

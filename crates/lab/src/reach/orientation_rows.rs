@@ -1,4 +1,4 @@
-//! A published map of one orientation beside the exact one: time, errors, holes.
+//! A published map of one orientation compared with the exact one: time, errors, holes.
 
 use crate::dissertation::MAP_S;
 use crate::reach::published::{Bounds, Row, compare, grids};
@@ -25,8 +25,8 @@ pub struct OrientationRow {
 
 /// The rows for one of the published files (from 1) whose bounds were read.
 ///
-/// Builds the map of that orientation alone and takes the time. Errors of the published bounds are against the exact map, whose own error is
-/// its accuracy, proven but for the bands.
+/// Builds the map of that orientation and measures the time. Errors of the published bounds are relative to the exact map, whose error is
+/// its accuracy, proven outside the bands.
 ///
 /// # Errors
 /// A file that does not exist; errors of building the map.
@@ -39,7 +39,7 @@ pub fn orientation_rows(published: &[Bounds], file: usize) -> anyhow::Result<Vec
     rows_beside(&published[file - 1], MAP_S, grids()?.swap_remove(file - 1))
 }
 
-/// The rows for the bounds of a grid of 38 planes and 31 heights that took `bounds_s` to find, as [`orientation_rows`] has them.
+/// As [`orientation_rows`], for bounds of a grid of 38 planes and 31 heights that took `bounds_s` to compute.
 ///
 /// # Errors
 /// Errors of building the map.
@@ -108,12 +108,12 @@ pub fn map_rows(map: &ReachabilityMap) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// To a tenth of a millisecond or of a micrometre.
+/// A number rounded to a tenth of a millisecond or of a micrometre.
 pub fn number(value: f64) -> String {
     ((1e4 * value).round() / 1e4).to_string()
 }
 
-/// As a table; the error of ours is the accuracy that was asked for and proven outside the length without proof.
+/// As a table; our error is the requested accuracy, proven except on the length without proof.
 pub fn table(rows: &[OrientationRow]) -> MarkdownTable {
     let mut table = titled("map of one orientation | published | ours");
     for row in rows {

@@ -21,13 +21,13 @@ use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::Instant;
 
-/// What to place where, as flags of a command line.
+/// Arm, scene and criterion, as flags of a command line.
 #[derive(Debug, Clone, clap::Args)]
 pub struct PlacementOptions {
     /// The scene.
     #[command(flatten)]
     pub scene: SceneFlags,
-    /// Only this surface; may be repeated [default: all that can be touched]
+    /// Only this surface; may be repeated [default: all touchable surfaces]
     #[arg(long)]
     pub surface: Vec<String>,
     /// Targets between these heights, low,high in metres
@@ -42,7 +42,7 @@ pub struct PlacementOptions {
     /// Distance between base positions, m
     #[arg(long, default_value_t = 0.1, allow_negative_numbers = true)]
     pub grid_m: f64,
-    /// Headings tried, evenly round the circle
+    /// Number of headings tried, evenly spaced
     #[arg(long, default_value_t = 8, value_parser = whole_within::<1, 360>, allow_negative_numbers = true)]
     pub headings: u64,
     /// Height of the base, m
@@ -56,14 +56,14 @@ pub struct PlacementOptions {
         allow_hyphen_values = true
     )]
     pub behind_m: Behind,
-    /// What the best place is best in: targets reached, or targets reached in time from a waiting posture of its own, with
-    /// the board coming from behind the walls
+    /// Criterion: targets reached, or targets reached in time from the waiting posture of that place, with the board coming from behind the
+    /// walls
     #[arg(long, value_enum, default_value = "coverage")]
     pub objective: Objective,
     /// Time from when a target is known to the touch, s (only by arrival) [default: 0.7]
     #[arg(long, allow_negative_numbers = true)]
     pub budget_s: Option<f64>,
-    /// The middle of the board may be this far from a target, m (only by arrival) [default: 0.055]
+    /// Largest distance of the middle of the board from a target, m (only by arrival) [default: 0.055]
     #[arg(long, allow_negative_numbers = true)]
     pub slack_m: Option<f64>,
     /// The arm.
@@ -91,7 +91,7 @@ impl FromStr for Behind {
     }
 }
 
-/// What the best place is best in.
+/// Criterion for the best place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Objective {
     /// Targets reached

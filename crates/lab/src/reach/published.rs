@@ -10,7 +10,7 @@ use hwall_reachability::{LineIndex, Steps, WallGrid, WallLine};
 use hwall_testkit::{MarkdownTable, quantile};
 use std::path::Path;
 
-/// Where these files lie beside the project, which does not include them.
+/// Location of these files outside the project, which does not include them.
 pub const FOLDER: &str = "../shared/data/hwall_maps_2018";
 
 /// Direction g of each file, degrees.
@@ -118,7 +118,7 @@ pub struct Comparison {
     pub only_published: usize,
     /// Lines reachable only according to our map.
     pub only_ours: usize,
-    /// Lines with more than one interval, which a pair of bounds cannot hold.
+    /// Lines with more than one interval, which a pair of bounds cannot represent.
     pub with_holes: usize,
     /// Lines reachable according to both.
     pub lines: usize,

@@ -1,4 +1,4 @@
-//! Which of several objects a hand will touch, and what it will feel like: errors before contact.
+//! Predicts which of several objects a hand will touch, and what it will feel like: errors before contact.
 
 use super::contenders::{SharedTraining, ray_cast};
 use super::people::{self, Condition, StudyPeople, StudySize};
@@ -14,20 +14,20 @@ use hwall_stage::training::{Stream, SurfaceTouch};
 use hwall_testkit::MarkdownTable;
 use std::array::from_fn;
 
-/// Times before contact that are judged, s.
+/// Evaluated times before contact, s.
 const BEFORE_S: [f64; 5] = [0.5, 0.3, 0.2, 0.1, 0.0];
-/// As hard as a finger pushes, N: what needs more gives way to none, and counts as this.
+/// Largest force of a finger, N: objects that need more do not move, and count as this.
 const MOST_N: f64 = 40.0;
-/// What is stiffer counts as this, N/m: as hard as a fingertip itself.
+/// Largest stiffness, N/m: that of a fingertip; stiffer objects count as this.
 const HARD_N_PER_M: f64 = 2000.0;
-/// For the table: what a finger feels, as in [`Feel`].
+/// Names for the table of the quantities in [`Feel`].
 const FEELS: [&str; 4] = [
     "roughness",
     "gives way, 1/kg",
     "starts at, N",
     "spring, N/mm",
 ];
-/// How objects are told.
+/// Methods of prediction.
 const TOLD_BY: [&str; 4] = [
     "nothing: mean of all touches",
     "ray cast, likeliest",
@@ -68,14 +68,14 @@ fn feel(scene: &Scene, objects: &[SceneObject], surface: SurfaceId, point_m: DVe
     ]
 }
 
-/// What a predictor told about a touch at a moment.
+/// A prediction of a touch at a moment.
 #[derive(Debug, Clone, Copy)]
 struct Told {
     t_s: f64,
-    /// Is the likeliest object the right one, and the probability of the right one.
+    /// Whether the likeliest object is the right one, and the probability of the right one.
     is_right: bool,
     of_right: f64,
-    /// Of the likeliest place, and the mean of all places by their probability; `None` without a prediction.
+    /// The feel at the likeliest place, and the mean over all places weighted by probability; `None` without a prediction.
     likeliest: Option<Feel>,
     mean: Option<Feel>,
 }
@@ -101,14 +101,14 @@ impl Told {
     }
 }
 
-/// A touch: what it was, and what was told of it over time, by the ray cast and by the fusion.
+/// A touch, and its predictions over time by the ray cast and by the fusion.
 struct Judged {
     touch: SurfaceTouch,
     felt: Feel,
     told: [Vec<Told>; 2],
 }
 
-/// The study as Markdown, for people whom no model was designed on.
+/// The study as Markdown, for people on whom no model was designed.
 ///
 /// # Errors
 /// As for [`Objects::new`].
@@ -173,13 +173,13 @@ impl Objects {
         self.judged.len()
     }
 
-    /// What is expected without a prediction.
+    /// The expectation without a prediction.
     fn usual(&self) -> Feel {
         let count = self.judged.len() as f64;
         from_fn(|k| self.judged.iter().map(|one| one.felt[k]).sum::<f64>() / count)
     }
 
-    /// What was told of each touch at a moment, and what it felt like; touches that begin later are left out.
+    /// True feel and prediction of each touch at a moment; touches that begin later are left out.
     fn at(&self, before_s: f64, told_by: usize) -> Vec<(Feel, Told)> {
         let usual = Told {
             t_s: 0.0,
@@ -203,7 +203,7 @@ impl Objects {
         self.judged.iter().filter_map(at).collect()
     }
 
-    /// Mean error of each number, for what is told of touches.
+    /// Mean error of each quantity over the touches.
     fn errors(&self, told_by: usize, at: &[(Feel, Told)]) -> Feel {
         let usual = self.usual();
         let off = |k: usize, (felt, told): &(Feel, Told)| {
@@ -217,7 +217,7 @@ impl Objects {
         from_fn(|k| at.iter().map(|one| off(k, one)).sum::<f64>() / count)
     }
 
-    /// Right objects, and the mean error of what they feel like, before contact.
+    /// Share of right objects, and mean error of the predicted feel, before contact.
     pub fn table(&self) -> MarkdownTable {
         let rows = BEFORE_S.iter().flat_map(|before_s| {
             (0..TOLD_BY.len()).map(move |told_by| {
@@ -266,7 +266,7 @@ mod tests {
         let at = |name: &str, point_m| feel(&scene, &objects, scene.find(name).unwrap(), point_m);
         let wall = at("wall", DVec3::new(0.4, 0.0, 0.8));
         assert_eq!(wall, [0.8, 0.0, MOST_N, 1e-3 * HARD_N_PER_M]);
-        // The closer to the hinge, the heavier.
+        // Places closer to the hinge feel heavier.
         let [far, near] = [0.2, 0.4].map(|y| at("door", DVec3::new(0.4, y, 0.8)));
         assert!((far[1] / near[1] - 4.0).abs() < 1e-9 && (near[2] / far[2] - 2.0).abs() < 1e-9);
         let heavy = at("side", DVec3::new(0.8, -0.5, 0.8));

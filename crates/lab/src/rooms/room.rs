@@ -104,8 +104,8 @@ impl Room {
         Self::of(rectangles, &sidecar)
     }
 
-    /// The room of 12 in which all but the wall and the shelf move, each with a mechanism of its own: two doors, a drawer, a panel and six
-    /// buttons.
+    /// The room of 12 in which all surfaces except the wall and the shelf move, each with its own mechanism: two doors, a drawer, a panel
+    /// and six buttons.
     ///
     /// # Errors
     /// Errors of the scene.

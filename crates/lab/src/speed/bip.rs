@@ -11,7 +11,7 @@ use hwall_bip::{
 };
 use hwall_testkit::{ErrorStats, SpeedErrorTable, Timing};
 
-/// As in the reference workload.
+/// Number of demonstrations, as in the reference workload.
 const DEMONSTRATIONS: usize = 47;
 const TESTS: usize = 60;
 const OBSERVED: usize = 18;

@@ -1,4 +1,4 @@
-//! The flags of `contact_study`, and which study they ask for.
+//! The flags of `contact_study`, and the requested study.
 
 use crate::contact::candidates::{self, Candidate};
 use crate::contact::dissertation::{self, Overrides};
@@ -20,24 +20,24 @@ use std::path::{Path, PathBuf};
 /// Default folder of --report, and folder for the tables of --docs.
 const OUT: &str = "out/contact_study";
 
-/// Compares estimators of where and when a hand touches, on reaches that they were not trained with.
+/// Compares estimators of where and when a hand touches, on held-out reaches.
 ///
-/// Recordings are CSV files, one row a sample, metres and seconds (or --hand-scale, --time-unit): t, columns NAME_x, NAME_y, NAME_z of
+/// Recordings are CSV files, one row per sample, in metres and seconds (or --hand-scale, --time-unit): t, columns NAME_x, NAME_y, NAME_z of
 /// any of palm, thumb, index, middle, ring, little, wrist, forearm, elbow, shoulder, grip, aim, head, gaze, target, and
-/// optionally person, trial, contact (0 or 1). With a person column one person at a time is held out.
+/// optionally person, trial, contact (0 or 1). With a person column, one person at a time is held out.
 #[derive(Parser)]
 pub struct Arguments {
-    /// A recording, or a folder: every CSV file under it
+    /// A recording, or a folder with CSV files
     #[arg(long, group = "recorded")]
     recordings: Option<PathBuf>,
     /// Units of the recordings.
     #[command(flatten)]
     units: RecordingUnits,
-    /// Trials of the recording, metres and seconds: predicts in a scene of a panel where each reach ended and the boxes of the other objects.
-    /// Columns person, trial, scene, target, cx, cy, cz, sx, sy, sz, dur, rx, ry, rz
+    /// Trials of the recording, metres and seconds: predicts in scenes of a panel at the end of each reach and the boxes of the other
+    /// objects. Columns person, trial, scene, target, cx, cy, cz, sx, sy, sz, dur, rx, ry, rz
     #[arg(long, value_name = "FILE", requires = "recordings", conflicts_with_all = ["report", "docs", "out", "points", "gaze", "hand_scale", "time_unit"])]
     panels: Option<PathBuf>,
-    /// Panels with the touch in their middle, instead of off it by up to 0.12 m
+    /// Panels with the touch in their middle, instead of up to 0.12 m from it
     #[arg(long, requires = "panels")]
     centred: bool,
     /// Simulated people instead of recordings [default: dissertation]
@@ -46,28 +46,30 @@ pub struct Arguments {
     /// Folder for predictions (one row each), scores and figures
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Write all protocols into a page instead, and their tables beside it, with the recordings if they are named [default: out/contact_study/CONTACT-STUDY.md]
+    /// Write all protocols into a page instead, with a second file for their tables, and include the recordings if given [default:
+    /// out/contact_study/CONTACT-STUDY.md]
     #[arg(long, value_name = "FILE", num_args = 0..=1)]
     report: Option<Option<PathBuf>>,
-    /// Write these documents over the tracked ones in docs/; figures, predictions and scores go to out/contact_study
+    /// Overwrite the tracked documents in docs/ with these; figures, predictions and scores go to out/contact_study
     #[arg(long, conflicts_with_all = ["report", "out"])]
     docs: bool,
     /// Seed of the simulated people [default: 1]
     #[arg(long, allow_negative_numbers = true)]
     seed: Option<u64>,
-    /// Simulated people to learn from [default: that of the protocol]
+    /// Number of simulated people to learn from [default: that of the protocol]
     #[arg(long, value_parser = count_within::<1, 10_000>, allow_negative_numbers = true)]
     people: Option<usize>,
-    /// Reaches of all of them together [default: that of the protocol]
+    /// Total number of their reaches [default: that of the protocol]
     #[arg(long, value_parser = count_within::<1, 100_000>, allow_negative_numbers = true)]
     reaches: Option<usize>,
     /// Regions of progress of the learned estimator [default: chosen on held-out reaches]
     #[arg(long, value_parser = count_within::<1, 1_000>, allow_negative_numbers = true)]
     regions: Option<usize>,
-    /// Past positions that it compares with the present one, 0 to 8 [default: 4]
+    /// Number of past positions that it compares with the present one, 0 to 8 [default: 4]
     #[arg(long, value_parser = count_within::<0, 8>, allow_negative_numbers = true)]
     lags: Option<usize>,
-    /// Points that estimators may see beside the touching one, separated by commas: palm, thumb, index, middle, ring, little, wrist, forearm, elbow, shoulder, grip, aim [default: all]
+    /// Points that estimators may see in addition to the touching one, separated by commas: palm, thumb, index, middle, ring, little,
+    /// wrist, forearm, elbow, shoulder, grip, aim [default: all]
     #[arg(long, value_delimiter = ',', value_parser = named_point)]
     points: Option<Vec<NamedPoint>>,
     /// Frame of the learned estimator [default: auto]
@@ -76,18 +78,18 @@ pub struct Arguments {
     /// Lets the learned estimator see the gaze
     #[arg(long)]
     gaze: bool,
-    /// Everything about the learned estimator is chosen on held-out reaches, as it is without these flags
+    /// auto: choose all settings of the learned estimator on held-out reaches, as without these flags
     #[arg(long, value_parser = ["auto"], conflicts_with_all = ["regions", "lags", "frame", "gaze"])]
     settings: Option<String>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum FrameChoice {
-    /// Both, by evidence
+    /// Both, weighted by evidence
     Auto,
-    /// The room alone
+    /// Only the room
     Room,
-    /// The start of the reach alone
+    /// Only the start of the reach
     Start,
 }
 
@@ -100,11 +102,11 @@ fn named_point(name: &str) -> Result<NamedPoint, String> {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Protocol {
-    /// 47 reaches to learn from, 30 of other people to be judged by, one static panel
+    /// 47 training reaches, 30 test reaches by other people, one static panel
     Dissertation,
     /// Pointing in the air, 1,625 reaches of 13 people, each person held out
     Pointing,
-    /// Rooms of 1, 3, 6 and 12 surfaces, and one of them under worse and worse conditions
+    /// Rooms of 1, 3, 6 and 12 surfaces, and one of them under worse conditions
     Rooms,
     /// A room of 12 different objects: which one is touched, and what it will feel like
     Objects,

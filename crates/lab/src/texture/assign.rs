@@ -22,19 +22,19 @@ pub struct AssignArgs {
     /// Without SURFACE the name of the file without its ending names the surface
     #[arg(value_name = "IMAGE", required_unless_present = "calibration")]
     pub images: Vec<String>,
-    /// Width of what each picture shows, m (of those that do not say @WIDTH_M; EXR files may state it)
+    /// Width of the area that a picture shows, m (for pictures without @WIDTH_M; EXR files may state it)
     #[arg(long, allow_negative_numbers = true)]
     pub width_m: Option<f64>,
-    /// The PNG files hold heights
+    /// The PNG files contain heights
     #[arg(long, requires = "relief_mm")]
     pub height_map: bool,
-    /// Height of white above black in a PNG height map, or of one unit in an EXR file that states none, mm
+    /// Height of white above black in a PNG height map, or of one unit in an EXR file without a scale, mm
     #[arg(long, allow_negative_numbers = true)]
     pub relief_mm: Option<f64>,
     /// Write the proposals as JSON
     #[arg(long)]
     pub json: Option<PathBuf>,
-    /// Write each proposed roughness into this sidecar of a scene; all else in it stays as it is
+    /// Write each proposed roughness into this sidecar of a scene; nothing else in it changes
     #[arg(long)]
     pub sidecar: Option<PathBuf>,
     /// Print the materials that the proposal is calibrated on, and its cross-validated error
@@ -51,7 +51,7 @@ pub struct Assigned {
     pub picture: PathBuf,
     /// The proposal.
     pub proposal: RoughnessProposal,
-    /// Orientation and speed of the released patch in a session with these surfaces; `None` if there are more of them than levels.
+    /// Orientation and speed of the released patch in a session with these surfaces; `None` if there are more surfaces than levels.
     pub level: Option<Level>,
     /// Probability that it is rougher than the surface before; `None` for the smoothest.
     pub certainty: Option<f64>,
@@ -159,7 +159,7 @@ impl Image {
     }
 }
 
-/// Surfaces with their pictures and proposals, smoothest first, with the levels of a session that holds these surfaces alone.
+/// Surfaces with their pictures and proposals, smoothest first, with the levels of a session that has only these surfaces.
 ///
 /// # Errors
 /// Two pictures for one surface.
@@ -181,7 +181,7 @@ pub fn assigned(
     all.sort_by(|a, b| a.proposal.roughness.total_cmp(&b.proposal.roughness));
     let mut roughness: Vec<f64> = all.iter().map(Assigned::roughness).collect();
     roughness.dedup();
-    // More surfaces than levels is no error here: the proposals stand.
+    // More surfaces than levels are not an error here: the proposals remain valid.
     if let Ok(encoding) = Encoding::new(&roughness, &TextureLevels::available()?) {
         for one in &mut all {
             one.level = encoding.level_for(one.roughness()).copied();

@@ -1,4 +1,4 @@
-//! Smaller and finer textons: what printers make, and what skin resolves.
+//! Smaller and finer textons: limits of printers, and resolution of the skin.
 
 use super::wanted::PrinterKind;
 use crate::report::{Column, table_of, yes_or_no};
@@ -16,10 +16,10 @@ const DOTS_UM: [[f64; 2]; 3] = [[40.0, 5.97], [231.0, 2.94], [602.0, 1.09]];
 const STEP: f64 = 0.1;
 /// Blurs of the skin, mm: the default of the model, and half of it.
 const BLURS_MM: [f64; 2] = [0.5, 0.25];
-/// Long radii in short ones, as on the released patch.
+/// Ratio of long to short radius, as on the released patch.
 const LONG: f64 = 3.0;
 
-/// A texture, and the lowest bump that its printer makes, mm.
+/// A texture, and the height of the lowest bump that its printer can make, mm.
 struct Fine {
     name: String,
     texture: Texture,
@@ -31,7 +31,7 @@ impl Fine {
         self.texture.texton().height_mm()
     }
 
-    /// Breadth of its bumps, mm.
+    /// Width of its bumps, mm.
     fn breadth_mm(&self) -> f64 {
         2.0 * self.texture.texton().radii().short_mm
     }
@@ -58,7 +58,8 @@ impl Fine {
     }
 }
 
-/// The lowest dot of a diameter that a stroking fingertip detects, um; between the measured ones by powers, beyond them as the nearest.
+/// The lowest dot of a diameter that a stroking fingertip detects, um; power-law interpolation between the measured diameters, constant
+/// beyond them.
 fn least_dot_um(diameter_um: f64) -> f64 {
     let pair = DOTS_UM.windows(2).find(|pair| diameter_um < pair[1][0]);
     let Some(&[[d0, h0], [d1, h1]]) = pair.and_then(|pair| pair.first_chunk::<2>()) else {
@@ -68,7 +69,8 @@ fn least_dot_um(diameter_um: f64) -> f64 {
     h0 * (h1 / h0).powf(share)
 }
 
-/// The released patch, and for each printer the smallest bumps at the smallest gaps, as low and as high as the released ones.
+/// The released patch, and for each printer the smallest bumps at the smallest gaps, at the lowest printable height and at the height of
+/// the released bumps.
 fn fine() -> anyhow::Result<Vec<Fine>> {
     let released = Texture::released();
     let mut all = vec![Fine {
@@ -102,7 +104,8 @@ fn fine() -> anyhow::Result<Vec<Fine>> {
     Ok(all)
 }
 
-/// What printers make, against what a finger resolves at rest and on the move, and how rough it feels by the model of vibration.
+/// Finest textures of the printers, compared with the resolution of a resting and a moving finger, and their roughness by the model of
+/// vibration.
 ///
 /// # Errors
 /// None in practice: the limits of printers are positive.

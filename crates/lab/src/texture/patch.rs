@@ -16,21 +16,21 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// What a bump looks like from the side.
+/// Profile of a bump.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Shape {
     /// The upper half of an ellipsoid
     Ellipsoid,
-    /// An elliptic cone cut off flat, sides of 45 degrees
+    /// A truncated elliptic cone, sides of 45 degrees
     Cone,
 }
 
-/// How bumps stand on the plate.
+/// Arrangement of the bumps on the plate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Grid {
     /// In straight rows and columns
     Rectangular,
-    /// Every second row moved by half the long pitch
+    /// Every second row shifted by half the long pitch
     Staggered,
 }
 
@@ -56,7 +56,7 @@ pub struct Request {
     /// Shape of the bumps
     #[arg(long, value_enum, default_value_t = Shape::Ellipsoid)]
     pub texton: Shape,
-    /// How the bumps stand; staggered moves every second row by half the long pitch
+    /// Arrangement of the bumps; staggered shifts every second row by half the long pitch
     #[arg(long, value_enum, default_value_t = Grid::Rectangular)]
     pub layout: Grid,
     /// Thickness of the plate, mm
@@ -68,7 +68,7 @@ pub struct Request {
     /// Size of the tiles in mm, one number or X,Y; no bump crosses their borders
     #[arg(long, value_delimiter = ',', num_args = 1..=2, default_value = "100", allow_negative_numbers = true)]
     pub tile_mm: Vec<f64>,
-    /// Continue the grid across tiles instead of starting it anew on each
+    /// Continue the grid across tiles instead of restarting it on each
     #[arg(long)]
     pub continuous: bool,
     /// Write meshes and pictures of each tile (NAME-1.stl, ...) instead of the whole
@@ -83,16 +83,16 @@ pub struct Request {
     /// Write the mesh as OBJ
     #[arg(long)]
     pub obj: Option<PathBuf>,
-    /// Write the heights as EXR, and normals beside it as NAME-normals.exr
+    /// Write the heights as EXR, and the normals as NAME-normals.exr in the same folder
     #[arg(long)]
     pub exr: Option<PathBuf>,
-    /// Distance of the pixels, micrometres
+    /// Distance between pixels, micrometres
     #[arg(long, default_value_t = 100.0, allow_negative_numbers = true)]
     pub pixel_um: f64,
-    /// Instead of making a patch, let so many simulated strokes of each kind, straight and curved, cross the released one on a simulated arm
+    /// Instead of making a patch, simulate this many strokes of each kind, straight and curved, over the released patch on a simulated arm
     #[arg(long, value_name = "N", exclusive = true, value_parser = count_within::<1, 10_000>, allow_negative_numbers = true)]
     pub strokes: Option<usize>,
-    /// Instead, compare the finest bumps of printers with what skin resolves
+    /// Instead, compare the finest bumps of printers with the resolution of the skin
     #[arg(long, exclusive = true)]
     pub finest: bool,
     /// Folder for figures: the patch from above and from the side, spacing and width over orientation

@@ -1,11 +1,11 @@
-//! Roughness written into the sidecar of a scene, which people edit: their comments and order stay.
+//! Writes roughness into the sidecar of a scene. People edit this file, so comments and order are kept.
 
 use anyhow::{Context, ensure};
 use std::io::ErrorKind;
 use std::path::Path;
 use toml::{Table, Value};
 
-/// Sets the key `roughness` of surfaces in a sidecar, which need not exist. All other lines stay as they are.
+/// Sets the key `roughness` of surfaces in a sidecar, and creates a missing file. All other lines are unchanged.
 ///
 /// # Errors
 /// A file that is not TOML; a surface whose entry is not a table `[surface.NAME]` of its own; a file that cannot be written.
@@ -46,7 +46,7 @@ fn with_roughness(text: &str, surface: &str, roughness: f64) -> anyhow::Result<S
         None => lines.extend(["", &header, &line]),
     }
     let after = lines.join("\n") + "\n";
-    // The lines were found without a parser, so the parser has the last word.
+    // The lines were found without a parser, so check the result with one.
     let mut wanted = before;
     let surfaces = wanted
         .entry("surface")
@@ -66,7 +66,7 @@ fn with_roughness(text: &str, surface: &str, roughness: f64) -> anyhow::Result<S
     Ok(after)
 }
 
-/// A name as a TOML key: bare if it can be, else a basic string.
+/// A name as a TOML key: bare if possible, else a basic string.
 fn key(name: &str) -> String {
     let bare = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
     if !name.is_empty() && name.chars().all(bare) {

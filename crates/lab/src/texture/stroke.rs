@@ -22,15 +22,15 @@ named! {
         /// Harmonic in both axes: the speed is exactly a power of -1/3 of the curvature, the two-thirds law
         /// [Lacquaniti 1983].
         Ellipse = "ellipse",
-        /// Harmonic, too.
+        /// Also harmonic.
         Eight = "figure of eight",
-        /// Minimum-jerk movements to places drawn at random, each begun halfway through the one before.
+        /// Minimum-jerk movements to random places; each begins halfway through the previous one.
         Free = "as they like",
     }
 }
 
 impl StrokePath {
-    /// Does its direction change other than by half a turn? `None` without one.
+    /// Does its direction change other than by reversals? `None` without a direction.
     pub(super) const fn is_curved(self) -> Option<bool> {
         match self {
             Self::Rest => None,
@@ -44,7 +44,7 @@ impl StrokePath {
 const HALF_M: [f64; 2] = [0.015, 0.035];
 /// Angle of an arc, rad.
 const ARC_RAD: f64 = 2.0;
-/// Short axis of an ellipse, in long ones, and its circumference, in half long ones.
+/// Short axis of an ellipse, in units of the long axis, and its circumference, in units of half the long axis.
 const SHORT: f64 = 0.4;
 const ELLIPSE: f64 = 4.6026;
 /// Length of the figure (sin p, sin 2p / 2).
@@ -59,12 +59,12 @@ pub struct Stroke {
     turned: DVec2,
     half_m: f64,
     speed_m_per_s: f64,
-    /// Where the finger goes if it goes as it likes, m, and when it begins to, s.
+    /// For [`StrokePath::Free`]: start times, s, and goals, m.
     goals: Vec<(f64, DVec2)>,
 }
 
 impl Stroke {
-    /// A stroke of random direction, size and mean speed, the latter within a range, m/s, for at most `lasts_s`.
+    /// A stroke of random direction, size and mean speed (within this range, m/s), for at most `lasts_s`.
     pub fn drawn(
         path: StrokePath,
         [slow, fast]: [f64; 2],
@@ -99,9 +99,9 @@ impl Stroke {
         }
     }
 
-    /// Place after a time, m from the middle.
+    /// Position after a time, m from the middle.
     pub fn at_m(&self, t_s: f64) -> DVec2 {
-        // Way at the mean speed, in half lengths.
+        // Distance at the mean speed, in half lengths.
         let way = self.speed_m_per_s * t_s / self.half_m;
         let place = match self.path {
             StrokePath::Rest => DVec2::ZERO,
@@ -133,16 +133,16 @@ impl Stroke {
         (self.at_m(t_s + STEP_S) - self.at_m(t_s - STEP_S)) / (2.0 * STEP_S)
     }
 
-    /// Turn of its direction, rad/s, without a sign.
+    /// Turning rate of its direction, rad/s, absolute value.
     pub fn turns_rad_per_s(&self, t_s: f64) -> f64 {
         let [before, after] = [-STEP_S, STEP_S].map(|step_s| self.velocity_m_per_s(t_s + step_s));
-        // A reversal is no turn.
+        // A reversal does not count as turning.
         let rad = before.angle_to(after).abs();
         rad.min(TAU / 2.0 - rad).max(0.0) / (2.0 * STEP_S)
     }
 }
 
-/// From -1 to 1 and back again, one way per unit, each with minimum jerk.
+/// From -1 to 1 and back, one movement per unit, each with minimum jerk.
 fn swing(ways: f64) -> f64 {
     let gone = minimum_jerk(ways.rem_euclid(1.0));
     let out = ways.rem_euclid(2.0) < 1.0;

@@ -1,16 +1,16 @@
-//! Tables of strokes: errors of what was met against what was wanted.
+//! Tables of strokes: errors of the rendered texture relative to the wanted one.
 
 use super::stroke::StrokePath;
 use super::strokes::{Felt, Met, Moment, SPEEDS_M_PER_S};
 use crate::report::{Column, percent_of, quantiles, table_of};
 use hwall_testkit::MarkdownTable;
 
-/// What was met at a moment, if anything.
+/// The texture met at a moment, if any.
 type What = fn(&Moment) -> Option<Met>;
-/// An error of what was met against what was wanted.
+/// An error of the met texture relative to the wanted one.
 type Off = fn(Met, Met) -> f64;
 
-/// Where the session renders nothing, neither is judged.
+/// Moments at which the session renders nothing are evaluated for neither.
 const HELD: What = |moment| moment.rendered.map(|_| moment.held);
 const SESSION: What = |moment| moment.rendered;
 const DEGREES: Off = |is, wanted| is.angle_deg - wanted.angle_deg;
@@ -35,7 +35,7 @@ impl<'a> Row<'a> {
         self.felt.iter().flat_map(|f| &f.moments)
     }
 
-    /// Median of an error over all moments, and what nine of ten do not exceed.
+    /// Median and 90th percentile of an error over all moments.
     fn off(&self, met: What, off: Off) -> String {
         let off = self
             .moments()
@@ -43,7 +43,7 @@ impl<'a> Row<'a> {
         pair(off.filter(|off| off.is_finite()), 0)
     }
 
-    /// The same for roughness summed over a stroke, against the wanted sum over the same moments.
+    /// The same for roughness summed over a stroke, relative to the wanted sum over the same moments.
     fn whole(&self, met: What) -> String {
         let off = self.felt.iter().filter_map(|felt| {
             let both = felt.moments.iter();
@@ -55,7 +55,7 @@ impl<'a> Row<'a> {
     }
 }
 
-/// Median, and what nine of ten do not exceed.
+/// Median and 90th percentile.
 fn pair(values: impl Iterator<Item = f64>, decimals: usize) -> String {
     let [median, most] = quantiles(values, [0.5, 0.9]);
     format!("{median:.decimals$} / {most:.decimals$}")

@@ -1,4 +1,4 @@
-//! Strokes as people make them, over the released patch that a session presents: rendered against wanted roughness.
+//! Human-like strokes over the released patch, presented by a session: rendered and wanted roughness.
 
 use super::stroke::{Stroke, StrokePath};
 use glam::{DVec2, DVec3};
@@ -25,10 +25,10 @@ const TRACKER_S: f64 = 1.0 / 90.0;
 const JUDGED_S: f64 = 5e-3;
 /// Standard deviation of the tracker's noise, m.
 const NOISE_M: f64 = 3e-4;
-/// Middle of the strokes, on the wall of [`scene_of`], and rest of the hand from there, m.
+/// Middle of the strokes, on the wall of [`scene_of`], and rest position of the hand relative to it, m.
 const MIDDLE_M: DVec3 = DVec3::new(0.6, 0.0, 0.6);
 const REST_M: DVec3 = DVec3::new(0.4, 0.1, 0.1);
-/// The head from the middle, m.
+/// The head relative to the middle, m.
 const HEAD_M: DVec3 = DVec3::new(0.7, -0.1, 0.4);
 /// Aim of the finger beyond the face, m: 7.5 N at 500 N/m.
 const DEPTH_M: f64 = 0.015;
@@ -38,15 +38,15 @@ const PRESS_S: f64 = 1.8;
 const STROKE_S: f64 = 2.1;
 /// Longest stroke, s.
 const LASTS_S: f64 = 2.0;
-/// Ranges of the mean speed of a stroke, m/s; drawn from one after the other.
+/// Ranges of the mean speed of a stroke, m/s; used in turn.
 pub(super) const SPEEDS_M_PER_S: [[f64; 2]; 3] = [[0.02, 0.06], [0.06, 0.12], [0.12, 0.3]];
 /// Speeds of the levels, mm/s, as in the study.
 const LEVELS_MM_PER_S: [f64; 4] = [20.0, 40.0, 60.0, 80.0];
 
-/// Slower over the texture than this, a finger has no direction, m/s.
+/// Below this speed over the texture, a finger has no direction, m/s.
 const LEAST_M_PER_S: f64 = 2e-3;
 
-/// What a finger meets at a moment.
+/// The texture that a finger meets at a moment.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Met {
     /// NaN without a direction.
@@ -56,7 +56,7 @@ pub(super) struct Met {
 }
 
 impl Met {
-    /// For a velocity over the texture, m/s; by the model that chose the levels.
+    /// For a speed over the texture, m/s, by the model that chose the levels.
     fn of(levels: &TextureLevels, scan: ScanAngle, speed_m_per_s: f64) -> Option<Self> {
         let speed_mm_per_s = 1e3 * speed_m_per_s;
         Some(Self {
@@ -81,18 +81,18 @@ impl Met {
 pub(super) struct Moment {
     pub(super) finger_m_per_s: f64,
     pub(super) turns_rad_per_s: f64,
-    /// What a straight stroke at the speed of the finger meets on a board that presents the level exactly.
+    /// Reference: a straight stroke at the speed of the finger over a board that presents the level exactly.
     pub(super) wanted: Met,
-    /// What this stroke meets on a board that keeps the motion for the direction in which the stroke began.
+    /// This stroke on a board that keeps the motion for the initial direction of the stroke.
     pub(super) held: Met,
-    /// What it met on the board of the session; `None` if that did not move.
+    /// This stroke on the board of the session; `None` if the board did not move.
     pub(super) rendered: Option<Met>,
     /// Is the board at least half as fast as its level?
     pub(super) board_moves: bool,
 }
 
 impl Moment {
-    /// What is wanted at a time since the stroke began, s, and what a held board presents.
+    /// Wanted texture, and texture on a held board, at a time since the stroke began, s.
     fn of(levels: &TextureLevels, level: &Level, stroke: &Stroke, since_s: f64) -> Option<Self> {
         let begins = stroke.velocity_m_per_s(JUDGED_S).normalize_or(DVec2::X);
         let finger = stroke.velocity_m_per_s(since_s);
@@ -119,7 +119,7 @@ pub struct Felt {
     pub(super) moments: Vec<Moment>,
 }
 
-/// What all strokes share.
+/// Common data of all strokes.
 struct Place {
     arm: BoardArm,
     scene: hwall_scene::Scene,
@@ -254,7 +254,7 @@ impl Place {
     }
 }
 
-/// So many strokes of each path, their levels, speeds and sizes drawn from the seed.
+/// Runs this many strokes of each path, with levels, speeds and sizes drawn from the seed.
 ///
 /// # Errors
 /// A configuration that a crate refuses.
@@ -290,7 +290,7 @@ mod tests {
     use crate::report::quantiles;
     use crate::texture::stroke_tables::table;
 
-    /// A board that only turns is off by 24 and 31 degrees on these.
+    /// A board that only turns has errors of 24 and 31 degrees on these.
     #[test]
     fn strokes_meet_the_bumps_at_the_angle_of_the_level() {
         let felt = run(1, 6).unwrap();

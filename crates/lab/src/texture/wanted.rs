@@ -15,11 +15,11 @@ use std::path::{Path, PathBuf};
 /// How the patch is printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum PrinterKind {
-    /// A molten strand
+    /// Molten filament
     Fdm,
-    /// Resin hardened by light
+    /// Resin cured by light
     Sla,
-    /// Drops of resin
+    /// Jetted resin
     Polyjet,
 }
 
@@ -85,14 +85,14 @@ pub struct WantedArgs {
     /// Design it for the roughnesses of the touchable surfaces of this OBJ scene and its sidecar
     #[arg(long, value_name = "FILE", group = "wished")]
     pub for_scene: Option<PathBuf>,
-    /// How it will be printed: sets the smallest gap, radius and height of a design [default: sla]; a preset is judged by them
+    /// Printing process: sets the smallest gap, radius and height of a design [default: sla]; a preset is checked against them
     #[arg(long, value_enum)]
     pub printer: Option<PrinterKind>,
     /// The model that predicts roughness
     #[arg(long, value_enum, default_value = "vibration", requires = "wished")]
     pub model: ModelKind,
-    /// CSV of a study on the released patch (orientation_deg, velocity_mm_s, value): sets the scale of the model, and
-    /// --for then counts in that study's scale
+    /// CSV of a study on the released patch (orientation_deg, velocity_mm_s, value): sets the scale of the model, and --for is then in that
+    /// study's scale
     #[arg(long, requires = "wished")]
     pub table: Option<PathBuf>,
     /// Just noticeable difference of roughness, relative; the default is an assumption
@@ -106,7 +106,7 @@ pub struct WantedArgs {
     /// Narrow ratios that no texture reaches, instead of refusing them
     #[arg(long, requires = "wished")]
     pub narrow: bool,
-    /// Which of the candidates is made, from 1
+    /// Number of the candidate to make, from 1
     #[arg(
         long,
         default_value_t = 1,

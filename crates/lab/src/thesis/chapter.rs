@@ -1,4 +1,4 @@
-//! The chapters, and what the function of each gets.
+//! The chapters, and the input of their functions.
 
 use crate::documents::Documents;
 use hwall_stage::named;
@@ -15,7 +15,7 @@ named! {
         Roughness = "V",
         /// Learned response.
         Prediction = "VI",
-        /// What was left open.
+        /// Open points.
         Outlook = "VII",
     }
 }
@@ -36,13 +36,13 @@ impl Chapter {
     }
 }
 
-/// What the function of a chapter gets.
+/// Input of a chapter's function.
 pub(super) struct Job<'a> {
     /// Seed of simulated people and sensors.
     pub seed: u64,
-    /// Folder with the maps published with the 2018 paper; `None`: [`FOLDER`](crate::reach::published::FOLDER), if it is there.
+    /// Folder with the maps published with the 2018 paper; `None`: [`FOLDER`](crate::reach::published::FOLDER), if it exists.
     pub published: Option<&'a Path>,
-    /// Where figures go.
+    /// Destination of the figures.
     pub documents: &'a Documents,
 }
 

@@ -24,11 +24,12 @@ pub struct Request<'a> {
     pub published: Option<&'a Path>,
 }
 
-/// Redoes the chapters and writes the document with its figures; beside it a page without outside resources, unless the documents are the
+/// Redoes the chapters and writes the document with its figures; also writes a page without outside resources, unless the documents are the
 /// tracked ones. Returns the path of the page, or of the document.
 ///
 /// # Errors
-/// A single chapter over the tracked document; a folder of published maps that is named and missing; a study that fails, a file that cannot be written.
+/// A single chapter that would overwrite the tracked document; a folder of published maps that is named and missing; a study that fails, a
+/// file that cannot be written.
 pub fn write(
     request: &Request<'_>,
     documents: &Documents,

@@ -24,7 +24,7 @@ pub(super) fn page(markdown: &str, folder: &Path) -> anyhow::Result<String> {
             text_from = events.len() + 1;
         }
         match event {
-            // Of a link within the project only the text stays.
+            // Keep only the text of a link within the project.
             Event::Start(Tag::Link { .. }) | Event::End(TagEnd::Link) => {}
             Event::End(TagEnd::Heading(level)) => {
                 let text = html(&events[text_from..]);
@@ -42,7 +42,7 @@ pub(super) fn page(markdown: &str, folder: &Path) -> anyhow::Result<String> {
                 let svg = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
                 // A figure within a page needs no name space.
                 let svg = svg.replace(" xmlns=\"http://www.w3.org/2000/svg\"", "");
-                // A figure is a paragraph of its own.
+                // A figure must not be inside a paragraph.
                 events.pop_if(|before| *before == Event::Start(Tag::Paragraph));
                 events.push(Event::Html(format!("<figure>{svg}<figcaption>").into()));
             }

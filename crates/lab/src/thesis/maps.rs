@@ -16,7 +16,7 @@ use std::path::Path;
 
 /// Starts of the optimization on each line.
 const STARTS: usize = 5;
-/// The orientation that is shown, from 1: its published file has the dissertation's grid.
+/// The shown orientation, from 1: its published file has the dissertation's grid.
 const SHOWN: usize = 4;
 
 pub(super) fn section(job: &Job<'_>) -> anyhow::Result<String> {
@@ -66,7 +66,7 @@ fn solved(solver: Solver, grid: &[WallGrid]) -> anyhow::Result<Solved> {
     })
 }
 
-/// The rows of the published file, and what all files hold; or what was skipped.
+/// The rows of the published file, and the contents of all files; or what was skipped.
 fn of_files(job: &Job<'_>) -> anyhow::Result<(Option<Vec<OrientationRow>>, String)> {
     let command =
         "cargo run --release --example reach_map -- --published --compare DIR --figures figures";

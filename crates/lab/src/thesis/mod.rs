@@ -1,4 +1,4 @@
-//! The dissertation chapter by chapter: each figure and table redone by the library, beside the published numbers.
+//! The dissertation chapter by chapter: each figure and table redone by the library, next to the published numbers.
 
 mod chapter;
 pub mod document;

@@ -1,4 +1,4 @@
-//! Chapter VII and the discussions: what was left open.
+//! Chapter VII and the discussions: open points.
 
 use super::chapter::Job;
 use crate::feel::single::draw_door;

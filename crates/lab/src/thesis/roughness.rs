@@ -79,7 +79,7 @@ pub(super) fn means(path: &Path, study: &StudyRecord) -> anyhow::Result<()> {
     figures::means(path, &answers(study)?, 0.95)
 }
 
-/// Levels proposed for surfaces of which height pictures are at hand: the patches of the studies.
+/// Levels proposed for surfaces with available height maps: the patches of the studies.
 fn levels() -> anyhow::Result<MarkdownTable> {
     let scale = MaterialScale::calibrated()?;
     let spec = PatchSpec {

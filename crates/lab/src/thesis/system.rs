@@ -67,7 +67,7 @@ pub(super) fn section(job: &Job<'_>) -> anyhow::Result<String> {
     )
 }
 
-/// Where the board stands and how the avatar turns, for walls of some headings.
+/// Heading of the board and turn of the avatar, for walls of some headings.
 fn turns() -> anyhow::Result<MarkdownTable> {
     let sampled = SampledOrientations::dissertation();
     let rows = HEADINGS_DEG.map(|deg| Ok((deg, sampled.snap(deg.to_radians())?)));

@@ -26,27 +26,29 @@ use std::time::{Duration, Instant};
 /// Period at which waiting for a controller checks its time limit.
 const LOOK: Duration = Duration::from_millis(200);
 
-/// Flags of an arm behind FRI; they mean what they mean to `bridge`.
+/// Flags of an arm behind FRI, with the same meaning as for `bridge`.
 #[derive(Debug, Clone, clap::Args)]
 #[command(group(ArgGroup::new("led").args(LED).multiple(true).requires("fri")))]
 pub struct ArmArgs {
     /// Listens here for the FRI controller of an iiwa, whose arm presents the trials instead of the simulated one: 127.0.0.1:30200 for a simulated controller
     #[arg(long, requires = "hands", value_name = "HOST:PORT", value_parser = socket_address)]
     fri: Option<SocketAddr>,
-    /// Where the page listens that brings the hand, from a headset or a mouse: localhost:8080
+    /// Address of the page that provides the hand, from a headset or a mouse: localhost:8080
     #[arg(long, requires = "fri", value_name = "HOST:PORT", value_parser = socket_address)]
     hands: Option<SocketAddr>,
-    /// OBJ scene, z up, metres, in the frame of the arm's base, with a roughness on what is touched [default: one wall, door or panel 0.6 m ahead]
+    /// OBJ scene, z up, metres, in the frame of the arm's base, with a roughness for each touched surface [default: one wall, door or panel
+    /// 0.6 m ahead]
     #[arg(long, requires = "fri")]
     scene: Option<PathBuf>,
-    /// The arm moves only while somebody holds the switch on that page (its address with #switch behind it, on a phone for instance). Letting go stops the arm; so does losing the connection
+    /// The arm moves only while somebody holds the switch on that page (its address followed by #switch, for instance on a phone).
+    /// Releasing the switch or losing the connection stops the arm
     #[arg(long, requires = "fri")]
     enabling_switch: bool,
     #[command(flatten)]
     led: LedArmFlags,
 }
 
-/// The flags of [`LedArmFlags`], which mean nothing without an arm.
+/// The flags of [`LedArmFlags`], which have no effect without an arm.
 const LED: [&str; 9] = [
     "fri_controller",
     "fri_version",
@@ -60,7 +62,7 @@ const LED: [&str; 9] = [
 ];
 
 impl ArmArgs {
-    /// Is an arm behind FRI asked for, rather than the simulated one?
+    /// Is an arm behind FRI requested instead of the simulated one?
     #[must_use]
     pub fn is_given(&self) -> bool {
         self.fri.is_some()
@@ -75,7 +77,7 @@ impl ArmArgs {
 
 /// An arm ready for its controller, with scene, session and both addresses.
 pub struct WaitingArm {
-    /// The page that brings hands.
+    /// The page that provides hands.
     pub server: BridgeServer,
     client: FriClient,
     session: Session<DeterministicPredictor>,
@@ -88,7 +90,7 @@ pub struct WaitingArm {
 pub struct LedArm {
     /// Presents the trials. Ends before the server does.
     pub stage: ArmStage,
-    /// The page that brings hands.
+    /// The page that provides hands.
     pub server: BridgeServer,
 }
 

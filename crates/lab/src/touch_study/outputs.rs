@@ -1,4 +1,4 @@
-//! Tables, report and figures of a study, beside its log.
+//! Tables, report and figures of a study, in the folder of its log.
 
 use super::thesis;
 use crate::documents::quoted;

@@ -31,8 +31,7 @@ pub struct Setup<'a> {
     pub stop: &'a OnceLock<ArmStop>,
 }
 
-/// Runs or resumes the study of a folder; returns whether it is done. `subjects`: of a new study, by default as many as its
-/// protocol usually has.
+/// Runs or resumes the study of a folder; returns whether it is done. `subjects`: of a new study, by default the number in its protocol.
 ///
 /// # Errors
 /// A protocol that cannot be run; flags or a kind of arm that differ from the study's; a folder or an address that cannot be

@@ -18,27 +18,27 @@ pub enum OrderKind {
     Latin,
 }
 
-/// What is asked after a touch.
+/// The question after a touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ProcedureKind {
-    /// A number in proportion to what was felt
+    /// A number in proportion to the sensation
     Magnitude,
-    /// A point of a scale, see --points
+    /// A point on a scale, see --points
     Likert,
-    /// Which of two was rougher, the condition or the study's first
+    /// Which of two was rougher, the condition or the study's first condition
     Intervals,
-    /// The same; which condition comes is decided by a staircase, two down and one up
+    /// The same; a staircase, two down and one up, chooses the condition
     Staircase,
-    /// The same; which condition comes is decided by QUEST+
+    /// The same; QUEST+ chooses the condition
     Quest,
     /// Which felt more real, the condition or a whiteboard, on a scale, see --points
     Real,
 }
 
-/// Flags of a protocol. Those that are not given are the usual ones, or those of the study that goes on.
+/// Flags of a protocol. Missing flags take their defaults, or the values of the resumed study.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct ProtocolArgs {
-    /// A ready protocol, which the other flags change: thesis:experiment-1, thesis:experiment-2, thesis:preliminary,
+    /// A ready protocol, which the other flags can change: thesis:experiment-1, thesis:experiment-2, thesis:preliminary,
     /// thesis:roughness, thesis:cones
     #[arg(long = "protocol", value_name = "NAME", value_parser = ReadyProtocol::named)]
     pub ready: Option<ReadyProtocol>,
@@ -55,10 +55,10 @@ pub struct ProtocolArgs {
     /// Order within a block [default: random]
     #[arg(long, value_enum)]
     pub order: Option<OrderKind>,
-    /// What is asked [default: magnitude]
+    /// The question [default: magnitude]
     #[arg(long, value_enum)]
     pub procedure: Option<ProcedureKind>,
-    /// A question in your own words; for a factor question one for each level, else one for all trials
+    /// A question in your own words; with a factor `question`, one for each level, otherwise one for all trials
     #[arg(long = "question", value_name = "TEXT")]
     pub questions: Vec<String>,
     /// Points of the scale of --procedure likert [default: 7] and real [default: 5]
@@ -67,10 +67,10 @@ pub struct ProtocolArgs {
     /// Practice trials [default: 3]
     #[arg(long, allow_negative_numbers = true)]
     pub practice: Option<usize>,
-    /// Trials of a block that are repeated right away [default: 2]
+    /// Trials of a block that are repeated immediately [default: 2]
     #[arg(long = "catch", allow_negative_numbers = true)]
     pub catch_per_block: Option<usize>,
-    /// A break after so many trials; 0: none [default: 50]
+    /// A break after this many trials; 0: none [default: 50]
     #[arg(long, allow_negative_numbers = true)]
     pub break_after: Option<usize>,
     /// Seed of all orders [default: 1]
@@ -79,7 +79,7 @@ pub struct ProtocolArgs {
 }
 
 impl ProtocolArgs {
-    /// The protocol of a new study for `subjects` subjects, by default as many as usual.
+    /// The protocol of a new study for `subjects` subjects, by default the protocol's number.
     ///
     /// # Errors
     /// Levels that do not match the factors; a protocol that cannot be run.
@@ -191,7 +191,7 @@ impl ProtocolArgs {
         })
     }
 
-    /// What is asked, and on which scale, with the given flags applied.
+    /// The question and its scale, with the given flags applied.
     fn procedure_from(&self, base: Procedure) -> anyhow::Result<Procedure> {
         let procedure = match self.procedure {
             None => base,

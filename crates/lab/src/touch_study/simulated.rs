@@ -113,7 +113,7 @@ fn run_in(folder: &Path, request: &Request<'_>, out: &mut impl Write) -> anyhow:
     Ok(true)
 }
 
-/// What the report says about the simulation.
+/// The report's text about the simulation.
 fn remarks(protocol: &Protocol, simulation: &Simulation) -> anyhow::Result<String> {
     let how = match simulation.once_per_condition {
         true => {

@@ -1,7 +1,7 @@
-//! The dissertation's studies redone, beside what was published.
+//! The dissertation's studies redone, next to the published results.
 //!
-//! [`redone`] runs a protocol with simulated participants. From any record of such a study, also one with people, [`rows`] makes the rows of
-//! published numbers and its own, [`figures`](super::outputs::figures) the figures.
+//! [`redone`] runs a protocol with simulated participants. From any record of such a study, including one with people, [`rows`] makes rows
+//! with the published and the new numbers, and [`figures`](super::outputs::figures) draws the figures.
 
 pub use crate::dissertation::Row;
 use crate::dissertation::{LEVELS, NOT_HERE, ORDERS, POINTS, SUBJECTS, TABLE_V};
@@ -18,7 +18,7 @@ use hwall_study::{
 };
 use hwall_testkit::MarkdownTable;
 
-/// Shares of people who prefer one wall, for which the power is given.
+/// Shares of people who prefer one wall, for which the power is computed.
 const SHARES: [f64; 4] = [0.6, 0.75, 0.9, 0.95];
 
 /// Runs a ready protocol with simulated participants; each condition is presented once on the simulated arm.
@@ -51,7 +51,7 @@ pub fn redone(ready: ReadyProtocol, subjects: usize, seed: u64) -> anyhow::Resul
     record
 }
 
-/// Experiment 1: a whiteboard against H-Wall; high answers speak for H-Wall.
+/// Experiment 1: a whiteboard against H-Wall; high answers favour H-Wall.
 fn first_rows(study: &StudyRecord) -> anyhow::Result<Vec<Row>> {
     let answers = ratings(study)?.into_iter().next();
     let a = answers.context("nobody has answered")?;
@@ -91,7 +91,7 @@ fn power_row(power: &RatingPower, population: &str) -> Row {
     )
 }
 
-/// What every possible set of answers with a published mean would have shown.
+/// Test results of all possible sets of answers with a published mean.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Possible {
     /// Sets of answers with this mean.
@@ -197,8 +197,8 @@ impl Magnitudes {
         })
     }
 
-    /// How many levels of roughness the answers tell apart: by each factor the levels that differ from each other, multiplied. This is
-    /// our reading of the dissertation's nine.
+    /// Number of distinguishable levels of roughness: the product, over the factors, of the number of levels that differ from each other.
+    /// This is our interpretation of the dissertation's nine.
     #[must_use]
     pub fn distinct(&self) -> usize {
         self.groups.iter().map(distinct).product()
@@ -275,7 +275,7 @@ fn distinct(groups: &LevelGroups) -> usize {
     chain.len()
 }
 
-/// Rows of a record of one of the dissertation's studies; none of another study, or if factors, levels or answers were changed.
+/// Rows of a record of one of the dissertation's studies; empty for other studies, or if factors, levels or answers were changed.
 ///
 /// # Errors
 /// A record that cannot be analysed yet.
@@ -302,7 +302,7 @@ pub fn rows(study: &StudyRecord) -> anyhow::Result<Vec<Row>> {
     })
 }
 
-/// The section of a study's report beside the dissertation; empty for another study, and for one without enough answers.
+/// The section of a study's report that compares it with the dissertation; empty for other studies, and for studies without enough answers.
 pub(super) fn section(study: &StudyRecord) -> String {
     let rows = rows(study).unwrap_or_default();
     if rows.is_empty() {
@@ -364,7 +364,7 @@ mod tests {
         assert!(rows(&nobody).is_err() && section(&nobody).is_empty());
     }
 
-    /// Table V has the published degrees of freedom, and its orders come back.
+    /// Table V has the published degrees of freedom, and its orders are reproduced.
     #[test]
     fn the_study_of_roughness_is_put_beside_table_v() {
         let record = redone(ReadyProtocol::Roughness, 25, 3).unwrap();

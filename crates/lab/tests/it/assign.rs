@@ -74,7 +74,7 @@ fn rougher_pictures_get_rougher_levels_and_the_sidecar_reads_them() {
         written.starts_with("# A room.\n[surface.door]\nroughness = "),
         "{written}"
     );
-    // The scene reads what was written.
+    // The scene can read the written file.
     let quad = |name: &str, at: usize| {
         format!(
             "o {name}\nv 1 0 0\nv 1 1 0\nv 1 1 1\nf {} {} {}\n",

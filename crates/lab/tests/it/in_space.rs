@@ -1,4 +1,4 @@
-//! The map of one orientation as a page and a figure, and beside its published file.
+//! The map of one orientation as a page and a figure, and compared with its published file.
 
 use hwall_lab::reach::figures::LineInterval;
 use hwall_lab::reach::in_space::{InSpaceArgs, OrientationMap};

@@ -1,4 +1,4 @@
-//! Recorded people before the simulated arm, from synthetic files, and the document that they are written into.
+//! Recorded people and the simulated arm, from synthetic files, and the section in the document.
 
 use crate::made_up::{Reacher, files};
 use hwall::PolicyConfig;
@@ -67,7 +67,7 @@ fn every_person_has_a_row_even_where_nothing_is_within_reach() {
         assert!(of.possible_in_place <= of.possible && of.possible <= of.reachable);
     }
     let first = &results.rows[0].summary;
-    // Learnt from somebody who points elsewhere.
+    // The training person points elsewhere.
     assert!(first.in_place > 0 && first.possible > 9, "{first:?}");
     assert_eq!(results.missed.len(), 27 - results.rows[2].summary.in_place);
     let text = document::recorded_text(1, &results).unwrap();

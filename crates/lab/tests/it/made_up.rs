@@ -1,4 +1,4 @@
-//! Made-up recordings of reaches in rooms, as text.
+//! Synthetic recordings of reaches in rooms, as text.
 
 use glam::DVec3;
 use hwall_testkit::Sampler;
@@ -9,7 +9,7 @@ const PLACES: [DVec3; 3] = [
     DVec3::new(0.6, 0.0, 0.8),
 ];
 
-/// Somebody in a recording, in the room that the name begins with.
+/// A person in a recording; the name begins with the room.
 #[derive(Clone, Copy)]
 pub(crate) struct Reacher {
     pub person: &'static str,

@@ -6,7 +6,7 @@ use hwall_lab::thesis::document::{NAME, PAGE, Request, write};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Rows of what the dissertation has: figures, tables and experiments, and the chapter of each.
+/// Figures, tables and experiments of the dissertation, and the chapter of each.
 const ROWS: [(&str, &str); 17] = [
     ("IV-1, IV-2, IV-3", "maps"),
     ("one hour an orientation", "maps"),
@@ -94,7 +94,7 @@ fn maps_that_are_not_there_are_refused_when_named_and_else_skipped() {
         format!("{refused:#}").contains("--published"),
         "{refused:#}"
     );
-    // Tests run in the folder of their package, beside which nothing is shared.
+    // Tests run in the folder of their package, from where the shared data are not found.
     let untimed = |[text, _]: [String; 2]| -> Vec<String> {
         let lines = text
             .lines()

@@ -13,29 +13,29 @@ use std::collections::BTreeMap;
 
 /// Predictions are averaged over this time, s: the gaze trembles, and glances are short.
 const MEMORY_S: f64 = 0.3;
-/// Cells with less belief are left out, and at most so many are weighed: 25 hypotheses with those below.
+/// Cells with less belief are left out. At most this many are used; with the later touches below, that makes 25 hypotheses.
 const LEAST: f64 = 0.02;
 const MOST: usize = 10;
-/// A person at rest before a place touches it after this time, s: looking takes 0.3 s, the reach about 0.9 s.
+/// Time until a person at rest in front of a place touches it, s: looking takes 0.3 s, the reach about 0.9 s.
 const AT_PLACE_S: f64 = 1.2;
-/// On the way there, the pause before that comes on top, s: the middle of the simulated 0.5 to 1.2 s.
+/// Additional pause before that for a walking person, s: the middle of the simulated 0.5 to 1.2 s.
 const PAUSE_S: f64 = 0.8;
-/// The time to begin and end a walk, s: that in which the walker turns.
+/// Time to begin and end a walk, s: the turning time of the walker.
 const STARTS_S: f64 = TURN_S;
-/// Nearer to the standing place the person does not walk, m: half of the least way between two places.
+/// Within this distance of the standing place the person does not walk, m: half of the least distance between two places.
 const STANDS_M: f64 = 0.6;
 
 /// Speed of the head above which a person walks, m/s: leaning and swaying are slower.
 const WALKS_M_PER_S: f64 = 0.35;
-/// Weight of the touches after the next one: two of three on average. Their time after it, s: reach, hold and pause. Where they are: aside of the person,
-/// m, and above the base, m, within what a hand reaches there.
+/// Weight of the touches after the next one: two of three on average. Their time after it, s: reach, hold and pause. Their offsets: to the
+/// side of the person, m, and above the base, m, within reach of the hand.
 const LATER: f64 = 2.0 / 3.0;
 const NEXT_S: f64 = 3.0;
 const ASIDE_M: [f64; 5] = [-0.4, -0.2, 0.0, 0.2, 0.4];
 const HEIGHTS_M: [f64; 3] = [0.1, 0.4, 0.8];
 
-/// Weight of the next place: less than half, since it may also be around a corner. Its distance along the wall, m, about the mean of the simulated ones. Its
-/// time after the present one, s: two more touches and the way.
+/// Weight of the next place: less than half, because it may also be around a corner. Its distance along the wall, m: about the mean of the
+/// simulated distances. Its time after the present place, s: two more touches and the walk.
 const AHEAD: f64 = 0.3;
 const AHEAD_M: f64 = 1.6;
 const GOES_ON_S: f64 = 8.0;
@@ -45,14 +45,14 @@ const GOES_ON_S: f64 = 8.0;
 pub(super) struct Belief {
     weights: BTreeMap<usize, f64>,
     last_s: f64,
-    /// The head from above, m, its mean velocity, m/s, and the direction of the last walk.
+    /// Head position on the floor plan, m, its mean velocity, m/s, and the direction of the last walk.
     head_m: Option<DVec2>,
     velocity_m_per_s: DVec2,
     came: DVec2,
 }
 
 impl Belief {
-    /// Does the person walk, as of this frame? Frames come in order.
+    /// Does the person walk in this frame? Frames must be in order.
     pub(super) fn walks(&mut self, frame: &HandFrame) -> bool {
         let head_m = frame.head_m.map(|head_m| head_m.truncate());
         let head_m = head_m.or(self.head_m);
@@ -69,8 +69,8 @@ impl Belief {
         walks
     }
 
-    /// Takes a frame and its predictions. Who walks, or looks at something beyond the reach of the hand, is taken to go where the eyes are; the
-    /// predictor only knows people who stand before what they touch.
+    /// Takes a frame and its predictions. A person who walks, or looks at something beyond the reach of the hand, is assumed to go where
+    /// the eyes look: the predictor was trained only on people who stand in front of what they touch.
     pub(super) fn see(
         &mut self,
         frame: &HandFrame,
@@ -101,12 +101,12 @@ impl Belief {
         Ok(())
     }
 
-    /// Forgets the places, in another room; where the person walks is kept.
+    /// Forgets the places when the person enters another room; keeps the walking direction.
     pub(super) fn forget(&mut self) {
         self.weights.clear();
     }
 
-    /// The most probable places for a person whose eyes are above a place of the floor, m.
+    /// The most probable places for a person whose eyes are above this point of the floor, m.
     pub(super) fn hypotheses(&self, room: &Room, person_m: DVec2) -> Vec<BaseHypothesis> {
         let inversion = &room.inversion;
         let mut cells: Vec<(usize, f64)> = self.weights.iter().map(|(c, w)| (*c, *w)).collect();
@@ -132,7 +132,7 @@ impl Belief {
         let Some(first) = found.first().copied() else {
             return entered(room);
         };
-        // Who stands there will touch more of what is at hand there.
+        // A person who stands there will touch more within reach.
         let stands_m = match first.touch_s > AT_PLACE_S {
             true => (first.point_m + first.normal * BEFORE_M).truncate(),
             false => person_m,
@@ -141,7 +141,7 @@ impl Belief {
         found
     }
 
-    /// Touches after the next one: around the place where the person stands, m, and at the next one on the way.
+    /// Touches after the next one: around the standing place, m, and at the next place on the way.
     fn later(&self, first: &BaseHypothesis, stands_m: DVec2) -> Vec<BaseHypothesis> {
         let along = first.normal.cross(DVec3::Z);
         let middle_m = first.point_m + along * along.dot(stands_m.extend(0.0) - first.point_m);
@@ -166,7 +166,7 @@ impl Belief {
     }
 }
 
-/// Somebody who has come in and has not looked at anything yet: the wall beside the door, on either side.
+/// Hypotheses for a person who has entered and has not looked at anything yet: the wall next to the door, on both sides.
 fn entered(room: &Room) -> Vec<BaseHypothesis> {
     let of = |aside_m| BaseHypothesis {
         point_m: DVec3::new(room.area.low_m.x, DOOR_Y_M + aside_m, HEIGHTS_M[1]),
@@ -177,7 +177,7 @@ fn entered(room: &Room) -> Vec<BaseHypothesis> {
     [-AHEAD_M, AHEAD_M].map(of).to_vec()
 }
 
-/// The place on a touchable surface that the eyes are on, if it is this far from the hand.
+/// The fixated place on a touchable surface, if it is at least this far from the hand.
 fn looked_at(
     frame: &HandFrame,
     scene: &Scene,

@@ -1,4 +1,4 @@
-//! A corridor of rooms: walls, shelves and doors, and from where a base serves them.
+//! A corridor of rooms: walls, shelves and doors, and the base poses that serve them.
 
 use crate::input::arms::BoardArm;
 use crate::input::place::BEHIND_M;
@@ -34,9 +34,9 @@ const NARROW_M: f64 = 0.3;
 pub(super) struct Room {
     /// Its surfaces, all facing inwards: `wall_*`, `shelf_*`, `door`.
     pub(super) scene: Scene,
-    /// Its floor, which the base stays out of while a person is in it.
+    /// Its floor area, which the base must not enter while a person is in it.
     pub(super) area: KeepOutArea,
-    /// From where the base serves its walls.
+    /// The base poses that serve its walls.
     pub(super) inversion: BaseInversion,
     /// Time to invert the map, s.
     pub(super) inverted_s: f64,
@@ -44,10 +44,11 @@ pub(super) struct Room {
     pub(super) shelves_m: [DVec2; 2],
 }
 
-/// Rooms in a row, and what all of them share.
+/// Rooms in a row, with their common data.
 pub(super) struct Hall {
     pub(super) rooms: Vec<Room>,
-    /// The walls of the session: one wide wall before the base, because the atlas holds for every wall that the base faces so.
+    /// The walls of the session: one wide wall in front of the base, because the atlas is valid for every wall that the base faces in this
+    /// way.
     pub(super) walls: Walls,
 }
 
@@ -61,17 +62,17 @@ const LEAST_OF_ROOM: usize = 5;
 const HALF_M: f64 = 0.9;
 
 impl Hall {
-    /// Rooms for so many touches; the shelves stand where the seed says.
+    /// Rooms for this many touches; the seed determines the places of the shelves.
     pub(super) fn for_touches(arm: &BoardArm, touches: usize, seed: u64) -> anyhow::Result<Self> {
         Self::new(arm, touches.div_ceil(LEAST_OF_ROOM), seed)
     }
 
-    /// As many rooms as asked for.
+    /// This many rooms.
     pub(super) fn new(arm: &BoardArm, rooms: usize, seed: u64) -> anyhow::Result<Self> {
         let closed = arm.closed_form();
         let closed =
             closed.context("--base drives: needs an arm with a closed form, such as iiwa7")?;
-        // The atlas holds at this distance alone; without it the arm takes twice as long.
+        // The atlas is valid only at this distance; without it the arm takes twice as long.
         let config = BaseInversionConfig {
             behind: Steps::new(BEHIND_M, 0.04, 1)?,
             ..BaseInversionConfig::default()
@@ -129,7 +130,7 @@ impl Room {
     }
 }
 
-/// The surfaces of a room. A door leads into it in the west and out of it in the east; the first stands open.
+/// The surfaces of a room. One door leads in at the west and one leads out at the east; the first door is open.
 fn obj(low: DVec2, high: DVec2, shelves_m: [DVec2; 2]) -> String {
     let (whole, above) = ([FLOOR_M, CEILING_M], [DOOR_TOP_M, CEILING_M]);
     let [south_y, north_y] = [-0.5, 0.5].map(|share| DOOR_Y_M + share * DOOR_M);
@@ -147,7 +148,7 @@ fn obj(low: DVec2, high: DVec2, shelves_m: [DVec2; 2]) -> String {
         ("wall_east_above", [east_north, east_south], above),
         ("door", [east_north, east_south], [FLOOR_M, DOOR_TOP_M]),
     ];
-    // The front and the cheeks of both shelves.
+    // The front and the sides of both shelves.
     let [south_m, north_m] = shelves_m;
     for ([front, a, b], middle_m, out, right) in [
         (SHELVES[0], south_m, DVec2::Y, DVec2::NEG_X),
@@ -171,7 +172,7 @@ const SHELVES: [[&str; 3]; 2] = [
     ["shelf_north", "shelf_north_a", "shelf_north_b"],
 ];
 
-/// An upright rectangle from one place of the floor to another; its normal points to the right of that way.
+/// An upright rectangle from one place of the floor to another; its normal points to the right of that direction.
 fn quad(name: &str, [from, to]: [DVec2; 2], [low, high]: [f64; 2]) -> String {
     let corners = [(from, low), (to, low), (to, high), (from, high)];
     let corners = corners.map(|(at, z)| format!("v {} {} {z}\n", at.x, at.y));

@@ -1,4 +1,4 @@
-//! A corridor of rooms in which somebody walks and touches: what a fixed base presents of it, and what one that drives.
+//! A corridor of rooms in which a person walks and touches: how much a fixed and a driving base can present.
 
 mod belief;
 mod figure;
@@ -36,15 +36,15 @@ pub struct CorridorRequest {
     pub kind: BaseKind,
     /// The arm.
     pub arm: NamedArm,
-    /// What the walker is like.
+    /// Kind of the walker.
     pub person: PersonKind,
     /// Number of touches.
     pub touches: usize,
-    /// Of rooms, walker and sensors.
+    /// Seed of rooms, walker and sensors.
     pub seed: u64,
-    /// Who leads the board; `None`: the fused predictor.
+    /// The predictor that leads the board; `None`: the fused one.
     pub predictor: Option<PredictorKind>,
-    /// A base this slow may be met by a hand, m/s; `None`: the default.
+    /// Largest speed of the base at which it may meet a hand, m/s; `None`: the default.
     pub hand_meets_m_per_s: Option<f64>,
     /// Output folder.
     pub out: PathBuf,
@@ -55,7 +55,7 @@ pub struct CorridorRequest {
 const FIGURE: &str = "corridor.svg";
 const TABLE: &str = "corridor.md";
 
-/// Walks through the corridor with every kind of base, and prints and writes what became of the touches.
+/// Walks through the corridor with every kind of base, and prints and writes the results of the touches.
 ///
 /// # Errors
 /// An arm without a closed form, files that cannot be written, a configuration that a crate refuses.

@@ -1,4 +1,4 @@
-//! The base in the hall, and the world that is turned around the person.
+//! The base in the hall, and the rotation of the virtual world around the person.
 
 use super::hall::Room;
 use super::visits::{BEFORE_M, Visit};
@@ -15,28 +15,29 @@ use hwall_haptics::{Board, ContactLimits};
 use hwall_redirection::{AvatarTurn, PersonMotion, TurnConfig};
 use std::collections::VecDeque;
 
-/// The base from above, m: a platform of half a metre.
+/// Radius of the base on the floor plan, m: a platform of half a metre.
 const CHASSIS_M: f64 = 0.35;
 /// Radius of the links, m.
 const LINK_M: f64 = 0.1;
-/// The axis of the base stays this far outside of a room, m: less than it stands behind the wall of a shelf.
+/// The axis of the base stays this far outside a room, m: less than its distance behind the wall of a shelf.
 const OUTSIDE_M: f64 = 0.45;
 /// A base that leaves a room goes this much farther, m.
 const CLEAR_M: f64 = 0.1;
-/// Speeds below are rest, m/s.
+/// Lower speeds count as rest, m/s.
 const RESTS_M_PER_S: f64 = 1e-3;
 
-/// Largest acceleration of a person, m/s²: an assumption that the walker keeps. People who start to walk reach 1 to 1.5 m/s in about 1 s.
+/// Largest acceleration of a person, m/s²: an assumption; the simulated walker stays below it. People who start to walk reach 1 to 1.5 m/s
+/// in about 1 s.
 pub(super) const PERSON_M_PER_S2: f64 = 2.0;
 /// Error of the velocity measured over 0.1 s, m/s: it lags by 0.05 s, 0.1 m/s at that acceleration; 0.7 mm of noise make 0.03 m/s (3 sd).
 const VELOCITY_ERROR_M_PER_S: f64 = 0.13;
-/// A base that was refused to go on is looked back on for this time, s.
+/// Refusals of steps are counted over this time, s.
 const HELD_S: f64 = 1.5;
-/// Instants of the braking at which a step is judged.
+/// Number of instants during braking at which a step is evaluated.
 const JUDGED: usize = 20;
 
-/// A base this slow may be met by a free hand at rest, m/s: base and board, which closes in at up to 0.1 m/s beside a hand, press it with no more than
-/// `v √(μ k)` = 65 N, below which a hand counts as free. The mass of the base counts as infinite.
+/// Largest speed at which the base may meet a free hand at rest, m/s: base and board, which approaches at up to 0.1 m/s near a hand, then
+/// press the hand with no more than `v √(μ k)` = 65 N, below which a hand counts as free. The mass of the base counts as infinite.
 pub(super) fn hand_meets_m_per_s() -> f64 {
     let limits = ContactLimits::default();
     let mass_kg = limits.reduced_mass_kg(f64::INFINITY);
@@ -44,10 +45,10 @@ pub(super) fn hand_meets_m_per_s() -> f64 {
     most - ProximityConfig::default().crawl_m_per_s
 }
 
-/// What the base sees and what is true, in the frame of the corridor or of the base.
+/// Measured and true state, in the frame of the corridor or of the base.
 pub(super) struct Seen<'a> {
     pub(super) person_m: DVec2,
-    /// Its measured velocity, m/s, and the age of both, s.
+    /// The person's measured velocity, m/s, and the age of position and velocity, s.
     pub(super) person_m_per_s: DVec2,
     pub(super) person_age_s: f64,
     pub(super) hands: Vec<SeenHand>,
@@ -59,7 +60,8 @@ pub(super) struct Seen<'a> {
     pub(super) arm: ArmMay,
 }
 
-/// What the arm may do. Either the base drives or the arm reaches out: an arm that reaches out while the base brakes shortens the distance to a hand.
+/// What the arm may do. Either the base drives or the arm reaches out, because an arm that reaches out while the base brakes shortens the
+/// distance to a hand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ArmMay {
     Wait,
@@ -69,14 +71,14 @@ pub(super) enum ArmMay {
     BeTouched,
 }
 
-/// Why a step of the base is refused.
+/// Reason for refusing a step of the base.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Held {
     Body,
     Hand,
 }
 
-/// The person without errors of measurement, from above.
+/// The person without measurement errors, on the floor plan.
 pub(super) struct Truth {
     /// The head, m, and its velocity, m/s.
     pub(super) person_m: DVec2,
@@ -84,19 +86,19 @@ pub(super) struct Truth {
     pub(super) hands_m: Vec<DVec2>,
 }
 
-/// What the base did.
+/// Log of the base.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BaseRecord {
-    /// Length of its way, m, and time in motion, s.
+    /// Driven distance, m, and time in motion, s.
     pub(super) way_m: f64,
     pub(super) moves_s: f64,
-    /// While it moves: least distance between the surfaces of robot and body, m, and how far a person at the largest speed would have come there until
-    /// it stands.
+    /// While it moves: least distance between the surfaces of robot and body, m, and how far, at that moment, a person at the largest speed
+    /// would come before it stands.
     pub(super) closest_m: f64,
     pub(super) asked_m: f64,
     /// The same distance also while it stands.
     pub(super) closest_standing_m: f64,
-    /// Least margins beyond what body and hands can come until the base stands, m.
+    /// Least margins beyond the distance that body and hands can move before the base stands, m.
     pub(super) margin_m: f64,
     pub(super) hand_margin_m: f64,
     /// Steps in motion with a negative margin, and while the board was touched; the largest speed in the latter, m/s.
@@ -113,10 +115,10 @@ pub(super) struct MovingBase {
     goal: Option<BasePose>,
     hall_from_corridor: Pose,
     turn: AvatarTurn,
-    /// Where the world should turn, rad, and the person's last heading in the hall.
+    /// Wanted turn of the world, rad, and the person's last heading in the hall.
     wanted_rad: f64,
     last_yaw_rad: Option<f64>,
-    /// What refused each of the latest steps, the parts in the last one, and the time since the base stands, s.
+    /// The refusals of the latest steps, the parts of the robot in the last one, and the time for which the base has stood, s.
     held: VecDeque<Option<Held>>,
     last_parts: Vec<BasePart>,
     rested_s: f64,
@@ -124,7 +126,7 @@ pub(super) struct MovingBase {
 }
 
 impl MovingBase {
-    /// Behind the place that is visited first.
+    /// A base behind the place of the first visit.
     pub(super) fn new(first: &Visit, hand_meets_m_per_s: f64) -> anyhow::Result<Self> {
         let start = BasePose {
             at_m: first.stands_m + first.facing * (BEFORE_M + BEHIND_M),
@@ -178,22 +180,22 @@ impl MovingBase {
         stopped.pose().seen_from(&self.hall_from_corridor)
     }
 
-    /// The world as the session is to see it.
+    /// The pose of the world for the session.
     pub(super) fn base_from_corridor(&self) -> anyhow::Result<Pose> {
         Ok(self.place().floor_from_base()?.inverse())
     }
 
-    /// Is it outside an area, with room to spare?
+    /// Is it outside an area, with a margin?
     pub(super) fn is_out_of(&self, area: &KeepOutArea) -> bool {
         !area.grown(OUTSIDE_M).contains(self.place().at_m)
     }
 
-    /// Does it stand, since when, s?
+    /// Time for which it has stood, s.
     pub(super) const fn rested_s(&self) -> f64 {
         self.rested_s
     }
 
-    /// What refused most of the latest steps, if at least a quarter of them were refused.
+    /// The most frequent reason of the latest refusals, if at least a quarter of the steps were refused.
     pub(super) fn held_by(&self) -> Option<Held> {
         let count = |cause| {
             self.held
@@ -210,7 +212,7 @@ impl MovingBase {
         self.goal = None;
     }
 
-    /// Chooses where to go for what may be touched. `next`: the room behind a closed door that the person waits at.
+    /// Chooses a goal for the possible touches. `next`: the room behind a closed door at which the person waits.
     pub(super) fn choose(
         &mut self,
         room: &Room,
@@ -225,7 +227,7 @@ impl MovingBase {
         let here = self.drive.seen_from(&self.hall_from_corridor);
         let at_m = here.state().pose().at_m;
         let chosen = match next {
-            // Out of the room behind the door, by the nearer side, and on to where its first wall is served from.
+            // Leave the room behind the door on the nearer side, and go to a pose that serves its first wall.
             Some(next) if area.contains(at_m) => {
                 let y = match at_m.y < 0.5 * (area.low_m.y + area.high_m.y) {
                     true => area.low_m.y - CLEAR_M,
@@ -256,7 +258,7 @@ impl MovingBase {
         Ok(())
     }
 
-    /// Turns the world around a walking person, as far as it goes unnoticed, so that the goal comes nearer to the base.
+    /// Turns the world around a walking person, within the limit that people do not notice, so that the goal comes nearer to the base.
     pub(super) fn turn_avatar(&mut self, body: &Body, dt_s: f64) -> anyhow::Result<()> {
         let x = self.hall_from_corridor.rotation().x_axis;
         let yaw_rad = body.yaw_rad + x.y.atan2(x.x);
@@ -264,7 +266,7 @@ impl MovingBase {
         let turned_rad = shorter(yaw_rad - last_rad);
         if let Some(goal) = self.goal {
             let angle = |at_m: DVec2| (at_m - body.at_m).to_angle();
-            // About the person, the world turns against the avatar.
+            // The world turns about the person, opposite to the avatar.
             let towards = shorter(angle(self.place().at_m) - angle(goal.at_m));
             self.wanted_rad = self.turn.turned_rad() - towards;
         }
@@ -283,7 +285,7 @@ impl MovingBase {
         Ok(())
     }
 
-    /// Moves the base by a time, s, if it may.
+    /// Moves the base for this time, s, if permitted.
     pub(super) fn step(&mut self, dt_s: f64, seen: &Seen<'_>) -> anyhow::Result<()> {
         let mut parts = parts(seen);
         for (part, last) in parts.iter_mut().zip(&self.last_parts) {
@@ -368,8 +370,8 @@ impl MovingBase {
         }
     }
 
-    /// How far body and hands remain from the robot while it brakes from a state, m, when they do the worst that is assumed of them. Judged by the true
-    /// places and velocities, at single instants, and not by the formula that decides.
+    /// Distances between the robot and body and hands while it brakes from a state, m, for the worst motion that is assumed of them.
+    /// Evaluated at single instants from the true places and velocities, independently of the formula that decides.
     fn margins_m(&self, state: &BaseState, parts: &[BasePart], truth: &Truth) -> [f64; 2] {
         let safety = &self.safety;
         let stop_s = self.drive.stop_s(state);
@@ -406,12 +408,12 @@ fn nearest_m(parts: &[BasePart], base: &BasePose, place_m: DVec2) -> f64 {
     away_m.fold(f64::INFINITY, least_m)
 }
 
-/// Is a margin used up, or unknown?
+/// Is a margin negative or unknown?
 const fn is_too_near(margin_m: f64) -> bool {
     margin_m.is_nan() || margin_m < 0.0
 }
 
-/// NaN is the least.
+/// The minimum; NaN counts as the least.
 fn least_m(a_m: f64, b_m: f64) -> f64 {
     match a_m.is_nan() || a_m < b_m {
         true => a_m,
@@ -419,7 +421,7 @@ fn least_m(a_m: f64, b_m: f64) -> f64 {
     }
 }
 
-/// The robot from above: platform, links and the edges of the board.
+/// The robot on the floor plan: platform, links and the edges of the board.
 fn parts(seen: &Seen<'_>) -> Vec<BasePart> {
     let part = |from_m: DVec2, to_m: DVec2, radius_m| BasePart {
         ends_m: [from_m, to_m],

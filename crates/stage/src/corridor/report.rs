@@ -68,7 +68,7 @@ pub(super) fn table(walks: &[Walked]) -> String {
     text
 }
 
-/// What the inversion of the maps took; not in the table, which is the same for the same seed.
+/// Computing time of the inverse maps; not in the table, which must be the same for the same seed.
 pub(super) fn inverted(hall: &Hall) -> String {
     let (cells, bases) = hall.rooms.first().map_or((0, 0), |room| {
         (room.inversion.cells(), room.inversion.bases().len())
@@ -79,7 +79,7 @@ pub(super) fn inverted(hall: &Hall) -> String {
     )
 }
 
-/// Everything, for other programs.
+/// All results, for other programs.
 pub(super) fn json(hall: &Hall, walks: &[Walked]) -> anyhow::Result<String> {
     let touch = |touch: &CorridorTouch| {
         json!({

@@ -30,13 +30,13 @@ const BASE_EVERY: u64 = 4;
 const CHOICE_S: f64 = 0.1;
 /// Half of the time over which the true velocity of a person is taken, s.
 const DIFFERENCE_S: f64 = 1e-4;
-/// A hand this near to a surface is about to touch it, m: it rests 0.33 m before it, and comes the last 0.28 m in about 0.4 s, in which a base
-/// that creeps stops.
+/// A hand this near to a surface is about to touch it, m. Hands rest at 0.33 m and cover the last 0.28 m in about 0.4 s, in which a
+/// creeping base stops.
 const TOUCHES_SOON_M: f64 = 0.28;
-/// A visit takes at most this long on average, s; else the walk is stuck.
+/// Largest mean duration of a visit, s; after that the walk counts as stuck.
 const LONGEST_S: f64 = 60.0;
 
-/// People of the built-in room teach the predictor.
+/// Trains the predictor on people in the built-in room.
 pub(super) fn trained(
     arm: &BoardArm,
     predictor: Option<PredictorKind>,
@@ -51,7 +51,7 @@ pub(super) fn trained(
     Ok((people, predictors))
 }
 
-/// What is the same in all walks.
+/// Common data of all walks.
 pub(super) struct Corridor<'a> {
     pub(super) hall: &'a Hall,
     pub(super) visits: &'a [Visit],
@@ -60,11 +60,11 @@ pub(super) struct Corridor<'a> {
     pub(super) predictors: &'a Predictors,
     pub(super) person: PersonKind,
     pub(super) seed: u64,
-    /// A base this slow may be met by a hand, m/s.
+    /// Largest speed of the base at which it may meet a hand, m/s.
     pub(super) hand_meets_m_per_s: f64,
 }
 
-/// Where person and base were at a time.
+/// Positions of person and base at a time.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sample {
     pub(super) t_s: f64,
@@ -135,13 +135,13 @@ impl Corridor<'_> {
     }
 }
 
-/// Everything in motion.
+/// All moving parts.
 struct Rig<'a> {
     corridor: &'a Corridor<'a>,
     kind: BaseKind,
     walker: Walker<'a>,
     session: Session<Predictors>,
-    /// Predicts touches and leads no arm.
+    /// Predicts touches; leads no arm.
     foresight: Session<Predictors>,
     room: usize,
     arm: SimulatedArm,
@@ -248,7 +248,7 @@ impl<'a> Rig<'a> {
             t_s,
             base_from_world,
         };
-        // A session takes a hand that is carried along for one that reaches.
+        // A session would take a carried hand for a reaching one.
         let walks = self.belief.walks(&frame);
         let seen = if walks { without_hand(frame) } else { frame };
         self.foresight.world(&world)?;
@@ -280,7 +280,7 @@ impl<'a> Rig<'a> {
         Ok(())
     }
 
-    /// It may reach out if it can present, from where the base stops, the place that the hand is before.
+    /// It may reach out if, from where the base will stop, it can present the place in front of the hand.
     fn arm_may(&self, seen: &HandFrame) -> anyhow::Result<ArmMay> {
         let scene = &self.corridor.hall.rooms[self.room].scene;
         let Some(hand) = seen.contact_point() else {
@@ -344,7 +344,7 @@ impl<'a> Rig<'a> {
     }
 }
 
-/// The frame of a person whose hand is not seen.
+/// The frame without the hand.
 fn without_hand(frame: HandFrame) -> HandFrame {
     HandFrame {
         palm_m: None,

@@ -1,4 +1,4 @@
-//! What the base knows of the person: what the tracker saw, in the frame of the corridor from above.
+//! What the base knows about the person: tracker data on the floor plan of the corridor.
 
 use glam::DVec2;
 use hwall::arrival::base::SeenHand;
@@ -17,7 +17,7 @@ pub(super) struct Sight {
 }
 
 impl Sight {
-    /// Takes a frame. Frames come in order.
+    /// Takes a frame. Frames must be in order.
     pub(super) fn see(&mut self, frame: &HandFrame) {
         if let Some(head_m) = frame.head_m {
             self.heads.push_back((frame.t_s, head_m.truncate()));

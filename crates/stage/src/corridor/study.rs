@@ -16,8 +16,9 @@ use std::fmt::Write as _;
 /// Touches of a walk.
 const TOUCHES: usize = 60;
 
-/// Walks of plain people with each seed and a base that drives, without and with redirection; with the first also a fixed base. `speeds_m_per_s`: at
-/// which a hand may meet the base, for the price of that in share in place, with the first three seeds. Returns Markdown tables.
+/// Walks of plain people with each seed and a driving base, without and with redirection; with the first seed also a fixed base.
+/// `speeds_m_per_s`: speeds at which the base may meet a hand, to measure their effect on the share in place with the first three seeds.
+/// Returns Markdown tables.
 ///
 /// # Errors
 /// As [`run`](fn@super::run).
@@ -112,7 +113,7 @@ fn price<'a>(seeds: &[u64], shares: impl Iterator<Item = (&'a [Walked], &'a f64)
     text
 }
 
-/// What became of the touches of a base that drives.
+/// Results of the touches with a driving base.
 fn causes(walks: &[(u64, &Walked)]) -> String {
     let drives = walks
         .iter()

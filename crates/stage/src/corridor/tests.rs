@@ -13,7 +13,7 @@ use crate::person::predictors::{PredictorKind, Predictors, TrainingPeople};
 use hwall::response::EndToEnd;
 use hwall_haptics::{Board, ContactLimits};
 
-/// The table and the JSON of two touches, which rays predict.
+/// The table and the JSON of two touches, with the ray predictor.
 fn walked(seed: u64) -> [String; 2] {
     let arm = BoardArm::named("iiwa7", &Board::default()).unwrap();
     let hall = Hall::new(&arm, 1, seed).unwrap();
@@ -66,7 +66,7 @@ fn a_walk_ends_its_table_is_whole_and_the_same_for_the_same_seed() {
     }
 }
 
-/// 0.6 kg of a hand and 75 N/mm: 212 N for each m/s. Board and base together are slower than 65 N allow.
+/// 0.6 kg of a hand and 75 N/mm: 212 N for each m/s. Board and base together stay below the speed for 65 N.
 #[test]
 fn a_hand_meets_the_base_below_the_limits_of_contact() {
     let limits = ContactLimits::default();
@@ -75,7 +75,7 @@ fn a_hand_meets_the_base_below_the_limits_of_contact() {
     assert!(speed < 0.25 * limits.speed_cap_m_per_s(f64::INFINITY).unwrap());
 }
 
-/// The posture in which the arm waits is chosen for the heights that the walkers touch.
+/// The waiting posture is chosen for the heights that the walkers touch.
 #[test]
 fn walkers_touch_within_the_heights_that_the_arm_waits_for() {
     let arm = BoardArm::named("iiwa7", &Board::default()).unwrap();
@@ -92,11 +92,11 @@ fn walkers_touch_within_the_heights_that_the_arm_waits_for() {
     assert!((board - 0.5 * (low + high)).abs() < 0.15, "{board}");
 }
 
-/// Head and hand never jump: not where a walk begins or ends, nor at a door. Nobody accelerates more than the base assumes.
+/// Head and hand never jump, even at the ends of a walk or at a door. No walker accelerates more than the base assumes.
 #[test]
 fn a_walker_moves_continuously() {
     const DT_S: f64 = 2e-3;
-    /// The fastest hands are those of varied people who walk, m/s.
+    /// Fastest hand, m/s: of varied people while walking.
     const FASTEST_M_PER_S: f64 = 4.0;
     let arm = BoardArm::named("iiwa7", &Board::default()).unwrap();
     let hall = Hall::new(&arm, 3, 5).unwrap();
@@ -122,7 +122,7 @@ fn a_walker_moves_continuously() {
             let new = moved_m.truncate() / DT_S;
             let most = super::moving::PERSON_M_PER_S2;
             let old = velocity.replace(new).unwrap_or(new);
-            // The lean of a reach is not bounded by what is assumed of plain people.
+            // The bound for plain people does not apply to the leaning of other people.
             assert!(kind != PersonKind::Plain || (new - old).length() <= most * DT_S);
             last = now;
         }

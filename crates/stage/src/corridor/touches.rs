@@ -9,7 +9,7 @@ use hwall_hand::Pose;
 use hwall_haptics::PlaceTolerance;
 
 named! {
-    /// What became of a touch.
+    /// Result of a touch, or cause of a miss.
     pub(super) enum Cause {
         InPlace = "in place",
         Moves = "board there, base in motion",
@@ -22,7 +22,7 @@ named! {
     }
 }
 
-/// The arm takes about this long, s, and lower places count as low, m.
+/// Approximate motion time of the arm, s, and the height below which places count as low, m.
 const ARM_S: f64 = 0.7;
 const LOW_M: f64 = 0.1;
 
@@ -44,11 +44,11 @@ pub(super) struct CorridorTouch {
     pub(super) served: bool,
 }
 
-/// Watches the board for the touch that comes next.
+/// Watches the board for the next touch.
 #[derive(Default)]
 pub(super) struct TouchWatch {
     pub(super) touches: Vec<CorridorTouch>,
-    /// Since when the board is in place for it, s.
+    /// Time since which the board is in place for it, s.
     since_s: Option<f64>,
     /// Just before the contact: is the board there, and how long has the base been at rest, s?
     holds: bool,
@@ -79,7 +79,7 @@ impl TouchWatch {
         if t_s < contact_s {
             let (board, tolerance) = (arm.board(), PlaceTolerance::default());
             let holds = tolerance.holds(board, corridor_from_board, truth.target_m, truth.normal);
-            // A wall does not move.
+            // A wall is fixed.
             (self.holds, self.served_s) = (holds, base.rested_s());
             let holds = holds && base.rested_s() > 0.0;
             self.since_s = holds.then(|| self.since_s.unwrap_or(t_s));

@@ -1,4 +1,4 @@
-//! What a walker touches: places in every room, and a few touches at each.
+//! The touches of a walker: places in every room, and a few touches at each.
 
 use super::hall::{DOOR_Y_M, EYES_M, HEIGHTS_M, Hall, Room, SHELF_DEPTH_M, SIDE_M};
 use crate::person::kinds::PersonKind;
@@ -18,9 +18,9 @@ const MOST_TOUCHES: usize = 5;
 /// Distance of the places from corners and from the middle of a door, m.
 const FROM_CORNER_M: f64 = 0.7;
 const FROM_DOOR_M: f64 = 0.9;
-/// Who comes this near to the middle of a shelf stands before it, m.
+/// A person within this distance of the middle of a shelf stands in front of it, m.
 const SHELF_NEAR_M: f64 = 0.6;
-/// Touches lie this far aside of the place at most, m.
+/// Largest distance of touches to the side of the place, m.
 const ASIDE_M: f64 = 0.45;
 /// A point this near to a surface is on it, m.
 const ON_SURFACE_M: f64 = 1e-3;
@@ -28,7 +28,7 @@ const ON_SURFACE_M: f64 = 1e-3;
 const ATTEMPTS: usize = 2000;
 
 named! {
-    /// What is touched.
+    /// Kind of the touched surface.
     pub(super) enum Kind {
         Wall = "wall",
         Shelf = "shelf",
@@ -44,7 +44,7 @@ impl Kind {
     }
 }
 
-/// Somebody stands before a place and touches what is there.
+/// A person stands in front of a place and touches it.
 #[derive(Debug, Clone)]
 pub(super) struct Visit {
     pub(super) room: usize,
@@ -66,11 +66,11 @@ impl Visit {
         )?)
     }
 
-    /// A person of a kind and seed who stands there.
+    /// A person of this kind and seed at this standing place.
     pub(super) fn person(&self, kind: PersonKind, seed: u64) -> anyhow::Result<PersonConfig> {
         let usual = kind.config(seed);
         let hand = usual.hand_rest_m - usual.head_m;
-        // The usual person faces against x.
+        // The default person faces -x.
         let body = self.body()?;
         Ok(PersonConfig {
             head_m: body.transform_point(DVec3::Z * EYES_M),
@@ -81,7 +81,7 @@ impl Visit {
     }
 }
 
-/// The visits until so many touches are made: along the walls of one side of each room, drawn by lot, and at last its door.
+/// Visits for this many touches: along the walls of one randomly chosen side of each room, and finally its door.
 pub(super) fn visits(hall: &Hall, touches: usize, seed: u64) -> anyhow::Result<Vec<Visit>> {
     let mut sampler = Sampler::new(seed ^ 0x7769_7369_7473);
     let (mut visits, mut made) = (Vec::new(), 0);
@@ -107,7 +107,7 @@ pub(super) fn visits(hall: &Hall, touches: usize, seed: u64) -> anyhow::Result<V
 struct Place {
     on_wall_m: DVec2,
     normal: DVec2,
-    /// How far what is touched stands out of the wall, m.
+    /// Distance of the touched surface in front of the wall, m.
     before_m: f64,
     leaves: bool,
 }
@@ -194,7 +194,7 @@ fn visit(
     Ok(visit)
 }
 
-/// A random point of what stands before the person, seen and at hand.
+/// A random visible point within reach in front of the person.
 fn touch(
     room: &Room,
     place: &Place,

@@ -10,26 +10,26 @@ use hwall_sim::{Person, PersonConfig, TouchSequence, TouchTruth, minimum_jerk};
 use hwall_testkit::Sampler;
 use std::f64::consts::{PI, TAU};
 
-/// A natural walk: speed, m/s, acceleration, m/s², and jerk, m/s³. Speed: [Bohannon 1997] has 1.3 to 1.46 for comfortable walking in the open; the
-/// others are assumptions.
+/// A natural walk: speed, m/s, acceleration, m/s², and jerk, m/s³. Speed: [Bohannon 1997] gives 1.3 to 1.46 for comfortable walking in the
+/// open; the others are assumptions.
 pub(super) const WALK: [f64; 3] = [1.2, 1.2, 6.0];
-/// The body turns towards the way, and from it, within this time, s; a corner of the way is
-/// rounded within this distance before and behind it, m: at 1.2 m/s a right angle then takes 1.7 m/s².
+/// Time in which the body turns at the beginning and the end of a walk, s. Distance before and after a corner within which the path is
+/// rounded, m: at 1.2 m/s a right angle then needs 1.7 m/s².
 pub(super) const TURN_S: f64 = 1.2;
 const TURN_M: f64 = 0.6;
-/// Ways through a door pass its middle this far beyond the wall, m.
+/// Paths through a door pass its middle line up to this far beyond the wall, m.
 const PAST_DOOR_M: f64 = 0.4;
 
-/// What a walker is doing.
+/// Activity of a walker.
 enum Phase {
     Walks(Box<Walk>),
     Touches,
-    /// Before a door that is still closed.
+    /// At a door that is still closed.
     Waits,
     Done,
 }
 
-/// Somebody at a standing place: rests, touches from a time on, rests.
+/// A person at a standing place: rests, touches from this time on, rests.
 #[derive(Clone)]
 struct Stay {
     corridor_from_body: Pose,
@@ -37,7 +37,7 @@ struct Stay {
     sequence: TouchSequence,
 }
 
-/// A way from one standing place to another, since a time.
+/// A walk from one standing place to another, with its start time.
 struct Walk {
     since_s: f64,
     /// The way and its length, m, and the headings of the body at its ends, rad.
@@ -46,7 +46,7 @@ struct Walk {
     yaws_rad: [f64; 2],
     bounds: JointBounds,
     duration_s: f64,
-    /// The first touch there, which the eyes are on.
+    /// The first touch there, which the eyes fixate.
     looks_at_m: DVec3,
     next: Stay,
 }
@@ -64,7 +64,7 @@ pub(super) struct Walker<'a> {
     phase: Phase,
 }
 
-/// Where the body is.
+/// Pose of the body.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Body {
     /// The floor below the eyes, m.
@@ -103,12 +103,12 @@ impl<'a> Walker<'a> {
         matches!(self.phase, Phase::Done)
     }
 
-    /// Does the walker wait before a closed door?
+    /// Does the walker wait at a closed door?
     pub(super) const fn waits(&self) -> bool {
         matches!(self.phase, Phase::Waits)
     }
 
-    /// The present visit, or that to which the walker is walking.
+    /// The present visit, or the visit to which the walker walks.
     pub(super) fn visit(&self) -> &Visit {
         &self.visits[self.at]
     }
@@ -118,7 +118,7 @@ impl<'a> Walker<'a> {
         self.at
     }
 
-    /// Goes on to what is next at a time, s. A door opens only if it may.
+    /// Advances to this time, s. `door_opens`: doors may open.
     pub(super) fn advance(&mut self, t_s: f64, door_opens: bool) -> anyhow::Result<()> {
         match &mut self.phase {
             Phase::Walks(walk) if t_s >= walk.next.begins_s => {
@@ -146,7 +146,7 @@ impl<'a> Walker<'a> {
         Ok(())
     }
 
-    /// To the present visit.
+    /// The walk to the present visit.
     fn walk(&self, since_s: f64, from_m: DVec2, yaw_rad: f64) -> anyhow::Result<Walk> {
         let visit = self.visit();
         let mut way_m = vec![from_m];
@@ -182,12 +182,12 @@ impl<'a> Walker<'a> {
             hand_length_m: [hand_m; 2],
             ..self.visit().person(self.kind, self.seed)?
         };
-        // Other draws at every place; the habits are the person's.
+        // New random draws at every place; the habits stay the same.
         let seed = Sampler::new(self.seed ^ (self.at as u64) << 32).index(usize::MAX) as u64;
         Ok(Person::new(config, seed)?)
     }
 
-    /// Where the body is at a time, s.
+    /// Pose of the body at a time, s.
     pub(super) fn body(&self, t_s: f64) -> Body {
         match &self.phase {
             Phase::Walks(walk) => walk.body(t_s),
@@ -214,7 +214,7 @@ impl<'a> Walker<'a> {
         self.seen(t_s, |sequence, t_s| sequence.truth(t_s).hand_frame())
     }
 
-    /// Who walks goes over from resting at one place to resting at the next.
+    /// During a walk, blends from the resting person at one place to that at the next.
     fn seen(
         &self,
         t_s: f64,
@@ -262,14 +262,14 @@ impl<'a> Walker<'a> {
         })
     }
 
-    /// The touches of the present visit and when they begin, s; `None` on the way there.
+    /// The touches of the present visit and their start, s; `None` while walking there.
     pub(super) fn touches(&self) -> Option<(f64, &[TouchTruth])> {
         let touches = matches!(self.phase, Phase::Touches);
         touches.then(|| (self.stay.begins_s, self.stay.sequence.touches()))
     }
 }
 
-/// The points of two frames, mixed.
+/// Interpolates the points of two frames.
 fn between(a: &HandFrame, b: &HandFrame, share: f64) -> HandFrame {
     let mixed = |a: Option<DVec3>, b: Option<DVec3>| Some(a?.lerp(b?, share));
     HandFrame {
@@ -281,7 +281,7 @@ fn between(a: &HandFrame, b: &HandFrame, share: f64) -> HandFrame {
 }
 
 impl Walk {
-    /// Where the body is at a time, s.
+    /// Pose of the body at a time, s.
     fn body(&self, t_s: f64) -> Body {
         let after_s = t_s - self.since_s;
         let since_s = after_s.max(1e-9);
@@ -325,7 +325,7 @@ fn yaw_of(direction: DVec2) -> f64 {
     direction.y.atan2(direction.x)
 }
 
-/// An angle taken the shorter way round, rad.
+/// The equivalent angle of least magnitude, rad.
 pub(super) fn shorter(angle_rad: f64) -> f64 {
     (angle_rad + PI).rem_euclid(TAU) - PI
 }

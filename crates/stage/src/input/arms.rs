@@ -149,7 +149,7 @@ impl BoardArm {
     }
 
     fn from_chain(name: &str, chain: Chain, board: &Board) -> anyhow::Result<Self> {
-        // A description of an arm with a closed form becomes that arm.
+        // A URDF of an arm with a closed form becomes that arm.
         if let Ok(arm) = SrsArm::from_chain(&chain) {
             let known = arm.parameters().max_acceleration_rad_per_s2;
             let whose = match known.iter().flatten().count() {
@@ -376,7 +376,7 @@ pub fn parse_list<const N: usize>(text: &str) -> anyhow::Result<[f64; N]> {
         .map_err(|_| anyhow::anyhow!("{count} numbers, expected {N}"))
 }
 
-/// What the user is told of the accelerations of an arm.
+/// Message to the user about the accelerations of an arm.
 fn words_of(chain: &Chain, estimated: &EstimatedAccelerations) -> String {
     let joints = chain.joints();
     let shown = &estimated.rad_per_s2[..joints.len().min(MOST_JOINTS)];

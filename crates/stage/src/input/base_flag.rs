@@ -1,4 +1,4 @@
-//! What `--base` says: where the base stands, or what it does in a corridor of rooms.
+//! The value of `--base`: a pose of the base, or its behaviour in a corridor of rooms.
 
 use super::floor_pose::FloorPose;
 use anyhow::Context;
@@ -10,7 +10,7 @@ named! {
     pub enum BaseKind {
         /// The base stays where it is
         Fixed = "fixed",
-        /// The base stays; the avatar is turned unnoticed, so that walls come to the board
+        /// The base stays; the avatar is turned, unnoticed, so that walls come to the board
         Redirected = "redirected",
         /// The base drives
         Drives = "drives",
@@ -38,7 +38,7 @@ impl BaseKind {
 pub enum BaseFlag {
     /// The base stands there, in the frame of the scene.
     At(FloorPose),
-    /// A corridor of rooms instead of the scene.
+    /// Uses a corridor of rooms instead of the scene.
     Corridor(BaseKind),
 }
 

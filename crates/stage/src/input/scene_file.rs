@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 /// Which scene, as flags.
 #[derive(Debug, Clone, clap::Args)]
 pub struct SceneFlags {
-    /// OBJ scene, z up, metres, in the frame of the arm's base unless that is placed; a sidecar of the same name with .toml says which surface is what [default: the built-in room]
+    /// OBJ scene, z up, metres, in the frame of the arm's base unless the base is placed; a sidecar of the same name with .toml describes
+    /// the surfaces [default: the built-in room]
     #[arg(long)]
     pub scene: Option<PathBuf>,
     /// Metres in one unit of the OBJ: 0.01 for centimetres, 0.001 for millimetres
@@ -68,7 +69,7 @@ pub fn looks_like(scene: &Scene) -> String {
     text
 }
 
-/// What a scene that is far too high for metres looks like.
+/// Hint for a scene that is far too high for metres: its likely unit.
 #[must_use]
 pub fn unit_hint(scene: &Scene) -> Option<String> {
     let bounds = scene.bounds();

@@ -30,7 +30,7 @@ pub enum HandChoice {
     /// The right one; a mouse counts as one
     #[default]
     Right,
-    /// The one that is seen first, the other one when that is lost
+    /// The hand that is seen first; the other one when that is lost
     Either,
 }
 
@@ -44,7 +44,7 @@ impl From<HandChoice> for FollowedHand {
     }
 }
 
-/// Where a program keeps what belongs to its user.
+/// The folder for a user's data.
 fn user_data() -> anyhow::Result<PathBuf> {
     let folder = |name: &str| {
         let named = std::env::var_os(name).filter(|value| !value.is_empty());
@@ -57,10 +57,10 @@ fn user_data() -> anyhow::Result<PathBuf> {
         .context("no folder for the user's data: name a file with --tls-file")
 }
 
-/// The arm that hands on a page lead, what stands around it, and whom it serves; flags of every program that leads one.
+/// Flags of every program that leads an arm: the arm, its surroundings, and the person it serves.
 #[derive(Debug, Clone, clap::Args)]
 pub struct LedArmFlags {
-    /// Address of the controller: what comes from elsewhere is counted and dropped [default: the first one that speaks leads]
+    /// Address of the controller; datagrams from elsewhere are counted and dropped [default: the first sender]
     #[arg(long, requires = "fri", value_name = "HOST", value_parser = host)]
     pub fri_controller: Option<IpAddr>,
     /// Version of its interface: 1.15, 2.5 or 2.7
@@ -69,7 +69,8 @@ pub struct LedArmFlags {
     /// Name of a proxy by which browsers reach the page; may be given more than once
     #[arg(long = "host")]
     pub hosts: Vec<String>,
-    /// TOML file of what really stands around the arm, its planes and boxes in the frame of its base [default: a floor where the scene is lowest, or at the base]
+    /// TOML file of the real obstacles around the arm, as planes and boxes in the frame of its base [default: a floor at the lowest point
+    /// of the scene, or at the base]
     #[arg(long)]
     pub room: Option<PathBuf>,
     /// Origin of the headset's space in the arm's base frame: x,y,z in metres, yaw in degrees. A headset's space lies on the floor; in the built-in room that is 0.6 m below the base
@@ -84,7 +85,7 @@ pub struct LedArmFlags {
     /// A hand that stands quite still counts as lost: for a headset that repeats its last pose when it loses a hand
     #[arg(long)]
     pub watch_frozen: bool,
-    /// Nothing tracks the person's head: the arm does not wait for one, and nothing keeps it away from head, torso and arms
+    /// The person's head is not tracked: the arm does not wait for it, and nothing keeps the arm away from head, torso and arms
     #[arg(long)]
     pub no_head: bool,
 }
@@ -115,7 +116,7 @@ impl LedArmFlags {
         }
     }
 
-    /// What really stands around the arm, if a file says so.
+    /// The real obstacles around the arm, if a file describes them.
     ///
     /// # Errors
     /// A file that cannot be read, or is malformed.
@@ -124,7 +125,7 @@ impl LedArmFlags {
         room.transpose().context("--room")
     }
 
-    /// What somebody who starts the program must know of these flags.
+    /// A warning about these flags for the user, if one is needed.
     #[must_use]
     pub fn warning(&self) -> Option<String> {
         let text = "no head is waited for: nothing keeps the arm away from head, torso and arms";
@@ -154,10 +155,11 @@ impl LedArmFlags {
     }
 }
 
-/// Where hands come from, which arm is led and what is kept, as flags.
+/// Flags of a live session: source of hands, arm, recordings.
 #[derive(Debug, Clone, clap::Parser)]
 pub struct LiveFlags {
-    /// Where to listen; any address but 127.0.0.1 lets other machines in that have the key, which is printed as a part of the address. With --tls, which is for other devices, the default is 0.0.0.0:8443
+    /// Where to listen; any address other than 127.0.0.1 lets in other machines that have the key, which is printed as a part of the
+    /// address. With --tls, which is for other devices, the default is 0.0.0.0:8443
     #[arg(long, default_value = "127.0.0.1:8080", default_value_if("tls", "true", "0.0.0.0:8443"), value_parser = socket_address)]
     pub listen: SocketAddr,
     /// Serves the page over HTTPS, which headsets on the network need, with a certificate that is made at the first start. Needs a build with the feature `tls`
@@ -172,7 +174,8 @@ pub struct LiveFlags {
     /// Its key, as PEM
     #[arg(long, requires = "tls_cert")]
     pub tls_key: Option<PathBuf>,
-    /// Keeps in this file where the headset's space stands, found by touching three corners of the board. It is of one headset. The arm stands until that is done; at the next start it stands until two touches have checked it
+    /// Keeps the pose of the headset's space, found by touching three corners of the board, in this file. The calibration belongs to one
+    /// headset. The arm stands until it is done; at the next start the arm stands until two touches have checked it
     #[arg(long)]
     pub calibration: Option<PathBuf>,
     /// The scene.
@@ -181,19 +184,21 @@ pub struct LiveFlags {
     /// The arm.
     #[command(flatten)]
     pub led: LedArmFlags,
-    /// Who leads the board [default: fused, or ray-led where there is nobody to learn from]
+    /// The predictor that leads the board [default: fused, or ray-led without training data]
     #[arg(long, value_enum)]
     pub predictor: Option<PredictorKind>,
-    /// Listens here for the FRI controller of an iiwa and leads its arm instead of a simulated one: 127.0.0.1:30200 for a simulated controller, the address of this computer towards a real one, with a port of 30200 to 30209
+    /// Listens here for the FRI controller of an iiwa and leads its arm instead of the simulated one: 127.0.0.1:30200 for a simulated
+    /// controller; for a real one, this computer's address on the controller's network, with a port of 30200 to 30209
     #[arg(long, conflicts_with = "unity_udp", value_parser = socket_address)]
     pub fri: Option<SocketAddr>,
-    /// Takes the dissertation's UDP datagrams here, which say where the board goes; hands are then not followed
+    /// Receives the dissertation's UDP datagrams here, which command the board; hands are then not followed
     #[arg(long, value_parser = socket_address)]
     pub unity_udp: Option<SocketAddr>,
-    /// The arm moves only while somebody holds the switch on the page (its address with #switch behind it, on a phone for instance). Letting go stops the arm; so does losing the connection
+    /// The arm moves only while somebody holds the switch on the page (its address followed by #switch, for instance on a phone). Releasing
+    /// the switch or losing the connection stops the arm
     #[arg(long, conflicts_with = "unity_udp")]
     pub enabling_switch: bool,
-    /// Records the session to this file, for Foxglove, Rerun and `hwall --replay`; the arm's capsules as URDF beside it
+    /// Records the session to this file, for Foxglove, Rerun and `hwall --replay`, with the arm's capsules as URDF in the same folder
     #[arg(long, conflicts_with = "unity_udp")]
     pub record: Option<PathBuf>,
     /// End after this many seconds [default: never]

@@ -10,7 +10,7 @@ named! {
         /// One gesture, symmetric speeds, a gaze that never misses and rests ahead between touches
         #[default]
         Plain = "plain",
-        /// Everything on in which people differ; the gaze misses one touch in ten
+        /// Differing in everything; the gaze misses one touch in ten
         Varied = "varied",
         /// Plain, reaching in 0.35 to 0.6 s
         Fast = "fast",
@@ -18,7 +18,7 @@ named! {
         Slow = "slow",
         /// Plain, looking at up to three other places before each touch
         Glancing = "glancing",
-        /// Each person of a kind of their own: most traits drawn from wide ranges
+        /// Each person different: most traits drawn from wide ranges
         Random = "random",
     }
 }

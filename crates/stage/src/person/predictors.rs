@@ -19,7 +19,7 @@ use std::ops::Range;
 use std::time::Instant;
 
 named! {
-    /// A way to foresee touches.
+    /// A predictor of touches.
     #[derive(Default, ValueEnum)]
     pub enum PredictorKind {
         /// The learned estimate of where the motion ends, fused with gaze and surfaces
@@ -27,7 +27,7 @@ named! {
         Fused = "fused",
         /// The gaze ray; without a gaze, the ray along the hand's motion
         RayLed = "ray-led",
-        /// As the dissertation: the surface that the gaze ray meets, the hand projected onto it
+        /// The dissertation's method: the surface that the gaze ray hits, with the hand projected onto it
         RayCast = "ray cast",
         /// The dissertation's end-to-end response: from the hand to the joints of the arm, without surfaces or inverse kinematics;
         /// only trained if asked for
@@ -60,7 +60,7 @@ pub struct TrainingPeople {
     pub head: bool,
     /// Is the gaze tracked?
     pub gaze: bool,
-    /// Are those to come elsewhere, and face other ways? Needs the head.
+    /// Will later people stand elsewhere and face other directions? Needs the head.
     pub elsewhere: bool,
 }
 
@@ -189,7 +189,7 @@ impl Predictors {
     ) -> anyhow::Result<(Self, String)> {
         let began = Instant::now();
         let (learnt, stood) = match fused(scene, arm, people) {
-            // Nothing may be within reach where the hand was first seen; the person walks there later.
+            // Possibly nothing is within reach where the hand was first seen, because the person walks later.
             Err(error) => match fused(scene, arm, &people.standing_as_usual()) {
                 Ok(learnt) => (Ok(learnt), ", who stand elsewhere"),
                 Err(_) => (Err(error), ""),
@@ -215,7 +215,7 @@ impl Predictors {
         Ok((Self::of(fused, leader)?, remark))
     }
 
-    /// A fused predictor, if there is one, beside the ray predictors.
+    /// A fused predictor, if there is one, with the ray predictors.
     ///
     /// # Errors
     /// Settings that a ray predictor refuses.
@@ -278,7 +278,7 @@ impl Predictors {
         self.adapts
     }
 
-    /// Who leads the board.
+    /// The predictor that leads the board.
     #[must_use]
     pub const fn leader(&self) -> PredictorKind {
         self.leader
@@ -290,7 +290,7 @@ impl Predictors {
         &self.answers
     }
 
-    /// What each of them predicted from every sample so far.
+    /// The predictions of each predictor, for every sample so far.
     #[must_use]
     pub fn records(&self) -> &[PredictionRecord] {
         &self.records
@@ -298,7 +298,7 @@ impl Predictors {
 }
 
 impl Predictor for Predictors {
-    /// Asks all of them and returns the predictions of the leader.
+    /// Runs all predictors and returns the predictions of the leader.
     fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
         let mut record = PredictionRecord {
             t_s: input.frame.t_s,

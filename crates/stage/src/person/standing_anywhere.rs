@@ -1,4 +1,4 @@
-//! People who stand elsewhere than those from whom an estimator learnt.
+//! Estimators for people who stand elsewhere than the training people.
 
 use crate::person::touches::Standing;
 use glam::{DMat3, DVec3};
@@ -7,16 +7,16 @@ use hwall_hand::{HandFrame, HandPoint, Pose};
 
 /// Shows every reach to an estimator as if the person stood where its training people did, and faced the same way.
 ///
-/// What is learnt from reaches holds for one place and one direction: the hand is on one side of the head, and ways to it are long or short. The
-/// frame of a reach follows from its first sample: the head is where theirs was, and the hand at rest in the same direction from it, seen from
-/// above.
+/// What is learnt from reaches is valid for one place and one direction, because the hand is on one side of the head and distances are
+/// relative to the person. The frame of a reach follows from its first sample: it moves the head to the training people's head, and turns
+/// the resting hand, on the floor plan, into the same direction from it.
 #[derive(Debug, Clone)]
 pub struct StandingAnywhere<E> {
     estimator: E,
     /// Head and resting hand of the training people; `None`: reaches are shown as they are.
     trained: Option<Standing>,
     reach: Option<Pose>,
-    /// That of the reach before a tentative one.
+    /// The frame of the reach before a tentative one.
     before: Option<Option<Pose>>,
 }
 
@@ -100,7 +100,7 @@ impl<E: ContactEstimator> ContactEstimator for StandingAnywhere<E> {
 mod tests {
     use super::*;
 
-    /// Expects the touch ahead of the hand, as the training people faced.
+    /// Expects the touch in front of the hand, in the direction that the training people faced.
     #[derive(Default)]
     struct Ahead(Option<DVec3>);
 

@@ -10,7 +10,7 @@ use hwall_files::Row;
 use std::io::Write;
 use std::path::Path;
 
-/// What moves.
+/// Kind of object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ObjectKind {
     /// Turns about a hinge.
@@ -39,9 +39,9 @@ pub struct ObjectOptions<'a> {
     pub mass: Option<f64>,
     /// N m/rad or N/m.
     pub stiffness: f64,
-    /// Where the spring of a door is relaxed, degrees.
+    /// Rest angle of a door's spring, degrees.
     pub rest_deg: Option<f64>,
-    /// Where any other spring is relaxed, m.
+    /// Rest position of any other spring, m.
     pub rest_m: Option<f64>,
     /// N m s/rad or N s/m.
     pub damping: f64,

@@ -160,12 +160,12 @@ struct Timed<'a, P> {
     /// As [`Stage::explain`].
     explain: Option<Option<f64>>,
     explanations: Explanations,
-    /// The choice that was told last.
+    /// The choice that was printed last.
     told: Option<(&'static str, Option<SurfaceId>)>,
 }
 
 impl<P: Predictor> Timed<'_, P> {
-    /// Tells why the policy decided as it did in the newest frame, if that is asked for.
+    /// Prints the reason for the policy's decision in the newest frame, if requested.
     fn explain(&mut self) {
         let Some(at_s) = self.explain else {
             return;

@@ -25,7 +25,7 @@ pub struct Stage<'a> {
     pub fri: Option<FaultConfig>,
     /// When the board is sent.
     pub policy: PolicyConfig,
-    /// Decisions of the policy are told: that of the frame at a time, s, or each that changes.
+    /// Prints decisions of the policy: of the frame at this time, s, or each one that changes.
     pub explain: Option<Option<f64>>,
     /// Control period, s.
     pub period_s: f64,

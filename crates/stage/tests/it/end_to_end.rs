@@ -1,4 +1,4 @@
-//! The main job led by joints that are inferred from the hand.
+//! The main job led by joints inferred from the hand.
 
 use hwall_stage::built_in_room::BuiltInRoom;
 use hwall_stage::person::kinds::PersonKind;

@@ -1,4 +1,4 @@
-//! Simulated participants: felt roughness and answers.
+//! Simulated participants: perceived roughness and answers.
 
 mod planted;
 mod promise;

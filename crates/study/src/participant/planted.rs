@@ -1,4 +1,4 @@
-//! What simulated participants of the dissertation's studies answer.
+//! Planted answers of simulated participants in the dissertation's studies.
 
 use super::simulated::ParticipantConfig;
 use crate::protocol::{Protocol, ReadyProtocol};
@@ -6,9 +6,9 @@ use crate::protocol::{Protocol, ReadyProtocol};
 /// Mean answers to the three questions of the dissertation's experiment 2, of eight people, 1 to 5.
 pub const EXPERIMENT_2_MEANS: [f64; 3] = [4.25, 4.125, 4.375];
 
-/// The participants that a protocol is simulated with: in experiment 2 with the published mean ratings planted, else the usual ones.
+/// The simulated participants for a protocol: in experiment 2 with the published mean ratings, otherwise the default ones.
 ///
-/// In experiment 1 they find no wall more real than the other, because the published shares are not known here.
+/// In experiment 1 they find both walls equally real, because the published shares are unknown.
 #[must_use]
 pub fn planted_for(protocol: &Protocol) -> ParticipantConfig {
     let mut usual = ParticipantConfig::default();

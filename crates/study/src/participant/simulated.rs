@@ -24,8 +24,8 @@ pub struct ParticipantConfig {
     pub lapse_rate: f64,
     /// Relative growth of the noise over 100 trials. Default 0.1.
     pub fatigue_per_100: f64,
-    /// Mean ratings of the conditions of a study with a scale, in order and again from the first, whatever was felt; before they are
-    /// rounded to a point of the scale. Empty, the default: ratings follow the roughness.
+    /// For studies with a scale: mean ratings of the conditions, in order and repeated cyclically, independent of the touch, before
+    /// rounding to a point of the scale. Empty, the default: ratings follow the roughness.
     pub ratings: Vec<f64>,
     /// How much more real a presented wall feels than a whiteboard, points of a scale. Default 0.
     pub more_real: f64,
@@ -149,7 +149,7 @@ impl SimulatedParticipant {
             let rating = rating.round().clamp(1.0, last + 1.0);
             let slow = (0.3 * normal()).clamp(-2.0, 2.0);
             let compares = procedure.is_two_intervals();
-            // High ratings speak for the condition, high answers for the second touch.
+            // High ratings favour the condition, high answers the second touch.
             let answer = match compares && !trial.second {
                 true => last + 2.0 - rating,
                 false => rating,

@@ -3,7 +3,7 @@
 use hwall::texton::{Texton, Texture};
 use serde::{Deserialize, Serialize};
 
-/// A printed patch on the board, of the dissertation's studies. Whoever runs a study with people exchanges it.
+/// A printed patch on the board, of the dissertation's studies. In a study with people, the experimenter exchanges it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Patch {
     /// [`Texture::study_1_5`].
@@ -27,7 +27,7 @@ impl Patch {
     /// All patches.
     pub const ALL: [Self; 5] = [Self::R1_5, Self::R2, Self::R2_5, Self::R3, Self::Cones3];
 
-    /// Its number, 1 to 5. Numbers do not follow size, so they tell a subject nothing.
+    /// Its number, 1 to 5. Numbers are not in the order of size, so they reveal nothing to a subject.
     #[must_use]
     pub const fn number(self) -> usize {
         match self {
@@ -39,7 +39,7 @@ impl Patch {
         }
     }
 
-    /// As one word, as in the levels of a factor; those of hemiellipsoids are presets of `texture_patch`.
+    /// As one word, as in the levels of a factor; the words for hemiellipsoids are also presets of `texture_patch`.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -54,7 +54,7 @@ impl Patch {
     /// Its bumps and their grid.
     ///
     /// # Panics
-    /// Never: cones that fit on the base of the hemiellipsoids stand as far apart.
+    /// Never: cones on the base of the hemiellipsoids have the same spacing.
     #[must_use]
     pub fn texture(self) -> Texture {
         match self {

@@ -50,7 +50,7 @@ const ROUGHNESS: f64 = 1.0;
 pub struct SimulatedStage {
     arm: SrsArm,
     board: Board,
-    /// By surface, but for the whiteboard. Created on first use: each takes about a second.
+    /// One per surface, except the whiteboard. Created on first use: each takes about a second.
     rooms: [OnceLock<Room>; 3],
 }
 
@@ -60,7 +60,7 @@ struct Room {
     walls: Walls,
 }
 
-/// Everybody touches the same place, so the arm waits there.
+/// All participants touch the same place, so the arm waits there.
 fn likely_touches() -> LikelyTouches {
     let off_m = [-TARGET_OFF_M, 0.0, TARGET_OFF_M];
     let places = off_m
@@ -74,7 +74,7 @@ fn likely_touches() -> LikelyTouches {
 }
 
 impl SimulatedStage {
-    /// The iiwa with its board before a wall, a door and a panel.
+    /// The iiwa with its board at a wall, a door and a panel.
     ///
     /// # Errors
     /// None that a user can cause.

@@ -30,7 +30,7 @@ pub struct Stimulus {
     pub angle_deg: f64,
     /// Speed of the board against the scan, mm/s.
     pub speed_mm_per_s: f64,
-    /// The printed patch on the board; `None`: whatever is there.
+    /// The printed patch on the board; `None`: any.
     pub patch: Option<Patch>,
 }
 
@@ -61,8 +61,8 @@ impl Default for Stimulus {
 
 impl Stimulus {
     /// The stimulus of a condition: factors named `angle`, `orientation`, `speed`, `velocity`, `surface`, `patch` or `question` (which
-    /// changes nothing), with or without the unit of their numbers (`_deg`, `_mm_s`, `_mm_per_s`). Of [`Protocol::reference`] it is
-    /// the stimulus that is compared with.
+    /// changes nothing), with or without the unit of their numbers (`_deg`, `_mm_s`, `_mm_per_s`). For [`Protocol::reference`] it is the
+    /// reference stimulus.
     ///
     /// # Errors
     /// An unknown factor; a level that is not a number in its range or not a surface; no such condition.
@@ -197,7 +197,7 @@ pub struct Rendered {
     /// The printed patch that was on the board; `None`: unknown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub patch: Option<Patch>,
-    /// What went wrong.
+    /// The fault that spoils the trial, if any.
     pub fault: Fault,
 }
 

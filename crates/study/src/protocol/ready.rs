@@ -5,11 +5,12 @@ use crate::error::StudyError;
 
 /// A study of the dissertation.
 ///
-/// Factors, scales and numbers of subjects are the dissertation's. Not known here, and this project's own: the wording of the questions,
-/// practice, rounds, the number of subjects of the preliminary study, and the patch beside the cones. All can be changed.
+/// Factors, scales and numbers of subjects are the dissertation's. Some of its settings are unknown and were chosen here: the wording of
+/// the questions, practice, rounds, the number of subjects of the preliminary study, and the patch compared with the cones. All can be
+/// changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ReadyProtocol {
-    /// Experiment 1: a whiteboard against H-Wall, which felt more real; eight subjects, five answers.
+    /// Experiment 1: which felt more real, a whiteboard or H-Wall; eight subjects, five answers.
     Experiment1,
     /// Experiment 2: three questions about H-Wall, 1 to 5; eight subjects.
     Experiment2,
@@ -45,7 +46,7 @@ impl ReadyProtocol {
         }
     }
 
-    /// Its name, as `--protocol` of `study` takes it.
+    /// Its name for the flag `--protocol` of `study`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         self.words()[0]
@@ -72,14 +73,14 @@ impl ReadyProtocol {
             .find(|p| p.words()[1] == protocol.title)
     }
 
-    /// Does a protocol have the same factors, levels and answers, so that its results can stand beside the published ones?
+    /// Does a protocol have the same factors, levels and answers, so that its results can be compared with the published ones?
     #[must_use]
     pub fn is_comparable(self, protocol: &Protocol) -> bool {
         let own = self.protocol();
         own.factors == protocol.factors && own.procedure == protocol.procedure
     }
 
-    /// The protocol. Catch trials and practice are of the studies of roughness only.
+    /// The protocol. Only the studies of roughness have catch trials and practice.
     #[must_use]
     pub fn protocol(self) -> Protocol {
         let usual = Protocol {

@@ -53,7 +53,7 @@ pub enum Procedure {
     /// Two touches, one of the trial's condition and one of a fixed whiteboard without the arm, in random order: which felt more
     /// like a real wall, from 1 (the first, clearly) to `points` (the second, clearly).
     MoreReal {
-        /// Points, 2 to 100; the middle one of an odd number says that there was no difference.
+        /// Points, 2 to 100; with an odd number, the middle point means no difference.
         points: u8,
     },
     /// Which of two was rougher: 1 or 2. One of the two is the trial's condition, the other the first condition of the study,
@@ -126,8 +126,7 @@ pub struct Protocol {
     pub order: TrialOrder,
     /// The question after each trial.
     pub procedure: Procedure,
-    /// Questions in words of the study's own: one for each level of the factor `question`, or one for all trials; none: those of
-    /// the procedure.
+    /// Custom questions: one for each level of the factor `question`, or one for all trials; empty: the question of the procedure.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub questions: Vec<String>,
     /// Practice trials before the first block; they do not count.
@@ -146,7 +145,7 @@ pub struct Protocol {
 const MOST_SUBJECTS: usize = 1000;
 const MOST_TRIALS: usize = 100_000;
 
-/// The factor whose levels differ in what is asked.
+/// The factor whose levels select the question.
 const QUESTION: &str = "question";
 
 /// Columns of the exported table besides the factors.
@@ -295,7 +294,7 @@ impl Protocol {
         Ok(())
     }
 
-    /// The study's own question in a condition; `None` for that of the procedure.
+    /// The custom question in a condition; `None` for the question of the procedure.
     #[must_use]
     pub fn question(&self, condition: usize) -> Option<&str> {
         let place = self.factors.iter().position(|f| f.name == QUESTION);
@@ -309,8 +308,8 @@ impl Protocol {
         self.questions.get(asked).map(String::as_str)
     }
 
-    /// The condition that a trial with two touches compares with: the first one, or one more than the study has, which
-    /// [`Stimulus::of`](crate::Stimulus::of) takes for the whiteboard.
+    /// The reference condition of trials with two touches: the first condition, or an index one past the last condition, which
+    /// [`Stimulus::of`](crate::Stimulus::of) maps to the whiteboard.
     #[must_use]
     pub fn reference(&self) -> usize {
         match self.procedure {

@@ -14,7 +14,7 @@ const CONFIDENCE: f64 = 0.95;
 const ALPHA: f64 = 0.05;
 /// Power that a sufficient number of subjects has.
 const SUFFICIENT: f64 = 0.8;
-/// Largest numbers of subjects looked at: for the sign test, and for the signed-rank test of a scale.
+/// Largest numbers of subjects searched: for the sign test, and for the signed-rank test of a scale.
 const MOST_SIGNS: usize = 200;
 const MOST_RATINGS: usize = 40;
 /// Longest scale whose power is computed: a longer one has too many outcomes.
@@ -22,8 +22,8 @@ const MOST_POINTS: u8 = 5;
 
 /// The answers to one condition on a scale, compared with the middle of the scale.
 ///
-/// One answer for each subject: with several blocks the mean over them. Where two touches are compared, the answers are turned
-/// so that high ones speak for the condition and low ones for the whiteboard.
+/// One answer for each subject: with several blocks, their mean. If two touches are compared, the answers are oriented so that high values
+/// favour the condition and low values the whiteboard.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ratings {
     /// The condition, by its levels.
@@ -38,13 +38,13 @@ pub struct Ratings {
     pub median: Median,
     /// Subjects above, in and below the middle.
     pub signs: SignTest,
-    /// Share above the middle among those not in it; `None` without any.
+    /// Share above the middle, of the subjects not in the middle; `None` if there are none.
     pub above: Option<Share>,
-    /// Signed-rank test against the middle, exact for up to 49 subjects off it; `None` if all are in it.
+    /// Signed-rank test against the middle, exact for up to 49 subjects not in the middle; `None` if all are in the middle.
     pub wilcoxon: Option<Wilcoxon>,
 }
 
-/// Is it a study of ratings that are compared with the middle of their scale: of which was more real, or with questions of its own?
+/// For studies whose ratings are compared with the middle of the scale ("more real", or custom questions): the points of the scale.
 pub(super) fn has_ratings(p: &Protocol) -> Option<u8> {
     let own = !p.questions.is_empty() || matches!(p.procedure, Procedure::MoreReal { .. });
     p.procedure.points().filter(|_| own)
@@ -125,19 +125,19 @@ fn named(p: &Protocol, condition: usize) -> String {
     shown.join(", ")
 }
 
-/// Power for an assumed population, and the number of subjects that it takes.
+/// Power for an assumed population, and the number of subjects needed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RatingPower {
-    /// The population: share above the middle among the decided, or mean rating.
+    /// The population: share above the middle among subjects not in the middle, or mean rating.
     pub population: f64,
     /// Power of the study's number of subjects.
     pub power: f64,
-    /// Least number of subjects from which on the power is at least 0.8; `None`: more than were looked at (200 for the sign
-    /// test, 40 for ratings).
+    /// Least number of subjects from which the power stays at least 0.8; `None`: more than the searched number (200 for the sign test, 40
+    /// for ratings).
     pub subjects: Option<usize>,
 }
 
-/// Power of the sign test for these shares above the middle, among those who are not in it.
+/// Power of the sign test for these shares above the middle, among subjects not in the middle.
 ///
 /// # Errors
 /// A share outside 0 to 1; no subjects or more than 500.
@@ -149,7 +149,7 @@ pub fn sign_power(shares: &[f64], subjects: usize) -> Result<Vec<RatingPower>, S
     power_of(3, populations.collect(), subjects, MOST_SIGNS)
 }
 
-/// Power of the signed-rank test against the middle for these mean ratings; each population assumes nothing but its mean
+/// Power of the signed-rank test against the middle for these mean ratings; each population is determined by its mean only
 /// ([`shares_of_mean`]).
 ///
 /// # Errors

@@ -11,7 +11,7 @@ use crate::protocol::{Participants, PlannedTrial, Procedure, TrialKind};
 pub enum Ask {
     /// The question of the procedure.
     Procedure(Procedure),
-    /// To continue when ready; any answer is accepted.
+    /// Waits until the subject is ready; any answer is accepted.
     GoOn,
 }
 
@@ -42,7 +42,7 @@ pub trait Respondent {
 /// Runs a study with people until it is done or the session ends; returns the number of answered trials.
 ///
 /// Questions show the number of the trial and of all trials, never the condition. The subject is told when a spoilt trial will be repeated.
-/// Before a trial on another patch than the last one, whoever runs the study is asked to put it on, by its number.
+/// Before a trial on another patch than the last one, the experimenter is asked to mount it, by its number.
 ///
 /// # Errors
 /// A study with simulated participants, or on another kind of arm; as [`Presenter::present`] and [`Respondent`]; a log that cannot be

@@ -38,7 +38,7 @@ impl TrialRecord {
         Some(first != self.trial.second)
     }
 
-    /// On a scale: the answer; of two touches turned so that a high one speaks for the condition. `None` without a valid answer.
+    /// On a scale: the answer; with two touches, oriented so that high values favour the condition. `None` without a valid answer.
     #[must_use]
     pub fn rating(&self, procedure: Procedure) -> Option<f64> {
         let answer = self.answer.filter(|_| self.is_valid())?;

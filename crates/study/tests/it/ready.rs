@@ -93,7 +93,7 @@ fn protocols_that_do_not_fit_are_refused() {
     assert!(points.validate().is_err());
 }
 
-/// A planted preference comes back on its side, whichever touch came second.
+/// A planted preference is recovered with its sign, whichever touch came second.
 #[test]
 fn preferences_come_back() {
     for (planted, wall) in [(2.0, true), (-2.0, false)] {
@@ -141,7 +141,7 @@ fn planted_means_of_questions_come_back() {
     let found = ratings(&study.record()).unwrap();
     assert_eq!(found.len(), 3);
     for (found, planted) in found.iter().zip(EXPERIMENT_2_MEANS) {
-        // The end of the scale takes a little.
+        // The end of the scale reduces the mean slightly.
         assert!(
             (found.mean - planted).abs() < 0.25,
             "{} {planted}",
@@ -157,7 +157,7 @@ fn planted_means_of_questions_come_back() {
     }
 }
 
-/// A person by script: the answers, and what was said.
+/// A scripted person: the answers, and the shown texts.
 struct Script {
     answer: f64,
     said: Vec<String>,
@@ -271,7 +271,7 @@ fn people_get_each_question_in_its_words() {
     );
 }
 
-/// Patches are exchanged when they change, and are named by a number that says nothing.
+/// The experimenter is asked to exchange patches when they change; their numbers reveal nothing.
 #[test]
 fn patches_are_exchanged_when_they_change() {
     let protocol = Protocol {
@@ -299,7 +299,7 @@ fn patches_are_exchanged_when_they_change() {
     );
 }
 
-/// Rougher across the bumps than along them on every patch that is longer than wide; the height of the force counts as before.
+/// Every patch with elongated bumps feels rougher across the bumps than along them; the effect of the force is unchanged.
 #[test]
 fn patches_feel_as_their_model_says() {
     let roughness = Roughness::default();

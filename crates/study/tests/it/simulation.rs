@@ -137,7 +137,7 @@ fn a_killed_study_resumes_to_the_same_tables() {
     assert_eq!(whole[0].lines().count(), 1 + 3 * 6);
 }
 
-/// The planted effects are found as often as `power` predicts, and levels keep their order.
+/// The planted effects are detected as often as `power` predicts, and levels keep their order.
 #[test]
 fn planted_effects_come_back() {
     const SEEDS: u64 = 10;
@@ -239,7 +239,7 @@ fn thresholds_of_two_intervals_are_those_that_were_planted() {
         let name = format!("threshold-{procedure:?}");
         let study = killed(&name, protocol.clone(), &simulation, 100);
         let text = StudyReport::of(&study.record()).unwrap().to_markdown(&[]);
-        // The interval of the Weber fraction holds the planted one: three quarters at 0.6745 standard deviations.
+        // The interval of the Weber fraction contains the planted one: three quarters at 0.6745 standard deviations.
         let after = text.split("Weber fraction ").nth(1).unwrap();
         let numbers = after.split(|c: char| !c.is_ascii_digit() && c != '.');
         let numbers: Vec<f64> = numbers.filter_map(|n| n.parse().ok()).take(3).collect();
@@ -325,7 +325,7 @@ fn the_study_of_the_dissertation_comes_back() {
     assert!(grouped >= 3, "{grouped} of 5");
 }
 
-/// A weak effect is found in as many studies as `power` predicts.
+/// A weak effect is detected in as many studies as `power` predicts.
 #[test]
 fn studies_find_a_weak_effect_as_often_as_promised() {
     const SEEDS: u64 = 40;

@@ -15,7 +15,7 @@ use hwall::numeric::check::finite;
 use picture::Picture;
 use std::fmt::Write;
 
-/// A touch ends below this force, N; it is above the readings of an untouched board.
+/// A touch ends below this force, N; the force readings of an untouched board are smaller.
 const LEAST_FORCE_N: f64 = 1.5;
 /// Number of stills in a film strip, and number of stills in a row.
 const STILLS: usize = 6;
@@ -86,7 +86,7 @@ fn wrong_count(frames: &[ViewFrame]) -> ViewError {
     }
 }
 
-/// Eye and target: on the person's side of the surface and beside it, where fewer walls hide the arm.
+/// Eye and target: on the person's side of the surface and to one side of it, where fewer walls hide the arm.
 fn standpoint(scene: &ViewScene, last: &ViewFrame) -> (DVec3, DVec3) {
     let poses = scene.arm.poses(&last.q);
     let tool = poses.last().copied().unwrap_or(Pose::IDENTITY);
@@ -151,7 +151,7 @@ fn words(frame: &ViewFrame, contact_s: f64) -> String {
         (Some(force_n), ..) if force_n.length() > LEAST_FORCE_N => {
             format!("{:.0} N", force_n.length())
         }
-        // The arrival of the hand is a prediction; the title says when it came.
+        // The arrival of the hand is a prediction; the title gives the actual time.
         (_, _, Some(hand_s)) if left_s > 0.0 && frame.state == ViewState::InPlace => {
             format!("hand in about {hand_s:.2} s")
         }

@@ -19,7 +19,7 @@ fn nothing_comes_from_elsewhere() {
     }
 }
 
-/// Contents of the page cannot leave their element, whatever the names are.
+/// Names cannot break out of their HTML element.
 #[test]
 fn names_are_no_markup() {
     let page = replay_page(&scene(), &frames(1.0), &markers());

@@ -13,7 +13,7 @@ use hwall_testkit::{Timing, format_ns};
 
 /// Number of worlds per row, each with different people.
 const WORLDS: u64 = 2;
-/// As in the dissertation.
+/// Number of demonstrations, as in the dissertation.
 const DEMONSTRATIONS: usize = 47;
 /// Shares of the time of a reach at which it is evaluated.
 pub(super) const SHARES: [f64; 3] = [0.5, 0.7, 0.9];

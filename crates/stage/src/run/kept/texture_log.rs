@@ -16,7 +16,7 @@ const RAMP_S: f64 = 0.05;
 /// One touch of a textured surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TextureTouch {
-    /// The surface that the board stood for.
+    /// The surface that the board represented.
     pub surface: String,
     /// Its roughness in the scene.
     pub roughness: f64,

@@ -84,7 +84,7 @@ pub struct ArmStage {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
     because: Option<String>,
-    /// Why it presents no more trials.
+    /// Why it cannot present further trials.
     over: Option<String>,
 }
 
