@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 const PRODUCT: &str = "hwall";
 /// Used by tests and reports everywhere; neither it nor its arrows are drawn.
 const TEST_KIT: &str = "hwall-testkit";
-/// Packages of tests and command lines beside `crates/`: their dev-dependencies count as dependencies.
+/// Packages of tests and command lines outside `crates/`: their dev-dependencies count as dependencies.
 const BESIDE: [&str; 2] = ["examples", "tests"];
 
 /// A crate of the workspace.

@@ -55,7 +55,7 @@ pub struct Contact {
     pub friction_n_s_per_m: f64,
     /// Virtual stiffness, N/m: of the wall, of the coupling to the mass, or (admittance) of the object's spring and stop.
     pub stiffness_n_per_m: f64,
-    /// Virtual damping beside it, N s/m.
+    /// Virtual damping in parallel with it, N s/m.
     pub damping_n_s_per_m: f64,
     /// The object behind the surface.
     pub behind: Behind,

@@ -251,7 +251,7 @@ pub fn heat_map(
             }
         }
         let dots = targets.iter().map(|t| {
-            // Beside the wall, on the person's side.
+            // Slightly in front of the wall, on the person's side.
             let at = t.point_m + t.normal * 0.03;
             Circle::new((at.x, at.y), 1, COLOURS[1].filled())
         });

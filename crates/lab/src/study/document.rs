@@ -19,7 +19,7 @@ const POINTING_REACHES: usize = 13 * 40;
 /// Least number of reaches for a learning curve.
 const LEAST_FOR_A_CURVE: usize = 200;
 
-/// Writes the page, and all tables beside it, with the recordings if given. Figures, scores and predictions go
+/// Writes the page, and a second document with all tables, including the recordings if given. Figures, scores and predictions go
 /// to `out`.
 ///
 /// # Errors

@@ -327,7 +327,7 @@ mod tests {
         assert_eq!(protocol.subjects, 8);
         assert_eq!(protocol.procedure, Procedure::Likert { points: 7 });
         assert_eq!(protocol.questions, ["a?", "b?", "c?"]);
-        // It goes on with the same flags, with its name alone, and without any.
+        // The study resumes with the same flags, with its name alone, and without flags.
         let name = ProtocolArgs {
             ready: args.ready,
             ..ProtocolArgs::default()

@@ -31,7 +31,7 @@ pub(super) const fn takes_over(state: &SafeState) -> bool {
     !matches!(state, SafeState::Normal | SafeState::Slowed { .. })
 }
 
-/// Did a person stop the arm? Then a person can reset it, and the study goes on.
+/// Did a person stop the arm? Then a person can reset it, and the study continues.
 pub(super) fn is_stopped_by_person(control: &Control) -> bool {
     control.is_latched() && control.safety().reason() == Some(SafeReason::Requested)
 }
