@@ -223,10 +223,26 @@ pub fn heed_console(orders: &Orders, console: impl BufRead) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hwall::haptics::body::BodyConfig;
     use hwall::haptics::safety::Channel;
-    use hwall::haptics::{SafeReason, SafeState};
+    use hwall::haptics::{Board, SafeReason, SafeState};
+    use hwall::kinematics::{ArmKinematics, JointPositions, SrsArm};
     use hwall_fri::Unfit;
     use hwall_fri::codec::SafetyState;
+
+    #[test]
+    fn parts_that_are_not_kept_apart_are_told() {
+        let board = Board::default();
+        let tool = board.flange_from_board_face().unwrap();
+        let arm = SrsArm::iiwa7().carrying(tool);
+        let mut body = ArmBody::new(arm, board, BodyConfig::default()).unwrap();
+        body.fit(&JointPositions::default());
+        assert_eq!(left_out(&body), None);
+        let folded = [0.0, 100.0, 0.0, -119.0, 0.0, 115.0, 0.0];
+        body.fit(&JointPositions::from_deg(folded));
+        let line = left_out(&body).unwrap();
+        assert!(line.contains("overlap where it begins: link "), "{line}");
+    }
 
     #[test]
     fn holds_are_counted_by_reason_and_not_by_number() {
