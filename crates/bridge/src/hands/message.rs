@@ -324,7 +324,9 @@ mod tests {
     #[test]
     fn no_text_makes_it_panic() {
         let mut sampler = Sampler::new(16);
-        let whole = hand(&joints(25));
+        let bystanders = r#""bystanders":[[1,2,3],null],"axes""#;
+        let whole = hand(&joints(25)).replace("\"axes\"", bystanders);
+        assert!(PageMessage::parse(&whole).is_ok());
         for _ in 0..20_000 {
             let mut bytes = whole.clone().into_bytes();
             for _ in 0..=sampler.index(6) {
