@@ -107,6 +107,14 @@ pub enum HandError {
         /// What is wrong.
         what: &'static str,
     },
+    /// There are more bystanders than a frame holds.
+    #[error("{count} bystanders, at most {most} count: send the nearest ones")]
+    TooManyBystanders {
+        /// How many there are.
+        count: usize,
+        /// How many may be.
+        most: usize,
+    },
     /// There are fewer point pairs than a rigid transform needs.
     #[error("{got} point pairs, {needed} are needed")]
     TooFewPairs {

@@ -1,6 +1,7 @@
 //! One sample of a tracked hand.
 
 use crate::body_point::{BodyPoint, NamedPoint};
+use crate::error::HandError;
 use crate::hand_point::HandPoint;
 use glam::DVec3;
 use hwall_geometry::Pose;
@@ -40,6 +41,41 @@ impl GazeRay {
     }
 }
 
+/// Most bystanders of a frame.
+pub const MOST_BYSTANDERS: usize = 4;
+
+/// The heads of all people who stand by, besides the person whose hand is tracked; an empty list says that nobody does.
+///
+/// Everybody keeps their place in the list, also while they are not seen.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Bystanders {
+    count: usize,
+    heads_m: [Option<DVec3>; MOST_BYSTANDERS],
+}
+
+impl Bystanders {
+    /// Points midway between the eyes, m, in the frame of the hand; `None`: there, but not seen.
+    ///
+    /// # Errors
+    /// More than [`MOST_BYSTANDERS`].
+    pub fn new(heads_m: &[Option<DVec3>]) -> Result<Self, HandError> {
+        let (count, most) = (heads_m.len(), MOST_BYSTANDERS);
+        let mut all = Self {
+            count,
+            ..Self::default()
+        };
+        let places = all.heads_m.get_mut(..count);
+        let places = places.ok_or(HandError::TooManyBystanders { count, most })?;
+        places.copy_from_slice(heads_m);
+        Ok(all)
+    }
+
+    /// In their places, m; `None` where a head is not seen, or a coordinate is no usable number.
+    pub fn heads_m(&self) -> impl ExactSizeIterator<Item = Option<DVec3>> {
+        self.heads_m.iter().take(self.count).map(|m| usable(*m))
+    }
+}
+
 /// One sample of the tracker: the hand, the head and the gaze at one time, in one frame.
 ///
 /// A point that the tracker did not see is `None`. A coordinate that is NaN, infinite or beyond [`MAX_COORDINATE_M`] counts as not seen:
@@ -60,6 +96,8 @@ pub struct HandFrame {
     pub head_m: Option<DVec3>,
     /// Unit direction of gaze.
     pub gaze: Option<DVec3>,
+    /// Who stands by; `None`: this frame does not say. They are only obstacles.
+    pub bystanders: Option<Bystanders>,
     /// True if this frame shows a different person than the previous one.
     pub is_of_another: bool,
 }
@@ -147,17 +185,22 @@ impl HandFrame {
             other_hand_m: self.other_hand_m.map(point),
             head_m: self.head_m.map(point),
             gaze: self.gaze.map(|d| a_from_b.transform_vector(d)),
+            bystanders: self.bystanders.map(|all| Bystanders {
+                heads_m: all.heads_m.map(|head_m| head_m.map(point)),
+                ..all
+            }),
             ..*self
         }
     }
 
-    /// The frame of a tracker with only these points, with or without an eye tracker; head and other hand are kept.
+    /// The frame of a tracker with only these points, with or without an eye tracker; head, other hand and bystanders are kept.
     #[must_use]
     pub fn limited_to<P: Into<NamedPoint> + Copy>(&self, points: &[P], gaze: bool) -> Self {
         let mut limited = Self {
             other_hand_m: self.other_hand_m,
             head_m: self.head_m,
             gaze: self.gaze.filter(|_| gaze),
+            bystanders: self.bystanders,
             is_of_another: self.is_of_another,
             ..Self::empty(self.t_s)
         };

@@ -12,7 +12,7 @@ pub mod track;
 
 pub use body_point::{BodyPoint, NamedPoint};
 pub use error::HandError;
-pub use frame::{GazeRay, HandFrame, MAX_COORDINATE_M, TrackedPoint};
+pub use frame::{Bystanders, GazeRay, HandFrame, MAX_COORDINATE_M, MOST_BYSTANDERS, TrackedPoint};
 pub use glam;
 pub use hand_point::HandPoint;
 pub use hwall_geometry::{self, Pose};

@@ -1,11 +1,11 @@
 //! The capsules that the supervisor uses.
 
 use glam::DVec3;
-use hwall::haptics::body::{BodyRegion, Capsule};
+use hwall::haptics::body::{BodyRegion, Capsule, PersonBody};
 use hwall::kinematics::MOST_BODY_POINTS;
 
-/// Most parts of arm, board and person: links between the points of the arm's body, three strips of the board, five parts of the person.
-pub const MOST_PARTS: usize = MOST_BODY_POINTS - 1 + 3 + 5;
+/// Most parts of arm, board and people: links between the points of the arm's body, three strips of the board, the parts of people.
+pub const MOST_PARTS: usize = MOST_BODY_POINTS - 1 + 3 + PersonBody::MOST;
 
 /// A part of the arm or of the person, base frame.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -21,6 +21,7 @@ mod own_arm;
 mod publishing;
 mod real_input;
 mod rooms;
+mod stops;
 mod tables;
 mod texture;
 mod touch;

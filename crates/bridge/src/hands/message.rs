@@ -3,7 +3,7 @@
 use super::joints::{Axes, Joints, openxr_joints};
 use crate::calibration::Step;
 use glam::DVec3;
-use hwall::hand::{HandFrame, HandPoint, MAX_COORDINATE_M};
+use hwall::hand::{Bystanders, HandFrame, HandPoint, MAX_COORDINATE_M, MOST_BYSTANDERS};
 use serde::Deserialize;
 
 /// Messages of a page.
@@ -77,6 +77,8 @@ pub(crate) enum Refused {
     Json(String),
     #[error("{0} joints, expected 25 or 26")]
     Joints(usize),
+    #[error("{0} bystanders, at most {MOST_BYSTANDERS} count: send the nearest ones")]
+    Bystanders(usize),
     #[error("a number out of range in {0}")]
     Range(&'static str),
 }
@@ -109,6 +111,8 @@ enum Text {
         head: Option<[f64; 7]>,
         #[serde(default)]
         gaze: Option<[f64; 3]>,
+        #[serde(default)]
+        bystanders: Option<Vec<Option<[f64; 3]>>>,
         axes: Axes,
         #[serde(default)]
         source: Option<String>,
@@ -148,6 +152,7 @@ impl PageMessage {
                 joints,
                 head,
                 gaze,
+                bystanders,
                 axes,
                 source,
             } => {
@@ -158,10 +163,7 @@ impl PageMessage {
                 let joints_m = match joints {
                     None => [None; _],
                     Some(joints) => {
-                        let joints_m = joints
-                            .iter()
-                            .map(|joint| seen(*joint).map(|p| point("joints", p)).transpose())
-                            .collect::<Result<Vec<_>, _>>()?;
+                        let joints_m = points("joints", &joints)?;
                         openxr_joints(&joints_m).ok_or(Refused::Joints(joints.len()))?
                     }
                 };
@@ -174,6 +176,11 @@ impl PageMessage {
                         unit.ok_or(Refused::Range("gaze"))
                     })
                     .transpose()?;
+                if let Some(heads) = bystanders {
+                    let heads_m = points("bystanders", &heads)?;
+                    let all = Bystanders::new(&heads_m);
+                    frame.bystanders = Some(all.map_err(|_| Refused::Bystanders(heads.len()))?);
+                }
                 Ok(Self::Hand(Box::new(HandMessage {
                     seq,
                     side,
@@ -198,6 +205,14 @@ fn time(what: &'static str, ms: f64) -> Result<f64, Refused> {
     } else {
         Err(Refused::Range(what))
     }
+}
+
+/// `None` where nothing is seen, m.
+fn points(what: &'static str, all: &[Option<[f64; 3]>]) -> Result<Vec<Option<DVec3>>, Refused> {
+    let each = all
+        .iter()
+        .map(|p| seen(*p).map(|p| point(what, p)).transpose());
+    each.collect()
 }
 
 fn point(what: &'static str, p: [f64; 3]) -> Result<DVec3, Refused> {
@@ -236,6 +251,33 @@ mod tests {
         assert_eq!(hand.frame.tips_m, [Some(DVec3::new(0.1, 1.2, -0.3)); 5]);
         assert_eq!(hand.frame.head_m, Some(DVec3::new(1.0, 2.0, 3.0)));
         assert_eq!(hand.frame.gaze, Some(DVec3::NEG_Z));
+    }
+
+    #[test]
+    fn bystanders_are_read_and_too_many_refused() {
+        let with = |bystanders: &str| {
+            let field = format!(r#""bystanders":{bystanders},"axes""#);
+            PageMessage::parse(&hand(&joints(25)).replace("\"axes\"", &field))
+        };
+        let told = |bystanders: &str| match with(bystanders) {
+            Ok(PageMessage::Hand(hand)) => {
+                (hand.frame.bystanders).map(|all| all.heads_m().collect::<Vec<_>>())
+            }
+            other => panic!("{other:?}"),
+        };
+        let at = Some(DVec3::new(1.0, 2.0, 3.0));
+        assert_eq!(told("null"), None);
+        assert_eq!(told("[]"), Some(vec![]));
+        assert_eq!(
+            told("[null,[1,2,3],[0,0,0]]"),
+            Some(vec![None, at, None]),
+            "zeros are what is not seen"
+        );
+        let five = "[[1,2,3],[1,2,3],[1,2,3],[1,2,3],null]";
+        assert_eq!(with(five), Err(Refused::Bystanders(5)));
+        for bad in ["[[1,2]]", "[[1,2,1e7]]", "[[1,2,NaN]]", "7", "[7]"] {
+            assert!(with(bad).is_err(), "{bad}");
+        }
     }
 
     /// Regression: such hands were tracked, and the board was sent to them.
@@ -286,7 +328,9 @@ mod tests {
     #[test]
     fn no_text_makes_it_panic() {
         let mut sampler = Sampler::new(16);
-        let whole = hand(&joints(25));
+        let bystanders = r#""bystanders":[[1,2,3],null],"axes""#;
+        let whole = hand(&joints(25)).replace("\"axes\"", bystanders);
+        assert!(PageMessage::parse(&whole).is_ok());
         for _ in 0..20_000 {
             let mut bytes = whole.clone().into_bytes();
             for _ in 0..=sampler.index(6) {

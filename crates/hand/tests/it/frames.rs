@@ -1,7 +1,7 @@
 //! Frames: change of coordinates, and missing points.
 
 use glam::DVec3;
-use hwall_hand::{HandFrame, HandPoint, NamedPoint, Pose, TrackedPoint};
+use hwall_hand::{Bystanders, HandError, HandFrame, HandPoint, NamedPoint, Pose, TrackedPoint};
 use hwall_testkit::{Tol, assert_close};
 
 #[test]
@@ -15,6 +15,7 @@ fn a_frame_is_mapped_whole() {
         gaze: Some(DVec3::NEG_Z),
         other_hand_m: Some(DVec3::NEG_Y),
         body_m: [None, Some(DVec3::Y), None, None, Some(DVec3::Z), None],
+        bystanders: Some(Bystanders::new(&[Some(DVec3::Y), None]).unwrap()),
         is_of_another: true,
     };
     let mapped = frame.transformed(&map);
@@ -26,6 +27,8 @@ fn a_frame_is_mapped_whole() {
         );
     }
     assert_eq!(mapped.head_m, frame.head_m.map(|p| map.transform_point(p)));
+    let heads_m: Vec<_> = mapped.bystanders.unwrap().heads_m().collect();
+    assert_eq!(heads_m, [Some(map.transform_point(DVec3::Y)), None]);
     // A direction is rotated but not translated.
     assert_close!(
         mapped.gaze.unwrap(),
@@ -104,4 +107,16 @@ fn every_point_has_its_own_name_and_place() {
     }
     assert!(names.len() >= NamedPoint::COUNT);
     assert_eq!(NamedPoint::named("knee"), None);
+}
+
+#[test]
+fn bystanders_are_few_and_keep_their_places() {
+    let heads_m = [Some(DVec3::X), Some(DVec3::NAN), None, Some(DVec3::Y * 1e7)];
+    let all = Bystanders::new(&heads_m).unwrap();
+    let seen: Vec<_> = all.heads_m().collect();
+    assert_eq!(seen, [Some(DVec3::X), None, None, None]);
+    assert_eq!(Bystanders::new(&[]).unwrap().heads_m().len(), 0);
+    let (count, most) = (5, 4);
+    let refused = HandError::TooManyBystanders { count, most };
+    assert_eq!(Bystanders::new(&[None; 5]), Err(refused));
 }

@@ -9,6 +9,7 @@ use hwall_kinematics::{
     ArmKinematics, JointPositions, JointVelocities, MOST_BODY_POINTS, MOST_JOINTS,
 };
 use hwall_numeric::check::{non_negative, positive, that};
+use std::fmt::{self, Display};
 use std::sync::Arc;
 
 /// Dimensions of the arm's capsules.
@@ -59,6 +60,8 @@ pub struct ArmBody {
     room: Room,
     /// Can these two parts be clear of each other?
     can_part: [[bool; MOST]; MOST],
+    /// Could they, but for the posture that the arm was fitted to?
+    left_out: [[bool; MOST]; MOST],
     /// Can this part be clear of this obstacle?
     can_clear: [[bool; MOST]; MOST_OBSTACLES],
     reach_m: f64,
@@ -75,6 +78,38 @@ impl Near {
     fn is_empty(&self) -> bool {
         let mut all = self.parts.iter().chain(&self.room).flatten();
         all.all(|near| !near)
+    }
+}
+
+/// A part of an arm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ArmPart {
+    /// An index of [`ArmCapsules::links`].
+    Link(usize),
+    /// A strip of the board.
+    Board {
+        /// From 0.
+        strip: usize,
+    },
+}
+
+impl Display for ArmPart {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Link(index) => write!(f, "link {index}"),
+            Self::Board { strip } => write!(f, "strip {strip} of the board"),
+        }
+    }
+}
+
+/// Two parts of an arm that are not checked against each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LeftOut(pub [ArmPart; 2]);
+
+impl Display for LeftOut {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [one, other] = self.0;
+        write!(f, "{one} and {other}")
     }
 }
 
@@ -108,6 +143,7 @@ impl ArmBody {
             config,
             room: Room::new(&[])?,
             can_part: [[false; MOST]; MOST],
+            left_out: [[false; MOST]; MOST],
             can_clear: [[false; MOST]; MOST_OBSTACLES],
             reach_m: 1.0,
         };
@@ -151,13 +187,35 @@ impl ArmBody {
         Ok(self)
     }
 
-    /// The arm is known to be free here: overlapping parts must be thinner than their capsules, and are no longer checked.
+    /// The arm is known to be free here: overlapping parts must be thinner than their capsules, and are no longer checked; see
+    /// [`left_out`](Self::left_out).
     pub fn fit(&mut self, q: &JointPositions) {
         let capsules = self.at(q);
         for (i, j) in capsules.strangers() {
             let apart_m = capsules.all[i].distance_m(&capsules.all[j]);
-            self.can_part[i][j] &= apart_m > self.config.clearance_m;
+            let is_apart = apart_m > self.config.clearance_m;
+            self.left_out[i][j] |= self.can_part[i][j] && !is_apart;
+            self.can_part[i][j] &= is_apart;
         }
+    }
+
+    /// The parts that are not checked against each other since the arm was [fitted](Self::fit) to a posture: they may meet.
+    pub fn left_out(&self) -> impl Iterator<Item = LeftOut> {
+        let links = self
+            .arm
+            .body_points(&JointPositions::default())
+            .points_m()
+            .len()
+            - 1;
+        let part = move |index: usize| match index.checked_sub(links) {
+            None => ArmPart::Link(index),
+            Some(strip) => ArmPart::Board { strip },
+        };
+        let rows = self.left_out.iter().enumerate();
+        rows.flat_map(move |(i, row)| {
+            let columns = row.iter().enumerate().filter(|(_, is_out)| **is_out);
+            columns.map(move |(j, _)| LeftOut([part(i), part(j)]))
+        })
     }
 
     /// The arm.

@@ -1,4 +1,4 @@
-//! The bodies of the arm and of the person as capsules, the room around them, and the distance to keep between them.
+//! The bodies of the arm and of people as capsules, the room around them, and the distance to keep between them.
 
 mod arm_body;
 mod capsule;
@@ -6,7 +6,7 @@ mod person_body;
 mod room;
 mod separation;
 
-pub use arm_body::{ArmBody, ArmCapsules, BodyConfig, Nearest};
+pub use arm_body::{ArmBody, ArmCapsules, ArmPart, BodyConfig, LeftOut, Nearest};
 pub use capsule::Capsule;
 pub use person_body::{BodyRegion, PersonBody, PersonBodyConfig};
 pub use room::{Obstacle, Room};

@@ -1,4 +1,4 @@
-//! A person as capsules, from the few points that are tracked.
+//! People as capsules, from the few points that are tracked.
 
 use super::capsule::Capsule;
 use crate::error::HapticsError;
@@ -60,10 +60,11 @@ impl PersonBodyConfig {
     }
 }
 
-/// Most capsules of a person.
-pub(super) const MOST: usize = 5;
+/// Capsules of the person, and of a bystander.
+const OF_PERSON: usize = 5;
+const OF_BYSTANDER: usize = 2;
 
-/// A part of the person, and the time when it was seen, s.
+/// A part of somebody, and the time when it was seen, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Seen {
     pub(super) region: BodyRegion,
@@ -73,13 +74,17 @@ pub(super) struct Seen {
     pub(super) stamp_s: f64,
 }
 
-/// The known parts of a person, base frame; z is up.
+/// The known parts of the person, and of bystanders, of whom only the head is tracked; base frame, z is up.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PersonBody {
-    parts: [Option<Seen>; MOST],
+    person: [Option<Seen>; OF_PERSON],
+    bystanders: [[Option<Seen>; OF_BYSTANDER]; PersonPart::BYSTANDERS.len()],
 }
 
 impl PersonBody {
+    /// Most capsules.
+    pub const MOST: usize = OF_PERSON + OF_BYSTANDER * PersonPart::BYSTANDERS.len();
+
     /// From tracked points; points that are not finite are ignored.
     #[must_use]
     pub fn of(points: &[PersonPoint], config: &PersonBodyConfig) -> Self {
@@ -87,51 +92,35 @@ impl PersonBody {
             let is_it = |point: &&PersonPoint| point.part == part && point.position_m.is_finite();
             points.iter().find(is_it)
         };
-        let Some(head) = find(PersonPart::Head) else {
-            return Self::default();
-        };
-        let below = |way_m: f64| head.position_m - DVec3::Z * way_m;
-        let seen = |region, capsule| {
-            Some(Seen {
-                region,
-                part: PersonPart::Head,
-                capsule,
-                stamp_s: head.stamp_s,
-            })
-        };
-        let shoulder_m = below(config.shoulder_below_m);
-        let torso = Capsule {
-            from_m: shoulder_m,
-            to_m: below(config.hip_below_m),
-            radius_m: config.torso_radius_m,
-        };
-        let limb = |from_m: DVec3, from_s: f64, to: &PersonPoint| Seen {
-            region: BodyRegion::Arm,
-            part: to.part,
-            capsule: Capsule {
-                from_m,
-                to_m: to.position_m,
-                radius_m: config.arm_radius_m,
-            },
-            stamp_s: from_s.min(to.stamp_s),
-        };
-        let from_shoulder = |to| limb(shoulder_m, head.stamp_s, to);
-        let elbow = find(PersonPart::Elbow);
-        let hand = find(PersonPart::Palm).or_else(|| find(PersonPart::Fingertip));
+        let of_bystander =
+            |part| find(part).map_or([None; _], |head| below(head, config).map(Some));
         Self {
-            parts: [
-                seen(
-                    BodyRegion::Head,
-                    Capsule::ball(head.position_m, config.head_radius_m),
-                ),
-                seen(BodyRegion::Torso, torso),
-                elbow.map(from_shoulder),
-                hand.map(|hand| match elbow {
-                    Some(elbow) => limb(elbow.position_m, elbow.stamp_s, hand),
-                    None => from_shoulder(hand),
-                }),
-                find(PersonPart::OtherHand).map(from_shoulder),
-            ],
+            person: find(PersonPart::Head).map_or([None; _], |head| of_person(head, find, config)),
+            bystanders: PersonPart::BYSTANDERS.map(of_bystander),
+        }
+    }
+
+    /// Replaces everybody whose head is in `newer`.
+    pub(crate) fn renew(&mut self, newer: &Self) {
+        if newer.person[0].is_some() {
+            self.person = newer.person;
+        }
+        for (known, newer) in self.bystanders.iter_mut().zip(&newer.bystanders) {
+            if newer[0].is_some() {
+                *known = *newer;
+            }
+        }
+    }
+
+    /// Forgets whoever has this head.
+    pub(crate) fn forget(&mut self, head: PersonPart) {
+        if head == PersonPart::Head {
+            self.person = [None; _];
+        }
+        for (part, known) in PersonPart::BYSTANDERS.into_iter().zip(&mut self.bystanders) {
+            if part == head {
+                *known = [None; _];
+            }
         }
     }
 
@@ -152,6 +141,61 @@ impl PersonBody {
     }
 
     pub(super) fn seen(&self) -> impl Iterator<Item = Seen> {
-        self.parts.into_iter().flatten()
+        let bystanders = self.bystanders.iter().flatten();
+        self.person.iter().chain(bystanders).flatten().copied()
     }
+}
+
+/// Head and torso.
+fn below(head: &PersonPoint, config: &PersonBodyConfig) -> [Seen; OF_BYSTANDER] {
+    let seen = |region, capsule| Seen {
+        region,
+        part: head.part,
+        capsule,
+        stamp_s: head.stamp_s,
+    };
+    let torso = Capsule {
+        from_m: head.position_m - DVec3::Z * config.shoulder_below_m,
+        to_m: head.position_m - DVec3::Z * config.hip_below_m,
+        radius_m: config.torso_radius_m,
+    };
+    [
+        seen(
+            BodyRegion::Head,
+            Capsule::ball(head.position_m, config.head_radius_m),
+        ),
+        seen(BodyRegion::Torso, torso),
+    ]
+}
+
+/// The same, and the arms as far as `find` finds their points.
+fn of_person<'a>(
+    head: &PersonPoint,
+    find: impl Fn(PersonPart) -> Option<&'a PersonPoint>,
+    config: &PersonBodyConfig,
+) -> [Option<Seen>; OF_PERSON] {
+    let [head, torso] = below(head, config);
+    let limb = |from_m: DVec3, from_s: f64, to: &PersonPoint| Seen {
+        region: BodyRegion::Arm,
+        part: to.part,
+        capsule: Capsule {
+            from_m,
+            to_m: to.position_m,
+            radius_m: config.arm_radius_m,
+        },
+        stamp_s: from_s.min(to.stamp_s),
+    };
+    let from_shoulder = |to| limb(torso.capsule.from_m, head.stamp_s, to);
+    let elbow = find(PersonPart::Elbow);
+    let hand = find(PersonPart::Palm).or_else(|| find(PersonPart::Fingertip));
+    [
+        Some(head),
+        Some(torso),
+        elbow.map(from_shoulder),
+        hand.map(|hand| match elbow {
+            Some(elbow) => limb(elbow.position_m, elbow.stamp_s, hand),
+            None => from_shoulder(hand),
+        }),
+        find(PersonPart::OtherHand).map(from_shoulder),
+    ]
 }

@@ -1,7 +1,7 @@
 //! Speed and separation: does the arm stop before a person can reach it?
 
 use super::arm_body::{ArmBody, ArmCapsules, MOST as MOST_PARTS, least_or_nan};
-use super::person_body::{BodyRegion, MOST as MOST_SEEN, PersonBody, PersonBodyConfig, Seen};
+use super::person_body::{BodyRegion, PersonBody, PersonBodyConfig, Seen};
 use crate::error::HapticsError;
 use crate::safety::PersonPart;
 use hwall_kinematics::{JointPositions, JointVelocities, MOST_JOINTS};
@@ -238,7 +238,7 @@ impl Separation {
             !is_slow
         };
         // Parts that are far from the person now stay far.
-        let mut distances_m = [[None; MOST_SEEN]; MOST_PARTS];
+        let mut distances_m = [[None; PersonBody::MOST]; MOST_PARTS];
         let mut is_any_near = false;
         for (part, distances_m) in before.all().iter().zip(&mut distances_m) {
             for (seen, distance_m) in person.seen().filter(counts).zip(distances_m) {

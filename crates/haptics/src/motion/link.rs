@@ -37,7 +37,7 @@ pub(super) struct Asked {
     /// The number of the step.
     pub(super) number: u64,
     pub(super) aim: Aim,
-    /// At its last known position.
+    /// At the last known positions.
     pub(super) person: PersonBody,
     /// Where the arm is known to be free.
     pub(super) began: Option<JointPositions>,

@@ -39,7 +39,7 @@ pub struct RenderInput<'a> {
     pub object: Option<usize>,
     /// Known points of the person, base frame, m: the board keeps clear of them and slows down near them.
     pub person_m: &'a [DVec3],
-    /// The person at their last known position: paths keep clear of head and torso ([`Renderer::keep_clear`](super::Renderer::keep_clear)).
+    /// The person and bystanders at their last known positions: paths keep clear of heads and torsos ([`Renderer::keep_clear`](super::Renderer::keep_clear)).
     pub body: PersonBody,
     /// The configuration in which the arm is known to be free ([`Supervisor::began`](crate::safety::Supervisor::began)): paths are then checked with
     /// the same parts of the arm as motions.

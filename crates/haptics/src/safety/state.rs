@@ -27,6 +27,8 @@ pub enum Channel {
     Elbow,
     /// The palm of the other hand.
     OtherHand,
+    /// The head of somebody who stands by.
+    Bystander,
     /// The target of the board.
     Target,
     /// The estimated contact force.
@@ -50,6 +52,7 @@ impl Channel {
             Self::Head => "head",
             Self::Elbow => "elbow",
             Self::OtherHand => "other_hand",
+            Self::Bystander => "bystander",
             Self::Target => "target",
             Self::Force => "force",
             Self::Command => "command",

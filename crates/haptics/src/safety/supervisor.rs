@@ -45,7 +45,7 @@ pub struct Supervisor {
     /// A contact that began while nobody could reach the board still lasts.
     lasts: bool,
     out_of_reach: bool,
-    /// At their last known position.
+    /// At the last known positions.
     person: PersonBody,
     /// The arm did not take the last command.
     refused: bool,
@@ -125,7 +125,7 @@ impl Supervisor {
         self.began
     }
 
-    /// The person at their last known position.
+    /// The person and bystanders at their last known positions.
     #[must_use]
     pub const fn person(&self) -> &PersonBody {
         &self.person
@@ -141,18 +141,17 @@ impl Supervisor {
         Ok(())
     }
 
-    /// This part of the person is deliberately no longer tracked. Until it is tracked again, it is not missed and the arm does not keep away from it.
+    /// This part of the person is deliberately no longer tracked, or this bystander has left. Until it is tracked again, it is not missed and the arm does
+    /// not keep away from it.
     pub fn forget(&mut self, part: PersonPart) {
-        if part == PersonPart::Head {
-            self.person = PersonBody::default();
-        }
+        self.person.forget(part);
         self.inspection.forget(part);
     }
 
     /// The tracked person has left: none of their parts is missed, and the arm waits until all [required](SupervisorConfig::required) parts of a
-    /// person are tracked again.
+    /// person are tracked again. Bystanders stay.
     pub fn forget_person(&mut self) {
-        self.person = PersonBody::default();
+        self.person.forget(PersonPart::Head);
         self.inspection.forget_person();
     }
 
@@ -239,9 +238,7 @@ impl Supervisor {
             false => unseen.map(SafeReason::Unseen),
         };
         let person = PersonBody::of(input.person, &self.config.separation.person);
-        if !person.is_empty() {
-            self.person = person;
-        }
+        self.person.renew(&person);
         let trouble = self.faults.trouble;
         let moves = trouble.is_none_or(|trouble| trouble.stage == Stage::Retreat);
         if moves && let Some(reason) = reason {

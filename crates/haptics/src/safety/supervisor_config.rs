@@ -92,8 +92,8 @@ pub struct SupervisorConfig {
     pub room: Option<Room>,
     /// How the arm keeps away from head and torso.
     pub separation: SeparationConfig,
-    /// Effective mass at the board, kg; default 5, an assumption. [`Supervisor::set_effective_mass_kg`](super::Supervisor::set_effective_mass_kg)
-    /// updates it with the configuration.
+    /// Effective mass at the board, kg; default infinite, which bounds that of every arm in every posture.
+    /// [`Supervisor::set_effective_mass_kg`](super::Supervisor::set_effective_mass_kg) updates it with the configuration.
     pub effective_mass_kg: f64,
     /// The arm's state: angles, rad.
     pub position: ChannelWatch,
@@ -103,7 +103,7 @@ pub struct SupervisorConfig {
     pub torque: ChannelWatch,
     /// Fingertip and palm, m.
     pub hand: ChannelWatch,
-    /// Head, m.
+    /// Heads, of the person and of bystanders, m.
     pub head: ChannelWatch,
     /// Target, m. May jump and stand still by default: the renderer moves there smoothly.
     pub target: ChannelWatch,
@@ -140,7 +140,7 @@ impl Default for SupervisorConfig {
             body: BodyConfig::default(),
             room: None,
             separation: SeparationConfig::default(),
-            effective_mass_kg: 5.0,
+            effective_mass_kg: f64::INFINITY,
             // The fastest joint of an iiwa turns at 3.1 rad/s.
             position: watch(0.1, 0.02, 5.0, Some(0.1)),
             velocity: watch(0.1, 1.0, 200.0, Some(0.2)),
@@ -179,7 +179,7 @@ impl SupervisorConfig {
             bias.validate()?;
         }
         self.leaps.validate()?;
-        positive("effective_mass_kg", self.effective_mass_kg)?;
+        self.contact.speed_cap_m_per_s(self.effective_mass_kg)?;
         positive("largest_tick_s", self.largest_tick_s)?;
         let timing = &self.timing;
         non_negative("hold_s", timing.hold_s)?;

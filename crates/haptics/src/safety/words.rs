@@ -17,6 +17,7 @@ impl Channel {
             Self::Head => "the head",
             Self::Elbow => "the elbow",
             Self::OtherHand => "the other hand",
+            Self::Bystander => "the head of a bystander",
             Self::Target => "the target",
             Self::Force => "the force on the board",
             Self::Command => "the command",
@@ -43,6 +44,7 @@ impl Display for SafeReason {
                     | Channel::Head
                     | Channel::Elbow
                     | Channel::OtherHand
+                    | Channel::Bystander
                     | Channel::Target => "m",
                     Channel::Force => "N",
                 };

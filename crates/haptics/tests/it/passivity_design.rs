@@ -1,9 +1,11 @@
 //! Damping for a stiffness, and the effective mass.
 
 use glam::DVec3;
+use hwall_haptics::Board;
 use hwall_haptics::passivity::{
     DampingDesign, Sampling, effective_mass_kg, required_damping_n_s_per_m,
 };
+use hwall_haptics::safety::SupervisorConfig;
 use hwall_kinematics::{ArmKinematics, Chain, ChainArm, ChainDynamics, JointPositions};
 use hwall_testkit::Sampler;
 
@@ -83,4 +85,35 @@ fn a_mass_without_motion_is_infinite_and_bad_matrices_are_named() {
     }
     assert!(effective_mass_kg(&jacobian, &[1.0], DVec3::ZERO).is_err());
     assert!(effective_mass_kg(&jacobian, &[1.0], DVec3::NAN).is_err());
+}
+
+/// The default mass bounds that of an arm with heavy rotors in every posture: none calls for a lower speed at a hand than the supervisor's.
+#[test]
+fn the_speed_cap_holds_in_every_posture() {
+    // Reflected through the gears, of the published model of an iiwa 14, kg m².
+    const ROTORS: [f64; 7] = [3.4, 3.4, 3.4, 3.4, 1.3, 1.2, 1.2];
+    let config = SupervisorConfig::default();
+    let cap = |mass_kg| config.contact.speed_cap_m_per_s(mass_kg).unwrap();
+    let chain = Chain::iiwa7();
+    let tool = Board::default().flange_from_board_face().unwrap();
+    let arm = ChainArm::new(chain.clone()).unwrap().carrying(tool);
+    let dynamics = ChainDynamics::new(&chain).unwrap();
+    let mut masses_kg = Vec::new();
+    for sample in 0..512 {
+        let q = JointPositions::spread(arm.limits(), sample);
+        let (face, jacobian) = arm.forward_and_jacobian(&q);
+        let mut mass = dynamics.mass_matrix(&q.0).unwrap();
+        for (joint, rotor) in ROTORS.into_iter().enumerate() {
+            mass[8 * joint] += rotor;
+        }
+        let mass_kg = effective_mass_kg(&jacobian, &mass, face.rotation().z_axis).unwrap();
+        assert!(
+            cap(config.effective_mass_kg) <= cap(mass_kg),
+            "{mass_kg} kg"
+        );
+        masses_kg.push(mass_kg);
+    }
+    masses_kg.sort_by(f64::total_cmp);
+    println!("{:.1} kg, at most {:.1} kg", masses_kg[256], masses_kg[511]);
+    assert!(masses_kg[256] > 5.0);
 }

@@ -1,7 +1,7 @@
 //! Capsules, contact limits, pushes at the edge.
 
 use glam::DVec3;
-use hwall_haptics::body::{ArmBody, BodyConfig, Capsule};
+use hwall_haptics::body::{ArmBody, ArmPart, BodyConfig, Capsule, LeftOut};
 use hwall_haptics::safety::{BoardLoad, ContactLimits, LoadLimits, WorkspaceBox};
 use hwall_haptics::{Board, board_pose};
 use hwall_kinematics::{ArmKinematics, Chain, ChainArm, JointPositions, SrsArm, Wrench};
@@ -142,6 +142,40 @@ fn a_folded_arm_meets_itself() {
         let nowhere = body.nearest(&JointPositions([f64::NAN; 7]));
         assert!(nowhere.distance_m.is_nan());
     }
+}
+
+/// A posture in which parts overlap is taken to be free: these parts, and no others, are left out, and that is told.
+#[test]
+fn parts_that_overlap_where_the_arm_begins_are_left_out_and_told() {
+    let text = include_str!("../../../kinematics/tests/data/ur5.urdf");
+    let arm = ChainArm::new(Chain::from_urdf_str(text, None, None).unwrap()).unwrap();
+    let [upright, folded] = [
+        [0.0, -90.0, 60.0, 0.0, 90.0, 0.0, 0.0],
+        [0.0, -90.0, 165.0, 0.0, 90.0, 0.0, 0.0],
+    ]
+    .map(JointPositions::from_deg);
+    let mut body = body(Arc::new(arm));
+    body.fit(&upright);
+    assert_eq!(body.left_out().count(), 0);
+    body.fit(&folded);
+    let told: Vec<_> = body.left_out().collect();
+    assert!(!told.is_empty());
+    let capsules = body.at(&folded);
+    let index = |part| match part {
+        ArmPart::Link(link) => link,
+        ArmPart::Board { strip } => capsules.links().len() + strip,
+    };
+    for LeftOut(parts) in &told {
+        let [one, other] = parts.map(|part| capsules.all()[index(part)]);
+        assert!(one.distance_m(&other) <= body.clearance_m(), "{parts:?}");
+    }
+    // Everything else is still checked, and clear here.
+    assert!(body.nearest(&folded).distance_m > body.clearance_m());
+    let said = told[0].to_string();
+    assert!(
+        said.starts_with("link ") && said.contains(" and "),
+        "{said}"
+    );
 }
 
 #[test]

@@ -211,3 +211,34 @@ fn parts_beside_a_hand_are_slow() {
     }
     assert!(refused.iter().all(|count| *count >= 8), "{refused:?}");
 }
+
+/// In any place, and whoever else is there, a bystander's head and torso count as the person's do, for motions and for plans.
+#[test]
+fn bystanders_count_like_the_person() {
+    let separation = Separation::new(body(), SeparationConfig::default(), BRAKING).unwrap();
+    let mut random = Sampler::new(5);
+    let mut near = [0; 2];
+    for k in 0..400 {
+        let q = JointPositions([0; 7].map(|_| random.uniform(-1.5, 1.5)));
+        let qd = JointVelocities([0; 7].map(|_| random.uniform(-1.0, 1.0)));
+        let far_m = |y: f64| DVec3::new(20.0, y, 0.0);
+        let head_m = random.unit_vector() * random.uniform(0.4, 1.2);
+        let of = |part: PersonPart| {
+            let all = PersonPart::BYSTANDERS.into_iter().chain([PersonPart::Head]);
+            let all = all.enumerate().map(|(place, other)| match other == part {
+                true => (other, head_m),
+                false => (other, far_m(place as f64)),
+            });
+            let all = person(&all.collect::<Vec<_>>(), 0.0);
+            let gap = separation.gap(&q, &qd, &all, 0.0, false).unwrap();
+            (gap.left_m, separation.short_of_m(&q, &all))
+        };
+        let wanted = of(PersonPart::Head);
+        near[0] += usize::from(wanted.0 < 0.0);
+        near[1] += usize::from(wanted.1[1] > 0.0);
+        for part in PersonPart::BYSTANDERS {
+            assert_eq!(of(part), wanted, "{k} {part:?}");
+        }
+    }
+    assert!(near.iter().all(|count| *count > 20), "{near:?}");
+}

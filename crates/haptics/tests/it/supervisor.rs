@@ -50,7 +50,7 @@ fn faulty(channel: Channel, kind: &str, retreats: bool, spoil: impl Fn(&mut Benc
 #[test]
 fn nan_on_every_channel() {
     type Spoil = fn(&mut Bench, &mut f64);
-    let spoils: [(Channel, bool, Spoil); 12] = [
+    let spoils: [(Channel, bool, Spoil); 13] = [
         (Channel::Time, false, |_, now| *now = f64::NAN),
         (Channel::Position, false, |b, _| b.state.t_s = f64::INFINITY),
         (Channel::Position, false, |b, _| b.state.q[3] = f64::NAN),
@@ -67,6 +67,9 @@ fn nan_on_every_channel() {
             b.person[1].position_m.y = f64::INFINITY
         }),
         (Channel::Head, true, |b, _| b.person[2].stamp_s = f64::NAN),
+        (Channel::Bystander, true, |b, _| {
+            b.person[3].position_m.z = f64::NAN;
+        }),
         (Channel::Target, true, |b, _| b.target = Some(DVec3::NAN)),
         (Channel::Force, true, |b, _| {
             b.force = Some(force(DVec3::NAN))
@@ -87,7 +90,12 @@ fn nan_on_every_channel() {
 fn stale_inputs() {
     faulty(Channel::Position, "stale", false, |b, _| b.state.t_s -= 0.2);
     faulty(Channel::Position, "stale", false, |b, _| b.state.t_s += 0.2);
-    let parts = [Channel::Fingertip, Channel::Palm, Channel::Head];
+    let parts = [
+        Channel::Fingertip,
+        Channel::Palm,
+        Channel::Head,
+        Channel::Bystander,
+    ];
     for (part, channel) in parts.into_iter().enumerate() {
         faulty(channel, "stale", true, |b, _| b.person[part].stamp_s -= 0.3);
     }
@@ -114,6 +122,9 @@ fn missing_inputs() {
     });
     missing(Channel::Head, 60, |b| {
         b.person.remove(2);
+    });
+    missing(Channel::Bystander, 60, |b| {
+        b.person.remove(3);
     });
     missing(Channel::Torque, 100, |b| b.state.external_torque = None);
     missing(Channel::Force, 100, |b| b.force = None);
@@ -151,6 +162,9 @@ fn jumping_inputs() {
     });
     faulty(Channel::Head, "jump", true, move |b, _| {
         b.person[2].position_m.y += by(b, 0.5)
+    });
+    faulty(Channel::Bystander, "jump", true, move |b, _| {
+        b.person[3].position_m.y += by(b, 0.5)
     });
     faulty(Channel::Command, "jump", false, |b, _| {
         let mut far = home();
@@ -268,4 +282,36 @@ fn a_part_that_is_required_is_missed_when_it_is_lost() {
             assert_eq!(bench.run(100).state.name(), name, "{part:?}");
         }
     }
+}
+
+/// Whom frames no longer show stays where last seen: the person, or a bystander. Whoever has left is forgotten alone, and a bystander who is back is no
+/// longer missed.
+#[test]
+fn the_person_and_bystanders_come_and_go_apart() {
+    let mut bench = Bench::new();
+    let known = |bench: &Bench| bench.supervisor.person().capsules().count();
+    let all = (bench.run(10).state, known(&bench));
+    // Head, torso and one arm of the person; head and torso of the bystander.
+    assert_eq!(all, (SafeState::Normal, 5));
+    for part in [2, 3] {
+        let one = bench.run_with(100, |b, _| {
+            b.person.remove(part);
+        });
+        assert_eq!((one.state.name(), known(&bench)), ("holding", 5));
+        assert_eq!(bench.run(400).state, SafeState::Normal);
+    }
+    bench.supervisor.forget_person();
+    assert_eq!(known(&bench), 2);
+    let gone = bench.run_with(10, |b, _| {
+        b.person.drain(..3);
+    });
+    let reason = SafeReason::Unseen(Channel::Head);
+    assert_eq!(gone.state, SafeState::Holding { reason });
+    assert_eq!(
+        (bench.run(400).state, known(&bench)),
+        (SafeState::Normal, 5)
+    );
+    bench.supervisor.forget(PersonPart::Bystander1);
+    let left = bench.run_with(400, |b, _| b.person.truncate(3));
+    assert_eq!((left.state, known(&bench)), (SafeState::Normal, 3));
 }

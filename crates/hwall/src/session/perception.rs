@@ -240,6 +240,7 @@ impl<P: Predictor> Perception<P> {
                 head_m: frame.head_m.filter(|m| m.is_finite()),
                 elbow_m: frame.body(BodyPoint::Elbow),
                 other_hand_m: frame.other_hand_m.filter(|m| m.is_finite()),
+                bystanders: self.newest.person.bystanders_after(frame, arm_s),
                 people_before: self.newest.person.people_before + u64::from(frame.is_of_another),
                 seen_s: arm_s,
                 ..Guidance::default()

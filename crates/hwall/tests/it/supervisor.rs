@@ -2,7 +2,7 @@
 
 use crate::common::{Bench, GazeSession, Hand, by_gaze, config, session, session_with, wall};
 use hwall::glam::DVec3;
-use hwall::hand::BodyPoint;
+use hwall::hand::{BodyPoint, Bystanders};
 use hwall::haptics::body::BodyRegion;
 use hwall::haptics::safety::{Channel, PersonPart};
 use hwall::haptics::{ArmCommand, ArmState, HoldReason, SafeReason, SafeState};
@@ -302,4 +302,99 @@ fn elbow_and_other_hand_count_as_long_as_they_are_seen_with_the_head() {
             assert_eq!(found, arms, "{elbow_m:?} {other_m:?} {sees_head} {state:?}");
         }
     }
+}
+
+/// Cycles for a time, s, with frames that say who stands by, if they do; returns what the supervisor did, by its name and channel, without repetition.
+fn with_bystanders(
+    session: &mut GazeSession,
+    bench: &mut Bench,
+    for_s: f64,
+    heads_m: Option<&[Option<DVec3>]>,
+) -> Vec<(&'static str, Option<Channel>)> {
+    let until_s = bench.now_s() + for_s;
+    let mut states = Vec::new();
+    while bench.now_s() < until_s {
+        while let Some(mut frame) = bench.next_frame() {
+            frame.bystanders = heads_m.map(|heads_m| Bystanders::new(heads_m).unwrap());
+            session.frame(&frame);
+        }
+        bench.step_with(session, |_| {});
+        let said = session.control().safety();
+        let said = (
+            said.name(),
+            said.reason().and_then(|reason| reason.channel()),
+        );
+        if states.last() != Some(&said) {
+            states.push(said);
+        }
+    }
+    states
+}
+
+fn known_heads(session: &GazeSession) -> usize {
+    let capsules = session.control().supervisor().unwrap().person().capsules();
+    capsules
+        .filter(|(region, _)| *region == BodyRegion::Head)
+        .count()
+}
+
+#[test]
+fn bystanders_are_expected_until_they_are_said_to_have_left() {
+    let far = Some(TARGET_M + DVec3::new(2.0, 2.0, 0.5));
+    let (normal, lost) = (("normal", None), ("holding", Some(Channel::Bystander)));
+    let (mut session, mut bench) = in_place();
+    let mut run = |for_s, heads_m: Option<&[Option<DVec3>]>| {
+        let states = with_bystanders(&mut session, &mut bench, for_s, heads_m);
+        (states, known_heads(&session))
+    };
+    assert_eq!(run(0.2, Some(&[far, far])), (vec![normal], 3));
+    // Not told any more: for 60 ms they count as last seen, with their age, then the arm holds.
+    assert_eq!(run(0.04, None), (vec![normal], 3));
+    assert_eq!(run(0.1, None), (vec![normal, lost], 3));
+    // Told again, it ends by itself.
+    assert_eq!(run(0.3, Some(&[far, far])), (vec![lost, normal], 3));
+    // One is left out, or not seen, or without a number: the arm does not believe that they have left.
+    for heads_m in [&[far] as &[_], &[None, far], &[far, Some(DVec3::NAN)]] {
+        let lost_again = (vec![normal, lost], 3);
+        assert_eq!(run(0.2, Some(heads_m)), lost_again, "{heads_m:?}");
+        assert_eq!(run(0.3, Some(&[far, far])), (vec![lost, normal], 3));
+    }
+    // They have left, and frames may leave them out from then on.
+    assert_eq!(run(0.1, Some(&[])), (vec![normal], 1));
+    assert_eq!(run(0.5, None), (vec![normal], 1));
+    // Somebody who is there, but was never seen.
+    assert_eq!(run(0.1, Some(&[None])), (vec![normal, lost], 1));
+    assert_eq!(run(0.3, Some(&[])), (vec![lost, normal], 1));
+}
+
+/// Another person with another client: the bystanders of the one before are still there.
+#[test]
+fn bystanders_outlast_the_person() {
+    let far = Some(TARGET_M + DVec3::new(2.0, 2.0, 0.5));
+    let (mut session, mut bench) = in_place();
+    with_bystanders(&mut session, &mut bench, 0.1, Some(&[far]));
+    another(&mut session, &mut bench);
+    let states = with_bystanders(&mut session, &mut bench, 0.25, None);
+    let lost = ("holding", Some(Channel::Bystander));
+    assert_eq!((states.last(), known_heads(&session)), (Some(&lost), 2));
+    let states = with_bystanders(&mut session, &mut bench, 0.4, Some(&[]));
+    assert_eq!(
+        (states.last(), known_heads(&session)),
+        (Some(&("normal", None)), 1)
+    );
+}
+
+/// The board comes to a hand, unless somebody stands in its way.
+#[test]
+fn the_board_does_not_come_through_a_bystander() {
+    let hand = Hand::reaching_in(4.0, TARGET_M);
+    let stands_m = TARGET_M + DVec3::new(0.1, 0.0, 0.1);
+    let [nobody, somebody] = [&[] as &[_], &[Some(stands_m)]].map(|heads_m| {
+        let (mut session, mut bench) = (session(wall(0.6)), Bench::new(hand));
+        with_bystanders(&mut session, &mut bench, 1.6, Some(heads_m));
+        let away_m = bench.servo.pose().position_m().distance(TARGET_M);
+        (session.state() == SessionState::InPlace, away_m)
+    });
+    assert!(nobody.0 && !somebody.0, "{nobody:?} {somebody:?}");
+    assert!(somebody.1 > nobody.1 + 0.05, "{nobody:?} {somebody:?}");
 }

@@ -4,7 +4,7 @@ use super::binary::scratch;
 use super::{Reader, judged, promise};
 use glam::DVec3;
 use hwall::geometry::Pose;
-use hwall::hand::HandFrame;
+use hwall::hand::{Bystanders, HandFrame};
 use hwall::haptics::{ArmCommand, ArmState, Board};
 use hwall::{Cycle, WorldPose};
 use hwall_kinematics::{Chain, JointPositions, JointVelocities, SrsArm};
@@ -54,6 +54,7 @@ fn small_recording() -> anyhow::Result<Vec<u8>> {
         let t_s = 1e-3 * f64::from(k);
         let mut frame = HandFrame::empty(t_s);
         frame.palm_m = Some(DVec3::new(1.0 - t_s, 0.2, 0.4));
+        frame.bystanders = Some(Bystanders::new(&[frame.palm_m, None])?);
         recorder.frame(&frame);
         let q = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
         recorder.cycle(&Cycle {

@@ -10,7 +10,7 @@ use hwall_bridge::{BridgeServer, Order};
 use hwall_fri::{FriClient, FriError};
 use hwall_stage::input::address::{receivable, socket_address};
 use hwall_stage::input::arms::BoardArm;
-use hwall_stage::live::{Driven, Holds, LedArmFlags, asked, brake};
+use hwall_stage::live::{Driven, Holds, LedArmFlags, asked, brake, tell_left_out};
 use hwall_stage::note;
 use hwall_stage::person::predictors::TrainingPeople;
 use hwall_stage::person::responses::Scenery;
@@ -231,6 +231,7 @@ impl StudyRoom<FriClient> for HandsRoom {
         self.holds.see(cycle.t_s, session.state(), is_latched);
         self.holds
             .see_link(cycle.t_s, session.control().link_in_front());
+        tell_left_out(session.control());
         bridge.show(session, &cycle.state);
         Ok(())
     }

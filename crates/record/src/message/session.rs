@@ -8,7 +8,7 @@ use glam::{DMat3, DVec3};
 use hwall::Cycle;
 use hwall::WorldPose;
 use hwall::geometry::Pose;
-use hwall::hand::{BodyPoint, HandFrame, HandPoint};
+use hwall::hand::{BodyPoint, Bystanders, HandFrame, HandPoint, MOST_BYSTANDERS};
 use hwall::haptics::{ArmCommand, ArmState, Board};
 use hwall::kinematics::{JointPositions, JointTorques, JointVelocities};
 use hwall_protobuf::{Field, Fields, ProtobufError, Writer};
@@ -60,6 +60,8 @@ const FIRST_BODY_FIELD: u32 = 11;
 const ANOTHER_FIELD: u32 = 17;
 /// Field of the other hand, if it is tracked.
 const OTHER_HAND_FIELD: u32 = 18;
+/// Field of one more than the number of bystanders, if the frame says who stands by; their heads follow.
+const BYSTANDERS_FIELD: u32 = 19;
 
 /// Writes a message of a session, with its number among all messages of the session. A command unknown to this version would be written
 /// as a hold without values; no such command exists.
@@ -85,6 +87,15 @@ pub(crate) fn write(writer: &mut Writer<'_>, sequence: u64, input: &Input) {
             }
             if let Some(other_hand_m) = frame.other_hand_m {
                 vector(writer, OTHER_HAND_FIELD, other_hand_m);
+            }
+            if let Some(bystanders) = &frame.bystanders {
+                let heads_m = bystanders.heads_m();
+                writer.uint64(BYSTANDERS_FIELD, heads_m.len() as u64 + 1);
+                for (field, head_m) in (BYSTANDERS_FIELD + 1..).zip(heads_m) {
+                    if let Some(head_m) = head_m {
+                        vector(writer, field, head_m);
+                    }
+                }
             }
             if frame.is_of_another {
                 writer.uint64(ANOTHER_FIELD, 1);
@@ -317,6 +328,7 @@ impl<'a> Body<'a> {
             head_m: self.vector(9)?,
             gaze: self.vector(10)?,
             other_hand_m: self.vector(OTHER_HAND_FIELD)?,
+            bystanders: self.bystanders()?,
             is_of_another: self.u64(ANOTHER_FIELD)? != 0,
             ..HandFrame::default()
         };
@@ -327,6 +339,18 @@ impl<'a> Body<'a> {
             frame.set_body(point, self.vector(number)?);
         }
         Ok(frame)
+    }
+
+    fn bystanders(&self) -> Result<Option<Bystanders>, RecordError> {
+        let Some(count) = self.u64(BYSTANDERS_FIELD)?.checked_sub(1) else {
+            return Ok(None);
+        };
+        let mut heads_m = Vec::new();
+        for place in 1..=count.min(MOST_BYSTANDERS as u64 + 1) as u32 {
+            heads_m.push(self.vector(BYSTANDERS_FIELD + place)?);
+        }
+        let too_many = |_| self.wrong("bystanders", "more than a frame holds");
+        Bystanders::new(&heads_m).map(Some).map_err(too_many)
     }
 
     fn world(&self) -> Result<WorldPose, RecordError> {

@@ -20,7 +20,8 @@ pub(super) const MESSAGES: &[Message] = &[
         one(9, "head_m", VECTOR), one(10, "gaze", VECTOR), one(11, "wrist_m", VECTOR), one(12, "forearm_m", VECTOR),
         one(13, "elbow_m", VECTOR), one(14, "shoulder_m", VECTOR), one(15, "grip_m", VECTOR),
         one(16, "aim_m", VECTOR), one(17, "is_of_another", Uint64),
-        one(18, "other_hand_m", VECTOR),
+        one(18, "other_hand_m", VECTOR), one(19, "bystanders_and_one", Uint64), one(20, "bystander_1_m", VECTOR),
+        one(21, "bystander_2_m", VECTOR), one(22, "bystander_3_m", VECTOR), one(23, "bystander_4_m", VECTOR),
     ]),
     plain("hwall.World", &[
         one(1, "sequence", Uint64), one(2, "t_s", Double), one(3, "position_m", VECTOR),

@@ -2,6 +2,7 @@
 
 use crate::common::{self, again, file, hand, iiwa, recorder, run, session_of, skeleton, taken};
 use hwall::glam::DVec3;
+use hwall::hand::{Bystanders, HandFrame};
 use hwall::haptics::{ArmCommand, Board};
 use hwall::kinematics::{ArmKinematics, Chain, ChainArm, JointPositions, JointTorques, SrsArm};
 use hwall_record::{
@@ -218,6 +219,44 @@ fn a_session_on_three_threads_is_replayed_bit_by_bit() {
         let moved_rad = first.unwrap().max_abs_difference(last.unwrap());
         assert!(moved_rad > 0.1, "{moved_rad}");
         assert_eq!(again(&recording).difference, None);
+    }
+}
+
+/// What frames say of bystanders, and whether the arm then moves differently than without them.
+#[test]
+fn recordings_with_bystanders_are_replayed_bit_by_bit() {
+    let near_m = DVec3::new(0.7, 0.1, 0.9);
+    let [near, far] = [near_m, near_m + DVec3::Y * 3.0].map(Some);
+    let path = file("bystanders.mcap");
+    let told = |heads_m: &[Option<DVec3>]| Some(Bystanders::new(heads_m).unwrap());
+    let mut without = None;
+    for (name, who, matters) in [
+        ("not told", &(|_| None) as &dyn Fn(f64) -> _, false),
+        ("nobody", &|_| told(&[]), false),
+        ("far", &|_| told(&[far, far, far, far]), false),
+        ("near", &|_| told(&[far, near]), true),
+        ("unseen", &|_| told(&[None]), true),
+        ("no number", &|_| told(&[Some(DVec3::NAN)]), true),
+        ("told once", &|t_s| told(&[far]).filter(|_| t_s < 0.4), true),
+        (
+            "leaves",
+            &|t_s| if t_s < 0.4 { told(&[far]) } else { told(&[]) },
+            false,
+        ),
+    ] {
+        let mut to = recorder(&path, &RecorderConfig::simulated());
+        let show = |t_s| HandFrame {
+            bystanders: who(t_s),
+            is_of_another: false,
+            ..hand(t_s)
+        };
+        let session = session_of(&common::setup());
+        let commands = common::run_of(&mut to, 0, 1.3, session, Duration::ZERO, show);
+        to.finish().unwrap();
+        let replayed = again(&taken(&path));
+        assert_eq!(replayed.difference, None, "{name}");
+        let without = without.get_or_insert_with(|| commands.clone());
+        assert_eq!(*without != commands, matters, "{name}");
     }
 }
 

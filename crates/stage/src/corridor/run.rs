@@ -10,6 +10,7 @@ use super::walker::Walker;
 use crate::console::note;
 use crate::input::arms::BoardArm;
 use crate::input::base_flag::BaseKind;
+use crate::live::holds::tell_left_out;
 use crate::person::kinds::PersonKind;
 use crate::person::predictors::{PredictorKind, Predictors, TrainingPeople};
 use crate::person::responses::Scenery;
@@ -201,6 +202,7 @@ impl<'a> Rig<'a> {
         self.arm.command(command)?;
         self.session.plan();
         while self.session.next_event().is_some() {}
+        tell_left_out(self.session.control());
         self.arm.advance(PERIOD_S)?;
         let base_from_corridor = self.base.base_from_corridor()?;
         let (base, tip) = (&base_from_corridor, self.walker.tip(t_s));

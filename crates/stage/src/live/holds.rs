@@ -3,13 +3,15 @@
 use crate::console::note;
 use crate::input::numbers::counted;
 use crate::run::kept::tick::Stop;
-use hwall::SessionState;
 use hwall::haptics::LinkInFront;
-use hwall_bridge::ViewSender;
+use hwall::haptics::body::ArmBody;
+use hwall::{Control, SessionState};
+use hwall_bridge::{Orders, ViewSender};
 use hwall_fri::FriError;
 use std::collections::BTreeMap;
 use std::io::{BufRead, stdin};
 use std::mem::discriminant;
+use std::sync::Once;
 
 /// Number of holds printed for each reason. Further ones are only counted, so that the console stays readable; holds that need
 /// a person are always printed.
@@ -168,36 +170,79 @@ impl Holds {
     }
 }
 
+/// Prints, once in a program, which parts of the arm are not checked against each other from where it began.
+pub fn tell_left_out(control: &Control) {
+    static TOLD: Once = Once::new();
+    let supervisor = control.supervisor();
+    if let Some(supervisor) = supervisor.filter(|supervisor| supervisor.began().is_some()) {
+        TOLD.call_once(|| {
+            if let Some(line) = left_out(supervisor.separation().body()) {
+                note(line);
+            }
+        });
+    }
+}
+
+/// `None`: no part is left out.
+fn left_out(body: &ArmBody) -> Option<String> {
+    let pairs: Vec<String> = body.left_out().map(|pair| pair.to_string()).collect();
+    (!pairs.is_empty()).then(|| {
+        format!(
+            "parts of the arm that are not kept apart, because their capsules overlap where it begins: {}",
+            pairs.join(", ")
+        )
+    })
+}
+
 /// On the console, Enter resets a latched stop, `s` and Enter stops the arm.
 pub(super) fn listen_to_console(view: &ViewSender) {
     let orders = view.orders();
-    let listens = move || {
-        for line in stdin().lock().lines() {
-            match line
-                .as_deref()
-                .map(|line| line.trim().to_lowercase())
-                .as_deref()
-            {
-                Ok("") => orders.let_go(),
-                Ok("s" | "stop") => orders.stop(),
-                Ok(_) => note("Enter lets a stopped arm go; s and Enter stops it"),
-                Err(_) => return,
-            }
-        }
-    };
+    let listens = move || heed_console(&orders, stdin().lock());
     // Without the thread the page still has its buttons.
     let _ = std::thread::Builder::new()
         .name("console".to_owned())
         .spawn(listens);
 }
 
+/// The orders of a console, until it ends.
+pub fn heed_console(orders: &Orders, console: impl BufRead) {
+    for line in console.lines() {
+        match line
+            .as_deref()
+            .map(|line| line.trim().to_lowercase())
+            .as_deref()
+        {
+            Ok("") => orders.let_go(),
+            Ok("s" | "stop") => orders.stop(),
+            Ok(_) => note("Enter lets a stopped arm go; s and Enter stops it"),
+            Err(_) => return,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hwall::haptics::body::BodyConfig;
     use hwall::haptics::safety::Channel;
-    use hwall::haptics::{SafeReason, SafeState};
+    use hwall::haptics::{Board, SafeReason, SafeState};
+    use hwall::kinematics::{ArmKinematics, JointPositions, SrsArm};
     use hwall_fri::Unfit;
     use hwall_fri::codec::SafetyState;
+
+    #[test]
+    fn parts_that_are_not_kept_apart_are_told() {
+        let board = Board::default();
+        let tool = board.flange_from_board_face().unwrap();
+        let arm = SrsArm::iiwa7().carrying(tool);
+        let mut body = ArmBody::new(arm, board, BodyConfig::default()).unwrap();
+        body.fit(&JointPositions::default());
+        assert_eq!(left_out(&body), None);
+        let folded = [0.0, 100.0, 0.0, -119.0, 0.0, 115.0, 0.0];
+        body.fit(&JointPositions::from_deg(folded));
+        let line = left_out(&body).unwrap();
+        assert!(line.contains("overlap where it begins: link "), "{line}");
+    }
 
     #[test]
     fn holds_are_counted_by_reason_and_not_by_number() {

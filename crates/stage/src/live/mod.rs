@@ -11,9 +11,9 @@ mod touching;
 
 pub use driven::{Driven, brake};
 pub use flags::{HandChoice, LedArmFlags, LiveFlags};
-pub use holds::Holds;
+pub use holds::{Holds, heed_console, tell_left_out};
 pub use preparation::{Prepared, prepare};
-pub use recorded::asked;
+pub use recorded::{after, asked};
 pub use simulated::run_simulated;
 
 use hwall_bridge::{BridgeServer, UnityConfig};

@@ -1,7 +1,7 @@
 //! A live session with a recorder.
 
 use super::flags::LiveFlags;
-use super::holds::Holds;
+use super::holds::{Holds, tell_left_out};
 use crate::console::note;
 use crate::recording::{self, SessionSource, run_of};
 use crate::run::stage::SessionSettings;
@@ -62,7 +62,7 @@ pub fn asked(orders: &Orders, is_latched: bool, switch: bool) -> Option<Order> {
 
 /// At the end of a cycle: applies the person's [request](asked), prints holds, then sends events and views to the clients and
 /// into the recording.
-pub(super) fn after<P: Predictor>(
+pub fn after<P: Predictor>(
     bridge: &mut Bridge,
     holds: &mut Holds,
     recorded: &mut Recorded<'_, P>,
@@ -79,6 +79,7 @@ pub(super) fn after<P: Predictor>(
     let Recorded { session, recorder } = recorded;
     holds.see(cycle.t_s, session.state(), session.control().is_latched());
     holds.see_link(cycle.t_s, session.control().link_in_front());
+    tell_left_out(session.control());
     if let Some(recorder) = recorder {
         while let Some(event) = session.next_event() {
             bridge.view.event(&event);

@@ -2,7 +2,7 @@
 
 use crate::console::note;
 use crate::input::counted::asked_in;
-use crate::live::holds::Holds;
+use crate::live::holds::{Holds, tell_left_out};
 use crate::person::hand::Hand;
 use crate::recording::runs::run_of;
 use crate::run::arm_error::ArmError;
@@ -130,6 +130,7 @@ pub fn run(
                 holds.see(cycle.t_s, session.state(), session.control().is_latched());
                 holds.see_link(cycle.t_s, session.control().link_in_front());
             }
+            tell_left_out(session.control());
             arm.advance(period_s)?;
             let tip = simulation.fingertip(start_s + cycle.t_s);
             let now = HandNow {

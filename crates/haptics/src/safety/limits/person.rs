@@ -6,7 +6,7 @@ use crate::safety::state::Channel;
 use glam::DVec3;
 use hwall_numeric::check::non_negative;
 
-/// A tracked part of the person.
+/// A tracked part of the person, or of people who stand by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum PersonPart {
     /// The tip of the finger that touches.
@@ -19,27 +19,53 @@ pub enum PersonPart {
     Elbow,
     /// The palm of the other hand.
     OtherHand,
+    /// The head of somebody who stands by.
+    Bystander1,
+    /// The same of another one.
+    Bystander2,
+    /// The same of another one.
+    Bystander3,
+    /// The same of another one.
+    Bystander4,
 }
 
 impl PersonPart {
     /// All of them.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 9] = [
         Self::Fingertip,
         Self::Palm,
         Self::Head,
         Self::Elbow,
         Self::OtherHand,
+        Self::Bystander1,
+        Self::Bystander2,
+        Self::Bystander3,
+        Self::Bystander4,
+    ];
+
+    /// Heads of the people who stand by.
+    pub const BYSTANDERS: [Self; 4] = [
+        Self::Bystander1,
+        Self::Bystander2,
+        Self::Bystander3,
+        Self::Bystander4,
     ];
 
     /// Does the arm stop when this part is no longer tracked? Headsets lose elbow and other hand all the time. Without an elbow the person's arm
     /// counts as straight; without the other hand, the other arm is unknown. A [required](super::super::SupervisorConfig::required) part is always missed.
     pub(in crate::safety) const fn is_missed(self) -> bool {
-        matches!(self, Self::Fingertip | Self::Palm | Self::Head)
+        !matches!(self, Self::Elbow | Self::OtherHand)
     }
 
     /// Is it a hand? The face slows down near hands; head and elbow count only in the separation of the whole arm.
     pub(in crate::safety) const fn is_hand(self) -> bool {
         matches!(self, Self::Fingertip | Self::Palm | Self::OtherHand)
+    }
+
+    /// Is it the head of somebody who stands by?
+    #[must_use]
+    pub fn is_bystander(self) -> bool {
+        Self::BYSTANDERS.contains(&self)
     }
 
     /// Its channel.
@@ -51,6 +77,9 @@ impl PersonPart {
             Self::Head => Channel::Head,
             Self::Elbow => Channel::Elbow,
             Self::OtherHand => Channel::OtherHand,
+            Self::Bystander1 | Self::Bystander2 | Self::Bystander3 | Self::Bystander4 => {
+                Channel::Bystander
+            }
         }
     }
 }

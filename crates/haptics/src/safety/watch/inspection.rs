@@ -89,7 +89,7 @@ impl Inspection {
         guard: GuardLimits,
         config: &SupervisorConfig,
     ) -> Result<Self, HapticsError> {
-        let hand = Watch::new(config.hand)?;
+        let (hand, head) = (Watch::new(config.hand)?, Watch::new(config.head)?);
         Ok(Self {
             arm,
             board,
@@ -100,7 +100,11 @@ impl Inspection {
                 position: Watch::new(config.position)?,
                 velocity: Watch::new(config.velocity)?,
                 torque: Watch::new(config.torque)?,
-                person: [hand, hand, Watch::new(config.head)?, hand, hand],
+                person: PersonPart::ALL.map(|part| match part {
+                    PersonPart::Head => head,
+                    part if part.is_bystander() => head,
+                    _ => hand,
+                }),
                 target: Watch::new(config.target)?,
                 force: Watch::new(config.force)?,
             },
@@ -134,10 +138,15 @@ impl Inspection {
         self.watches.person[part as usize].forget();
     }
 
-    /// No part is missed, and none has been seen.
+    /// No part of the person is missed, and none has been seen. Bystanders stay.
     pub(in crate::safety) fn forget_person(&mut self) {
-        self.watches.person.iter_mut().for_each(Watch::forget);
-        self.seen = [false; PersonPart::ALL.len()];
+        let of_person = PersonPart::ALL
+            .into_iter()
+            .filter(|part| !part.is_bystander());
+        for part in of_person {
+            self.forget(part);
+            self.seen[part as usize] = false;
+        }
     }
 
     /// A person has checked the arm: its measured position is trusted.

@@ -45,6 +45,7 @@ impl Bench {
             far(PersonPart::Fingertip, 0.0),
             far(PersonPart::Palm, 0.1),
             far(PersonPart::Head, 0.3),
+            far(PersonPart::Bystander1, 1.5),
         ];
         Self {
             supervisor: Supervisor::new(&SrsArm::iiwa7(), &Board::default(), config).unwrap(),

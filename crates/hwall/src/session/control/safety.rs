@@ -53,7 +53,7 @@ impl Safety {
         self.supervisor.as_ref()
     }
 
-    /// The person as last seen.
+    /// The person and bystanders as last seen.
     pub(super) fn person(&self) -> PersonBody {
         let supervisor = self.supervisor.as_ref();
         supervisor.map_or(PersonBody::default(), |supervisor| *supervisor.person())
@@ -123,10 +123,9 @@ impl Safety {
             self.people_before = guidance.people_before;
             supervisor.forget_person();
         }
-        let stamp_s = guidance.seen_s;
         let face_m = supervisor.arm().forward(&state.q).position_m();
         let mut out_of_reach = false;
-        let seen = [
+        let of_person = [
             (
                 PersonPart::Fingertip,
                 guidance.fingertip.map(|tip| tip.point_m),
@@ -136,24 +135,27 @@ impl Safety {
             (PersonPart::Elbow, guidance.elbow_m),
             (PersonPart::OtherHand, guidance.other_hand_m),
         ];
+        let of_person = of_person.map(|(part, at_m)| (part, at_m.map(|m| (m, guidance.seen_s))));
+        let bystanders = PersonPart::BYSTANDERS.into_iter().zip(guidance.bystanders);
         let mut person = [PersonPoint {
             part: PersonPart::Head,
             position_m: DVec3::ZERO,
-            stamp_s,
+            stamp_s: 0.0,
         }; PersonPart::ALL.len()];
         let mut points = 0;
-        for (part, position_m) in seen {
-            let fresh = (now_s - stamp_s).abs() <= supervisor.config().head.max_age_s;
+        for (part, seen) in of_person.into_iter().chain(bystanders) {
             let touches = matches!(part, PersonPart::Fingertip | PersonPart::Palm);
             let heeded = !(is_touched && touches);
-            if !heeded {
+            let has_left = part.is_bystander() && seen.is_none();
+            if !heeded || has_left {
                 supervisor.forget(part);
             }
-            if let Some(at_m) = position_m {
+            if let Some((at_m, stamp_s)) = seen {
+                let fresh = (now_s - stamp_s).abs() <= supervisor.config().head.max_age_s;
                 let far = fresh && at_m.distance(face_m) > OUT_OF_REACH_M;
                 out_of_reach = far && (out_of_reach || part == PersonPart::Fingertip);
             }
-            if let Some(position_m) = position_m.filter(|_| heeded) {
+            if let Some((position_m, stamp_s)) = seen.filter(|_| heeded) {
                 person[points] = PersonPoint {
                     part,
                     position_m,
@@ -216,7 +218,7 @@ impl Safety {
     }
 }
 
-/// A board further than this from fingertip, palm and head is out of their reach, m.
+/// A board further than this from fingertip, palm and heads is out of their reach, m.
 const OUT_OF_REACH_M: f64 = 0.3;
 
 /// Does the supervisor do the same for the same fault? Numbers may differ.

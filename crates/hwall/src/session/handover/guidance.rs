@@ -3,6 +3,7 @@
 use crate::fingertip::Fingertip;
 use crate::session::response::Answer;
 use glam::DVec3;
+use hwall_hand::{Bystanders, HandFrame, MOST_BYSTANDERS};
 use hwall_haptics::{BoardTarget, PostureTarget};
 use hwall_kinematics::JointPositions;
 use hwall_scene::SurfaceId;
@@ -26,6 +27,9 @@ pub(in crate::session) struct Guidance {
     pub(in crate::session) elbow_m: Option<DVec3>,
     /// The palm of the other hand, while it is tracked, base frame, m.
     pub(in crate::session) other_hand_m: Option<DVec3>,
+    /// The heads of people who stand by, by their places, base frame, m, and when each was last seen, on the clock of the arm, s. NaN: there, but never
+    /// seen.
+    pub(in crate::session) bystanders: [Option<(DVec3, f64)>; MOST_BYSTANDERS],
     /// When hands, elbow and head were seen, on the clock of the arm, s.
     pub(in crate::session) seen_s: f64,
     /// Waiting posture for this person; used while there is no target.
@@ -42,7 +46,9 @@ pub(in crate::session) struct Guidance {
 }
 
 /// Length of the encoding.
-pub(super) const WORDS: usize = 72;
+pub(super) const WORDS: usize = BYSTANDERS_AT + 4 * MOST_BYSTANDERS;
+/// Where the bystanders begin.
+const BYSTANDERS_AT: usize = 72;
 
 /// One bit for each value that may be absent.
 const TARGET: u64 = 1;
@@ -59,8 +65,31 @@ const HEAD: u64 = 1024;
 const ANSWERS: u64 = 2048;
 const ELBOW: u64 = 4096;
 const OTHER_HAND: u64 = 8192;
+/// Of the first one; the others follow.
+const BYSTANDER: u64 = 16384;
 
 impl Guidance {
+    /// Who stands by after another frame, at `arm_s` on the clock of the arm. Only an empty list says that somebody has left: whom a list leaves out, or
+    /// does not see, stays where last seen.
+    pub(in crate::session) fn bystanders_after(
+        &self,
+        frame: &HandFrame,
+        arm_s: f64,
+    ) -> [Option<(DVec3, f64)>; MOST_BYSTANDERS] {
+        let Some(heads_m) = frame.bystanders.as_ref().map(Bystanders::heads_m) else {
+            return self.bystanders;
+        };
+        if heads_m.len() == 0 {
+            return [None; _];
+        }
+        let mut all = self.bystanders;
+        for (known, head_m) in all.iter_mut().zip(heads_m) {
+            let never_seen = || known.unwrap_or((DVec3::NAN, arm_s));
+            *known = Some(head_m.map_or_else(never_seen, |head_m| (head_m, arm_s)));
+        }
+        all
+    }
+
     /// As words, for the hand-over between threads.
     pub(super) fn to_words(self) -> [u64; WORDS] {
         let mut words = [0; WORDS];
@@ -102,6 +131,15 @@ impl Guidance {
         }
         if let Some(other_hand_m) = self.other_hand_m {
             put(69, OTHER_HAND, &other_hand_m.to_array());
+        }
+        for (place, bystander) in self.bystanders.iter().enumerate() {
+            if let Some((DVec3 { x, y, z }, seen_s)) = *bystander {
+                put(
+                    BYSTANDERS_AT + 4 * place,
+                    BYSTANDER << place,
+                    &[x, y, z, seen_s],
+                );
+            }
         }
         put(40, 0, &[self.seen_s]);
         if let Some(waits) = &self.waits {
@@ -156,6 +194,10 @@ impl Guidance {
             head_m: has(HEAD).then(|| vector(41)),
             elbow_m: has(ELBOW).then(|| vector(66)),
             other_hand_m: has(OTHER_HAND).then(|| vector(69)),
+            bystanders: std::array::from_fn(|place| {
+                let at = BYSTANDERS_AT + 4 * place;
+                has(BYSTANDER << place).then(|| (vector(at), number(at + 3)))
+            }),
             seen_s: number(40),
             waits: has(WAITS).then(|| PostureTarget {
                 q: joints(51),
@@ -200,6 +242,7 @@ mod tests {
             head_m: Some(DVec3::new(1.2, 0.1, 0.9)),
             elbow_m: Some(DVec3::new(0.9, 0.2, 0.6)),
             other_hand_m: Some(DVec3::new(0.8, 0.5, 0.4)),
+            bystanders: [1.0, 2.0, 3.0, 4.0].map(|y| Some((DVec3::Y * y, 12.0 + y))),
             seen_s: 12.4,
             waits: Some(PostureTarget {
                 q: JointPositions([0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8]),
@@ -237,6 +280,8 @@ mod tests {
             without(&|g| g.head_m = None),
             without(&|g| g.elbow_m = None),
             without(&|g| g.other_hand_m = None),
+            without(&|g| g.bystanders[0] = None),
+            without(&|g| g.bystanders[3] = None),
             without(&|g| g.waits = None),
             without(&|g| {
                 g.waits = g.waits.map(|w| PostureTarget {

@@ -5,7 +5,7 @@
 use glam::DVec3;
 use hwall::contact::{DeterministicConfig, DeterministicPredictor};
 use hwall::geometry::{Pose, Wrench};
-use hwall::hand::{HandFilterConfig, HandFrame};
+use hwall::hand::{Bystanders, HandFilterConfig, HandFrame};
 use hwall::haptics::{ArmCommand, ArmState, Board};
 use hwall::kinematics::{ArmKinematics, Chain, JointPositions, JointVelocities, SrsArm};
 use hwall::scene::Scene;
@@ -86,6 +86,8 @@ pub(crate) fn hand(t_s: f64) -> HandFrame {
     frame.tips_m[4] = ((t_s / 0.1) as i64 % 7 == 3).then_some(DVec3::NAN);
     frame.head_m = Some(DVec3::new(1.4, 0.0, 1.3));
     frame.gaze = Some((door_m - DVec3::new(1.4, 0.0, 1.3)).normalize());
+    let stands_m = Some(at_m + DVec3::new(1.0, 1.0, 0.5));
+    frame.bystanders = (t_s > 0.3).then(|| Bystanders::new(&[stands_m]).expect("one"));
     frame.is_of_another = (2.695..2.705).contains(&t_s);
     frame
 }
