@@ -6,7 +6,7 @@ use crate::common::{
 use glam::{DMat3, DVec3};
 use hwall_contact::{FusedConfig, FusedPredictor, PredictionSource, Predictor, PredictorInput};
 use hwall_hand::{Gaze, GazeRay, HandFrame};
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, refused};
 
 #[test]
 fn no_number_that_is_none_comes_out() {
@@ -156,21 +156,14 @@ fn a_prediction_does_not_allocate() {
 
 #[test]
 fn settings_outside_their_range_are_refused() {
-    let settings: [fn(&mut FusedConfig); 7] = [
-        |c| c.rays = 0,
-        |c| c.registration_sd_m = f64::NAN,
-        |c| c.evidence.on_target_sd_rad = f64::NAN,
-        |c| c.evidence.rest.covariance_m2 = DMat3::ZERO,
-        |c| c.min_probability = 1.0,
-        |c| c.watch.offset_m_per_s = 1.0,
-        |c| c.fallback.max_distance_m = 0.0,
-    ];
-    for (i, change) in settings.into_iter().enumerate() {
-        let mut config = FusedConfig::default();
-        change(&mut config);
-        assert!(
-            FusedPredictor::new(Scripted::default(), config).is_err(),
-            "{i}"
-        );
-    }
+    let make = |config| FusedPredictor::new(Scripted::default(), config);
+    refused!(FusedConfig::default(), make, {
+        rays = 0;
+        registration_sd_m = f64::NAN;
+        evidence.on_target_sd_rad = f64::NAN;
+        evidence.rest.covariance_m2 = DMat3::ZERO;
+        min_probability = 1.0;
+        watch.offset_m_per_s = 1.0 => "onset_m_per_s - offset_m_per_s";
+        fallback.max_distance_m = 0.0;
+    });
 }

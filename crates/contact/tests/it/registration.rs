@@ -6,7 +6,7 @@ use hwall_contact::{
     FusedConfig, MeasuredTouch, Predictor, RegistrationConfig, RegistrationEstimator, TouchVerdict,
 };
 use hwall_hand::{MAX_COORDINATE_M, Pose};
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, refused};
 
 const CONFIG: RegistrationConfig = RegistrationConfig {
     offset_sd_m: 0.008,
@@ -293,19 +293,14 @@ fn what_is_no_touch_is_refused_and_teaches_nothing() {
         assert!(found.touched(&wrong).is_err());
     }
     assert_eq!(found, before);
-    let settings: [fn(&mut RegistrationConfig); 6] = [
-        |c| c.offset_sd_m = -1.0,
-        |c| c.turn_sd_rad = f64::NAN,
-        |c| c.centre_m.x = f64::NAN,
-        |c| c.touch_sd_m = 0.0,
-        |c| c.half_life_touches = 0.0,
-        |c| c.moved_probability = 1.0,
-    ];
-    for change in settings {
-        let mut config = CONFIG;
-        change(&mut config);
-        assert!(RegistrationEstimator::new(config).is_err(), "{config:?}");
-    }
+    refused!(CONFIG, RegistrationEstimator::new, {
+        offset_sd_m = -1.0;
+        turn_sd_rad = f64::NAN;
+        centre_m.x = f64::NAN => "centre_m";
+        touch_sd_m = 0.0;
+        half_life_touches = 0.0;
+        moved_probability = 1.0;
+    });
 }
 
 #[test]

@@ -73,8 +73,9 @@ pub fn write(
     }
     let gaps: [Gap<'_>; 2] = [("yardstick", &yardstick), ("sections", &shown)];
     let text = page(include_str!("document.md"), seed, &gaps)?;
-    let path = documents.write(NAME, &text)?;
+    // Before the document is written, which changes the tree.
     let machine = Machine::detect(seed);
+    let path = documents.write(NAME, &text)?;
     let table = summary_table(&sections);
     let block = format!("{machine}\n\n{yardstick}.\n\n{table}");
     if let Some(readme) = readme {

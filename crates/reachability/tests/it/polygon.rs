@@ -3,9 +3,9 @@
 use crate::common::{ANY_PART, exact_solver};
 use hwall_kinematics::{JointLimit, Pose, SrsArm};
 use hwall_reachability::{
-    ExactSolver, Interval, PolygonConfig, ReachabilityError, Roll, WallPlane, WallPoint, WallRegion,
+    ExactSolver, Interval, PolygonConfig, Roll, WallPlane, WallPoint, WallRegion,
 };
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, refused};
 use std::f64::consts::PI;
 
 fn solver() -> ExactSolver {
@@ -426,28 +426,13 @@ fn any_part_of_the_board_reaches_further() {
 fn bad_settings_are_errors() {
     let solver = solver();
     let wall = plane(90.0, 0.4);
-    for accuracy_m in [f64::NAN, f64::INFINITY, 0.0, -1e-4, 1e-9, 1.0] {
-        let config = PolygonConfig {
-            accuracy_m,
-            ..PolygonConfig::default()
-        };
-        let found = WallRegion::of_plane(&solver, &wall, &config);
-        assert!(matches!(found, Err(ReachabilityError::Argument(_))));
-    }
-    for spacing_m in [f64::NAN, 0.0, -1.0, 1e-12] {
-        let config = PolygonConfig {
-            spacing_m,
-            ..PolygonConfig::default()
-        };
-        assert!(WallRegion::of_plane(&solver, &wall, &config).is_err());
-    }
-    for proof_m in [f64::NAN, 0.0, -1.0] {
-        let config = PolygonConfig {
-            proof_m: Some(proof_m),
-            ..PolygonConfig::default()
-        };
-        assert!(WallRegion::of_plane(&solver, &wall, &config).is_err());
-    }
+    let of_plane = |config| WallRegion::of_plane(&solver, &wall, &config);
+    refused!(PolygonConfig::default(), of_plane, {
+        accuracy_m = 0.0, 1e-9, 1.0, f64::NAN;
+        spacing_m = 0.0, f64::NAN;
+        spacing_m = 1e-12 => "1048577 lines of one plane";
+        proof_m = Some(0.0), Some(f64::NAN);
+    });
     let region = region(&solver, wall, 1e-4);
     for (s, z) in [(f64::NAN, 0.3), (0.3, f64::NAN), (f64::INFINITY, 0.3)] {
         assert!(!region.contains(WallPoint::new(s, z)));

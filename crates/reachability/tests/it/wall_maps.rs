@@ -4,9 +4,9 @@ use crate::common::wall;
 use glam::DVec3;
 use hwall_kinematics::{Pose, SrsArm};
 use hwall_reachability::{
-    ArgumentError, Presented, ReachabilityError, WallFacet, WallMaps, WallMapsConfig, WallPlane,
+    Presented, ReachabilityError, WallFacet, WallMaps, WallMapsConfig, WallPlane,
 };
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, refused};
 use std::f64::consts::FRAC_PI_2;
 
 fn arm() -> SrsArm {
@@ -102,43 +102,23 @@ fn bad_walls_and_settings_are_errors() {
     let build = |facet: WallFacet, config: WallMapsConfig| {
         WallMaps::build(&arm(), &[facet], config).map(|_| ())
     };
-    let bad: [&dyn Fn(&mut WallFacet); 5] = [
-        &|f| f.point_m.x = f64::NAN,
-        &|f| f.normal = DVec3::ZERO,
-        &|f| f.heights.lo_m = f64::NAN,
-        &|f| f.heights.hi_m = f64::INFINITY,
-        &|f| f.outline_m[0].y = f64::NAN,
-    ];
-    for (i, spoil) in bad.into_iter().enumerate() {
-        let mut facet = good.clone();
-        spoil(&mut facet);
-        let error = build(facet, WallMapsConfig::default()).expect_err("bad");
-        assert!(
-            matches!(error, ReachabilityError::Argument(_)),
-            "{i} {error}"
-        );
-    }
+    let maps = |facet| build(facet, WallMapsConfig::default());
+    refused!(good.clone(), maps, {
+        point_m.x = f64::NAN => "point_m[0]";
+        normal = DVec3::ZERO => "length of the normal";
+        heights.lo_m = f64::NAN => "lower border";
+        heights.hi_m = f64::INFINITY => "upper border";
+        outline_m = vec![DVec3::NAN; 2] => "corner of a wall";
+        outline_m = Vec::new() => "no corners";
+    });
     let mut leaning = good.clone();
     leaning.normal.z = 0.5;
     let error = build(leaning, WallMapsConfig::default()).expect_err("leaning");
     assert!(matches!(error, ReachabilityError::NotVertical { .. }));
-    let mut bare = good.clone();
-    bare.outline_m.clear();
-    let error = build(bare, WallMapsConfig::default()).expect_err("no outline");
-    assert!(matches!(error, ReachabilityError::Empty { .. }));
-    let spoil: [fn(&mut WallMapsConfig); 3] = [
-        |c| c.spacing_m = 0.0,
-        |c| c.inset_m = f64::NAN,
-        |c| c.exact.accuracy_m = -1.0,
-    ];
-    for spoil in spoil {
-        let mut config = WallMapsConfig::default();
-        spoil(&mut config);
-        let error = build(good.clone(), config).expect_err("bad setting");
-        let out = matches!(
-            error,
-            ReachabilityError::Argument(ArgumentError::OutOfRange { .. })
-        );
-        assert!(out, "{error}");
-    }
+    let maps = |config| build(good.clone(), config);
+    refused!(WallMapsConfig::default(), maps, {
+        spacing_m = 0.0 => "step";
+        inset_m = f64::NAN;
+        exact.accuracy_m = -1.0;
+    });
 }

@@ -7,7 +7,7 @@ use hwall_kinematics::{
     Twist,
 };
 use hwall_sim::{HandBody, HandBodyConfig, HandDrive, TorqueArm, TorqueConfig};
-use hwall_testkit::{Sampler, Tol, assert_close};
+use hwall_testkit::{Sampler, Tol, assert_close, refused};
 use std::sync::Arc;
 
 const RELAXED: HandDrive = HandDrive::Force(DVec3::ZERO);
@@ -276,19 +276,15 @@ fn a_resting_press_on_an_arm_stays_calm() {
 fn bad_input_is_refused() {
     let nan = f64::NAN;
     let good = HandBodyConfig::default();
-    let wrong: [fn(&mut HandBodyConfig); 6] = [
-        |c| c.mass_kg = 0.0,
-        |c| c.finger_stiffness_n_per_m = f64::NAN,
-        |c| c.arm_damping_n_s_per_m = -1.0,
-        |c| c.friction = f64::INFINITY,
-        |c| c.shear_stiffness_n_per_m = 0.0,
-        |c| c.half_extent_m = f64::NAN,
-    ];
-    for spoil in wrong {
-        let mut config = good;
-        spoil(&mut config);
-        assert!(HandBody::new(config, DVec3::ZERO, DVec3::ZERO).is_err());
-    }
+    let make = |config| HandBody::new(config, DVec3::ZERO, DVec3::ZERO);
+    refused!(good, make, {
+        mass_kg = 0.0;
+        finger_stiffness_n_per_m = f64::NAN;
+        arm_damping_n_s_per_m = -1.0;
+        friction = f64::INFINITY;
+        shear_stiffness_n_per_m = 0.0;
+        half_extent_m = f64::NAN;
+    });
     assert!(HandBody::new(good, DVec3::NAN, DVec3::ZERO).is_err());
     assert!(HandBody::new(good, DVec3::ZERO, DVec3::INFINITY).is_err());
     let mut hand = HandBody::new(good, DVec3::Z, DVec3::ZERO).unwrap();

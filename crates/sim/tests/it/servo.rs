@@ -6,7 +6,7 @@ use hwall_kinematics::{
     ArmKinematics, Chain, ChainArm, JointLimit, JointPositions, Pose, SrsArm, Wrench,
 };
 use hwall_sim::{ArgumentError, ServoArm, ServoConfig, SimError};
-use hwall_testkit::{Sampler, Tol, assert_close};
+use hwall_testkit::{Sampler, Tol, assert_close, refused};
 use std::sync::Arc;
 
 const START_DEG: [f64; 7] = [0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0];
@@ -250,21 +250,13 @@ fn a_full_queue_is_an_error_and_recovers() {
 #[test]
 fn bad_settings_starts_and_steps_are_errors() {
     let made = |start, config| ServoArm::new(Arc::new(SrsArm::iiwa7()), start, config);
-    let wrong: [fn(&mut ServoConfig, f64); 5] = [
-        |c, x| c.torque_noise_n_m = x,
-        |c, x| c.reaction_delay_s = x,
-        |c, x| c.jerk_time_s = x,
-        |c, x| c.max_acceleration_rad_per_s2 = [x; 7],
-        |c, x| c.max_velocity_rad_per_s = Some([x; 7]),
-    ];
-    for value in [f64::NAN, -1.0, f64::INFINITY, 1e9] {
-        // Any finite noise is valid.
-        for spoil in &wrong[usize::from(value == 1e9)..] {
-            let mut config = ServoConfig::default();
-            spoil(&mut config, value);
-            assert!(made(start(), config).is_err(), "{config:?}");
-        }
-    }
+    refused!(ServoConfig::default(), |config| made(start(), config), {
+        torque_noise_n_m = -1.0, f64::INFINITY;
+        reaction_delay_s = -1.0, 1e9, f64::NAN;
+        jerk_time_s = -1.0, 1e9, f64::NAN;
+        max_acceleration_rad_per_s2 = [-1.0; 7], [1e9; 7], [f64::NAN; 7];
+        max_velocity_rad_per_s = Some([-1.0; 7]), Some([1e9; 7]), Some([f64::NAN; 7]);
+    });
     for value in [f64::NAN, -1.0, f64::INFINITY] {
         let q = JointPositions([value * 10.0; 7]);
         assert!(made(q, ServoConfig::default()).is_err());

@@ -11,7 +11,7 @@ use hwall_sim::{
     DriveConfig, FrictionCompensation, Integrator, JointFriction, SimError, TorqueArm,
     TorqueConfig, TorqueSensor,
 };
-use hwall_testkit::{Sampler, Tol, assert_close};
+use hwall_testkit::{Sampler, Tol, assert_close, refused};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -339,27 +339,21 @@ fn bad_input_is_refused() {
     let default = TorqueConfig::default();
     assert!(make(default).is_ok());
     let nan = f64::NAN;
-    let wrong: [fn(&mut TorqueConfig); 13] = [
-        |c| c.control_period_s = 0.0,
-        |c| c.max_step_s = f64::NAN,
-        |c| c.command_delay_s = -1.0,
-        |c| c.observer_hz = 0.0,
-        |c| c.friction = [JointFriction::coulomb(f64::NAN); 7],
-        |c| c.drive.torque_delay_s = 1.0,
-        |c| c.drive.torque_lag_s = f64::NAN,
-        |c| c.drive.hidden_share = 1.1,
-        |c| c.drive.max_torque_rate_n_m_per_s = 0.0,
-        |c| c.drive.max_torque_n_m = Some([f64::NAN; 7]),
-        |c| c.drive.rotor_inertia_kg_m2 = [-1.0; 7],
-        |c| c.sensor.noise_n_m = f64::NAN,
-        |c| c.friction_compensation.share = 2.0,
-    ];
-    for spoil in wrong {
-        let mut config = default;
-        spoil(&mut config);
-        let made = make(config);
-        assert!(matches!(made, Err(SimError::Argument(_))), "{config:?}");
-    }
+    refused!(default, make, {
+        control_period_s = 0.0;
+        max_step_s = nan;
+        command_delay_s = -1.0;
+        observer_hz = 0.0;
+        friction = [JointFriction::coulomb(nan); 7] => "coulomb";
+        drive.torque_delay_s = 1.0;
+        drive.torque_lag_s = nan;
+        drive.hidden_share = 1.1;
+        drive.max_torque_rate_n_m_per_s = 0.0;
+        drive.max_torque_n_m = Some([nan; 7]);
+        drive.rotor_inertia_kg_m2 = [-1.0; 7];
+        sensor.noise_n_m = nan;
+        friction_compensation.share = 2.0 => "friction compensation share";
+    });
     let beyond = JointPositions([3.0; 7]);
     let at = |start| TorqueArm::new(kinematics(), dynamics(), start, default).map(|_| ());
     assert!(matches!(

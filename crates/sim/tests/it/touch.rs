@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{ArmKinematics, JointPositions, Pose, SrsArm};
 use hwall_sim::{ArgumentError, HandContact, SimError};
-use hwall_testkit::{Sampler, Tol, assert_close};
+use hwall_testkit::{Sampler, Tol, assert_close, refused};
 
 /// A board at some pose, and a point in its frame.
 fn boards() -> impl Iterator<Item = (Pose, Sampler)> {
@@ -134,18 +134,11 @@ fn nan_and_bad_settings_are_errors() {
             "{refused:?}"
         );
     }
-    let wrong: [fn(&mut HandContact, f64); 4] = [
-        |c, x| c.stiffness_n_per_m = x,
-        |c, x| c.damping_n_s_per_m = x,
-        |c, x| c.half_extent_m = x,
-        |c, x| c.max_depth_m = x,
-    ];
-    for value in [f64::NAN, -1.0, f64::INFINITY] {
-        for spoil in wrong {
-            let mut bad = contact;
-            spoil(&mut bad, value);
-            let refused = bad.wrench(&Pose::IDENTITY, tip, DVec3::ZERO);
-            assert!(refused.is_err(), "{bad:?}");
-        }
-    }
+    let pressed = |contact: HandContact| contact.wrench(&Pose::IDENTITY, tip, DVec3::ZERO);
+    refused!(contact, pressed, {
+        stiffness_n_per_m = -1.0, f64::INFINITY;
+        damping_n_s_per_m = -1.0, f64::INFINITY;
+        half_extent_m = -1.0, f64::INFINITY;
+        max_depth_m = -1.0, f64::INFINITY;
+    });
 }

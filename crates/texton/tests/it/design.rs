@@ -1,5 +1,6 @@
 //! From wanted roughnesses to textures and levels, and back.
 
+use hwall_testkit::refused;
 use hwall_texton::{
     Calibration, Compression, DesignCandidate, DesignRequest, DeviceLimits, GivenUp, GrooveRidge,
     LevelPath, MagnitudeScale, PrintProcess, RoughnessModel, RoughnessSource, ScanAngle,
@@ -200,26 +201,14 @@ fn hostile_numbers_are_refused_by_name() {
                 "{value}"
             );
         }
-        let spoil: [fn(&mut DesignRequest, f64); 2] = [
-            |r, value| r.printer.least_gap_mm = value,
-            |r, value| r.weber_fraction = value,
-        ];
-        for spoil in spoil {
-            let mut request = good.clone();
-            spoil(&mut request, value);
-            assert!(design(&request).is_err(), "{value}");
-        }
     }
-    for ratios in [Vec::new(), vec![1.0; 65]] {
-        let mut request = good.clone();
-        request.wanted = Wanted::Ratios(ratios);
-        assert!(design(&request).is_err());
-    }
-    for angle_deg in [[f64::NAN, 90.0], [50.0, 40.0], [-1.0, 90.0], [0.0, 91.0]] {
-        let mut request = good.clone();
-        request.device.angle_deg = angle_deg;
-        assert!(design(&request).is_err(), "{angle_deg:?}");
-    }
+    refused!(good, |request| design(&request), {
+        printer.least_gap_mm = 0.0, f64::NAN;
+        printer.least_gap_mm = 1e300 => "the largest pitch";
+        weber_fraction = 0.0, 1e300, f64::NAN;
+        wanted = Wanted::Ratios(Vec::new()), Wanted::Ratios(vec![1.0; 65]) => "number of wanted levels";
+        device.angle_deg = [f64::NAN, 90.0], [50.0, 40.0], [-1.0, 90.0], [0.0, 91.0];
+    });
     // A single angle and speed present one level, and no ratio.
     let device = DeviceLimits {
         angle_deg: [45.0; 2],

@@ -1,9 +1,8 @@
 //! The texture under a finger: turned to the scan, moved against it, within the limits, in hard cases.
 
 use crate::common::bumps;
-use crate::common::refusals::refused;
 use glam::DVec2;
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, refused};
 use hwall_texton::{
     FingerState, Level, Limit, MotionLimits, MotionStep, ScanAngle, ScanConfig, ScanEstimator,
     Stroke, TextureMotion,
@@ -376,29 +375,18 @@ fn bad_input_changes_nothing_and_clocks_that_stand_or_run_back_move_nothing() {
 
 #[test]
 fn settings_outside_their_ranges_are_named() {
-    let margin = "half_face_m less margin_m";
-    type Spoil = fn(&mut MotionLimits);
-    let cases: [(Spoil, &str); 11] = [
-        (|l| l.speed_m_per_s = 0.0, "speed_m_per_s"),
-        (
-            |l| l.acceleration_m_per_s2 = f64::NAN,
-            "acceleration_m_per_s2",
-        ),
-        (|l| l.stroke_m = -1.0, "stroke_m"),
-        (|l| l.margin_m = 0.1, margin),
-        (|l| l.margin_m = -0.1, "margin_m"),
-        (|l| l.margin_m = f64::NAN, margin),
-        (|l| l.half_face_m = [0.1, 0.0], "half_face_m"),
-        (|l| l.turn_rad_per_s = f64::INFINITY, "turn_rad_per_s"),
-        (|l| l.return_speed_m_per_s = 0.0, "return_speed_m_per_s"),
-        (|l| l.max_step_s = 0.0, "max_step_s"),
-        (|l| l.scan.time_constant_s = 0.0, "time_constant_s"),
-    ];
-    for (spoil, name) in cases {
-        let mut limits = MotionLimits::default();
-        spoil(&mut limits);
-        assert_eq!(refused(TextureMotion::new(limits)), name);
-    }
+    refused!(MotionLimits::default(), TextureMotion::new, {
+        speed_m_per_s = 0.0;
+        acceleration_m_per_s2 = f64::NAN;
+        stroke_m = -1.0;
+        margin_m = 0.1, f64::NAN => "half_face_m less margin_m";
+        margin_m = -0.1;
+        half_face_m = [0.1, 0.0];
+        turn_rad_per_s = f64::INFINITY;
+        return_speed_m_per_s = 0.0;
+        max_step_s = 0.0;
+        scan.time_constant_s = 0.0;
+    });
 }
 
 #[test]
