@@ -70,7 +70,7 @@ pub struct JobOptions {
     /// Prints on standard error why the board is sent or not, at this time or whenever the choice changes (for every person; --touches 12 has one)
     #[arg(long, num_args = 0..=1, value_name = "SECONDS")]
     pub explain: Option<Option<f64>>,
-    /// With --base drives or both: largest speed at which the base may meet a hand, m/s, at most 0.3 [default: 0.25]
+    /// With --base drives or both: largest speed at which the base may meet a hand, m/s, at most 0.3 [default: 0.21]
     #[arg(long, allow_negative_numbers = true, value_name = "M_PER_S")]
     pub hand_meets: Option<f64>,
     /// Control period in milliseconds, 0.1 to 20

@@ -14,9 +14,9 @@ use hwall_testkit::Sampler;
 
 /// Side of a room, m.
 pub(super) const SIDE_M: f64 = 6.0;
-/// Floor and ceiling above the base of the arm, m: it stands 0.95 m above the floor, in the middle of the heights that people touch.
-pub(super) const FLOOR_M: f64 = -0.95;
-const CEILING_M: f64 = 1.55;
+/// Floor and ceiling above the base of the arm, m: its shoulder, 0.34 m above it, is in the middle of the heights that people touch.
+pub(super) const FLOOR_M: f64 = -1.05;
+const CEILING_M: f64 = FLOOR_M + 2.5;
 /// The doors: width, height and the place of their middle along the wall, m.
 const DOOR_M: f64 = 0.9;
 const DOOR_TOP_M: f64 = FLOOR_M + 2.1;
@@ -53,7 +53,7 @@ pub(super) struct Hall {
 }
 
 /// The eyes of a walker above the base of the arm, m: 1.65 m above the floor.
-pub(super) const EYES_M: f64 = 0.7;
+pub(super) const EYES_M: f64 = FLOOR_M + 1.65;
 /// Heights that people touch above the base, m: from the hip to a little above the eyes.
 pub(super) const HEIGHTS_M: [f64; 2] = [EYES_M - 0.85, EYES_M + 0.3];
 /// A room sees at least this many touches: five visits.

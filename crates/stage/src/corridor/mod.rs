@@ -4,6 +4,7 @@ mod belief;
 mod figure;
 mod hall;
 mod moving;
+mod possible;
 mod report;
 mod run;
 mod sight;

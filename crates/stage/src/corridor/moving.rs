@@ -33,7 +33,10 @@ pub(super) const PERSON_M_PER_S2: f64 = 2.0;
 const VELOCITY_ERROR_M_PER_S: f64 = 0.13;
 /// Refusals of steps are counted over this time, s.
 const HELD_S: f64 = 1.5;
-/// Number of instants during braking at which a step is evaluated.
+/// Beside somebody who touches, the base covers about 0.2 m between two touches and is not in place for the next one; from this near to its goal, m, it
+/// serves about three of four places.
+const STAYS_M: f64 = 0.3;
+/// Instants of the braking at which a step is judged.
 const JUDGED: usize = 20;
 
 /// Largest speed at which the base may meet a free hand at rest, m/s: base and board, which approaches at up to 0.1 m/s near a hand, then
@@ -67,7 +70,7 @@ pub(super) enum ArmMay {
     Wait,
     /// It may reach out, and the base creeps.
     Reach,
-    /// A hand is about to touch: the base stands.
+    /// A hand is about to touch, or the board is on its way to a place: the base stands.
     BeTouched,
 }
 
@@ -78,7 +81,8 @@ pub(super) enum Held {
     Hand,
 }
 
-/// The person without measurement errors, on the floor plan.
+/// The person without errors of measurement, from above.
+#[derive(Clone)]
 pub(super) struct Truth {
     /// The head, m, and its velocity, m/s.
     pub(super) person_m: DVec2,
@@ -132,14 +136,16 @@ impl MovingBase {
             at_m: first.stands_m + first.facing * (BEFORE_M + BEHIND_M),
             yaw_rad: (-first.facing).to_angle(),
         };
+        let safety = BaseSafety {
+            velocity_error_m_per_s: VELOCITY_ERROR_M_PER_S,
+            person_m_per_s2: PERSON_M_PER_S2,
+            hand_meets_m_per_s,
+            ..BaseSafety::default()
+        };
+        safety.validate()?;
         Ok(Self {
             drive: BaseDrive::new(BaseLimits::default(), start)?,
-            safety: BaseSafety {
-                velocity_error_m_per_s: VELOCITY_ERROR_M_PER_S,
-                person_m_per_s2: PERSON_M_PER_S2,
-                hand_meets_m_per_s,
-                ..BaseSafety::default()
-            },
+            safety,
             goal: None,
             hall_from_corridor: Pose::IDENTITY,
             // The hall is as large as the corridor, so the total turn does not matter.
@@ -173,6 +179,22 @@ impl MovingBase {
         here.seen_from(&self.hall_from_corridor)
     }
 
+    /// Its motion in the frame of the corridor, without its route.
+    pub(super) fn in_corridor(&self) -> BaseDrive {
+        self.drive.seen_from(&self.hall_from_corridor)
+    }
+
+    pub(super) const fn safety(&self) -> &BaseSafety {
+        &self.safety
+    }
+
+    /// Is it so slow that a hand may meet it?
+    pub(super) fn may_meet_hand(&self) -> bool {
+        let state = self.drive.state();
+        self.safety
+            .may_meet_hand(&self.drive, state, &self.last_parts)
+    }
+
     /// Where it stops if it brakes now, in the frame of the corridor.
     pub(super) fn stops_at(&self) -> BasePose {
         let state = self.drive.state();
@@ -195,7 +217,13 @@ impl MovingBase {
         self.rested_s
     }
 
-    /// The most frequent reason of the latest refusals, if at least a quarter of the steps were refused.
+    /// Does it stand so near to its goal that the way there would cost more touches than it wins?
+    pub(super) fn stays(&self) -> bool {
+        let left_m = |goal: &BasePose| goal.at_m.distance(self.place().at_m);
+        self.rested_s > 0.0 && self.goal.as_ref().is_none_or(|goal| left_m(goal) < STAYS_M)
+    }
+
+    /// What refused most of the latest steps, if at least a quarter of them were refused.
     pub(super) fn held_by(&self) -> Option<Held> {
         let count = |cause| {
             self.held
@@ -219,12 +247,8 @@ impl MovingBase {
         next: Option<&Room>,
         hypotheses: &[BaseHypothesis],
     ) -> anyhow::Result<()> {
-        let area = KeepOutArea {
-            low_m: room.area.low_m,
-            high_m: next.map_or(room.area.high_m, |next| next.area.high_m),
-        }
-        .grown(OUTSIDE_M);
-        let here = self.drive.seen_from(&self.hall_from_corridor);
+        let area = keep_out(room, next);
+        let here = self.in_corridor();
         let at_m = here.state().pose().at_m;
         let chosen = match next {
             // Leave the room behind the door on the nearer side, and go to a pose that serves its first wall.
@@ -287,7 +311,7 @@ impl MovingBase {
 
     /// Moves the base for this time, s, if permitted.
     pub(super) fn step(&mut self, dt_s: f64, seen: &Seen<'_>) -> anyhow::Result<()> {
-        let mut parts = parts(seen);
+        let mut parts = parts(seen.skeleton_m, seen.board, &seen.base_from_board);
         for (part, last) in parts.iter_mut().zip(&self.last_parts) {
             let moved = part.ends_m.iter().zip(last.ends_m);
             let moved_m = moved.map(|(now_m, last_m)| now_m.distance(last_m));
@@ -421,22 +445,31 @@ fn least_m(a_m: f64, b_m: f64) -> f64 {
     }
 }
 
-/// The robot on the floor plan: platform, links and the edges of the board.
-fn parts(seen: &Seen<'_>) -> Vec<BasePart> {
+/// What the axis of the base stays out of: a room, and the one behind a door that is about to open.
+pub(super) fn keep_out(room: &Room, next: Option<&Room>) -> KeepOutArea {
+    let area = KeepOutArea {
+        low_m: room.area.low_m,
+        high_m: next.map_or(room.area.high_m, |next| next.area.high_m),
+    };
+    area.grown(OUTSIDE_M)
+}
+
+/// The robot from above: platform, links and the edges of the board.
+pub(super) fn parts(skeleton_m: &[DVec3], board: &Board, base_from_board: &Pose) -> Vec<BasePart> {
     let part = |from_m: DVec2, to_m: DVec2, radius_m| BasePart {
         ends_m: [from_m, to_m],
         radius_m,
         m_per_s: 0.0,
     };
     let platform = part(DVec2::ZERO, DVec2::ZERO, CHASSIS_M);
-    let links = seen.skeleton_m.windows(2);
+    let links = skeleton_m.windows(2);
     let links = links.map(|link| part(link[0].truncate(), link[1].truncate(), LINK_M));
-    let (x_m, y_m) = (seen.board.half_width_m, seen.board.half_height_m);
+    let (x_m, y_m) = (board.half_width_m, board.half_height_m);
     let corners = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)].map(|(x, y)| {
         let corner_m = DVec3::new(x * x_m, y * y_m, 0.0);
-        seen.base_from_board.transform_point(corner_m).truncate()
+        base_from_board.transform_point(corner_m).truncate()
     });
-    let edges = (0..4).map(|i| part(corners[i], corners[(i + 1) % 4], seen.board.thickness_m));
+    let edges = (0..4).map(|i| part(corners[i], corners[(i + 1) % 4], board.thickness_m));
     std::iter::once(platform)
         .chain(links)
         .chain(edges)

@@ -7,15 +7,24 @@ use super::visits::Kind;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
-/// Share of the touches of a selection at which the board was in place, %; empty without any.
-pub(super) fn share(touches: &[CorridorTouch], of: impl Fn(&CorridorTouch) -> bool) -> String {
+/// Was the board in place?
+pub(super) const fn in_place(touch: &CorridorTouch) -> bool {
+    touch.lead_s.is_some()
+}
+
+/// Share of the touches of a selection that have a property, %; empty without any.
+pub(super) fn share(
+    touches: &[CorridorTouch],
+    of: impl Fn(&CorridorTouch) -> bool,
+    has: impl Fn(&CorridorTouch) -> bool,
+) -> String {
     let all = touches.iter().filter(|touch| of(touch));
-    let (in_place, count) = all.fold((0, 0), |(in_place, count), touch| {
-        (in_place + usize::from(touch.lead_s.is_some()), count + 1)
+    let (having, count) = all.fold((0, 0), |(having, count), touch| {
+        (having + usize::from(has(touch)), count + 1)
     });
     match count {
         0 => String::new(),
-        _ => format!("{:.1}", 100.0 * in_place as f64 / count as f64),
+        _ => format!("{:.1}", 100.0 * having as f64 / count as f64),
     }
 }
 
@@ -44,16 +53,16 @@ pub(super) fn table(walks: &[Walked]) -> String {
             true => format!("{m:.2}"),
             false => String::new(),
         };
-        let of_kind = |kind| share(touches, |touch| touch.kind == kind);
+        let of_kind = |kind| share(touches, |touch| touch.kind == kind, in_place);
         let [walls, shelves, doors] = Kind::ALL.map(of_kind);
         let _ = writeln!(
             text,
             "| {} | {} | {} | {} | {} | {walls} | {shelves} | {doors} | {elsewhere} | {by_arm} | {:.1} | {} | {} | {} | {} | {} | {:.0} | {:.0} | {} |",
             walk.kind.name(),
             touches.len(),
-            share(touches, |_| true),
-            share(touches, |touch| touch.number == 0),
-            share(touches, |touch| touch.number > 0),
+            share(touches, |_| true, in_place),
+            share(touches, |touch| touch.number == 0, in_place),
+            share(touches, |touch| touch.number > 0, in_place),
             base.way_m,
             metres(base.closest_m),
             metres(base.asked_m),
@@ -93,6 +102,8 @@ pub(super) fn json(hall: &Hall, walks: &[Walked]) -> anyhow::Result<String> {
             "lead_s": touch.lead_s,
             "served": touch.served,
             "cause": touch.cause.name(),
+            "possible": touch.possible.alone,
+            "possible_beside_person": touch.possible.beside_person,
         })
     };
     let finite = |m: f64| m.is_finite().then_some(m);

@@ -2,7 +2,8 @@
 
 use super::belief::Belief;
 use super::hall::Hall;
-use super::moving::{ArmMay, MovingBase, Seen, Truth};
+use super::moving::{ArmMay, MovingBase, Seen, Truth, parts};
+use super::possible::Oracle;
 use super::sight::Sight;
 use super::touches::{CorridorTouch, TouchWatch};
 use super::visits::Visit;
@@ -19,15 +20,18 @@ use crate::run::simulated_arm::{ArmLevel, Finger, SimulatedArm};
 use crate::run::stage::SessionSettings;
 use anyhow::Context;
 use glam::{DVec2, DVec3};
+use hwall::arrival::base::BasePart;
 use hwall::haptics::Arm;
-use hwall::{PolicyConfig, Session, WorldPose};
+use hwall::{PolicyConfig, Session, SessionState, WorldPose};
 use hwall_hand::{HandFilterConfig, HandFrame, Pose};
+use hwall_sim::TouchTruth;
 use std::sync::Arc;
 
 /// Periods of the control loop, the tracker and the base, and between choices of the base, s.
 const PERIOD_S: f64 = 1e-3;
 const TRACKER_S: f64 = 1.0 / 90.0;
 const BASE_EVERY: u64 = 4;
+const BASE_S: f64 = BASE_EVERY as f64 * PERIOD_S;
 const CHOICE_S: f64 = 0.1;
 /// Half of the time over which the true velocity of a person is taken, s.
 const DIFFERENCE_S: f64 = 1e-4;
@@ -150,6 +154,9 @@ struct Rig<'a> {
     base: MovingBase,
     belief: Belief,
     watch: TouchWatch,
+    oracle: Oracle,
+    /// The robot while it waits.
+    waiting: Vec<BasePart>,
     sight: Sight,
     frames: u64,
     next_choice_s: f64,
@@ -165,6 +172,8 @@ impl<'a> Rig<'a> {
         let model = Arc::clone(session.control().arm());
         let start = corridor.hall.walls.waiting.unwrap_or(corridor.arm.start());
         let walker = Walker::new(corridor.visits, corridor.person, corridor.seed)?;
+        let waits_at = corridor.arm.kinematics().forward(&start);
+        let skeleton = corridor.arm.skeleton_m(&start);
         let arm = SimulatedArm::new(ArmLevel::Servo, corridor.arm, model, start, corridor.seed)?;
         Ok(Self {
             corridor,
@@ -178,6 +187,8 @@ impl<'a> Rig<'a> {
             finger: Finger::new(corridor.arm.board()),
             belief: Belief::default(),
             watch: TouchWatch::default(),
+            oracle: Oracle::default(),
+            waiting: parts(&skeleton, corridor.arm.board(), &waits_at),
             sight: Sight::default(),
             frames: 0,
             next_choice_s: 0.0,
@@ -195,7 +206,7 @@ impl<'a> Rig<'a> {
             self.frames += 1;
         }
         if step.is_multiple_of(BASE_EVERY) && self.kind.drives() {
-            self.step_base(t_s, BASE_EVERY as f64 * PERIOD_S)?;
+            self.step_base(t_s)?;
         }
         let state = self.arm.state()?;
         let command = self.session.step(t_s, &state);
@@ -212,8 +223,14 @@ impl<'a> Rig<'a> {
         let corridor_from_board =
             Pose::from_affine(&(corridor_from_base.to_affine() * self.arm.pose().to_affine()))?;
         let poses = [&corridor_from_board, &corridor_from_base];
-        let (walker, arm) = (&self.walker, self.corridor.arm);
-        self.watch.see(t_s, walker, arm, &self.base, poses)
+        let (walker, arm, hall) = (&self.walker, self.corridor.arm, self.corridor.hall);
+        let possible = |touch: &TouchTruth| {
+            let (room, waiting) = (&hall.rooms[self.room], (&*self.waiting, BASE_S));
+            self.oracle
+                .possible(touch, hall, room, self.base.safety(), waiting)
+        };
+        self.watch
+            .see(t_s, walker, arm, &self.base, poses, possible)
     }
 
     fn advance_walker(&mut self, t_s: f64) -> anyhow::Result<()> {
@@ -264,7 +281,8 @@ impl<'a> Rig<'a> {
             true => self.arm_may(&seen)?,
             false => ArmMay::Wait,
         };
-        let told = match self.kind.drives() && self.arm_may == ArmMay::Wait {
+        let waits = self.arm_may == ArmMay::Wait || !self.base.may_meet_hand();
+        let told = match self.kind.drives() && waits {
             true => without_hand(seen),
             false => seen,
         };
@@ -282,7 +300,7 @@ impl<'a> Rig<'a> {
         Ok(())
     }
 
-    /// It may reach out if, from where the base will stop, it can present the place in front of the hand.
+    /// It may reach out if it can present, from where the base stops, the place that the hand is before; it does once the base is slow.
     fn arm_may(&self, seen: &HandFrame) -> anyhow::Result<ArmMay> {
         let scene = &self.corridor.hall.rooms[self.room].scene;
         let Some(hand) = seen.contact_point() else {
@@ -296,8 +314,11 @@ impl<'a> Rig<'a> {
         let normal = facing(before.normal, hand.position_m - before.point_m);
         let normal = base.inverse_transform_vector(normal);
         let serves = self.corridor.arm.unreachable(point_m, normal)?.is_none();
+        let touches_soon = before.distance_m < TOUCHES_SOON_M;
+        // The board would follow a base that moves, and be late.
+        let is_sent = self.session.control().state() == SessionState::Approaching;
         Ok(match serves {
-            true if before.distance_m < TOUCHES_SOON_M => ArmMay::BeTouched,
+            true if touches_soon || is_sent || self.base.stays() => ArmMay::BeTouched,
             true => ArmMay::Reach,
             false => ArmMay::Wait,
         })
@@ -313,7 +334,10 @@ impl<'a> Rig<'a> {
         })
     }
 
-    fn step_base(&mut self, t_s: f64, dt_s: f64) -> anyhow::Result<()> {
+    fn step_base(&mut self, t_s: f64) -> anyhow::Result<()> {
+        let (truth, visit) = (self.truth(t_s)?, self.walker.number());
+        self.oracle.see(visit, &self.base, truth.clone());
+
         let skeleton = self.corridor.arm.skeleton_m(&self.arm.q());
         let ([person_m, person_m_per_s], person_age_s) = self.sight.person(t_s);
         let seen = Seen {
@@ -321,14 +345,14 @@ impl<'a> Rig<'a> {
             person_m_per_s,
             person_age_s,
             hands: self.sight.hands(t_s),
-            truth: self.truth(t_s)?,
+            truth,
             skeleton_m: &skeleton,
             board: self.corridor.arm.board(),
             base_from_board: self.arm.pose(),
             touched: self.is_touched,
             arm: self.arm_may,
         };
-        self.base.step(dt_s, &seen)
+        self.base.step(BASE_S, &seen)
     }
 
     fn truth(&self, t_s: f64) -> anyhow::Result<Truth> {

@@ -2,7 +2,8 @@
 
 use super::hall::Hall;
 use super::moving::hand_meets_m_per_s;
-use super::report::{missed, share};
+use super::possible::Possible;
+use super::report::{in_place, missed, share};
 use super::run::{Corridor, Walked, trained};
 use super::touches::Cause;
 use super::visits::{Visit, visits};
@@ -65,22 +66,28 @@ pub fn study(arm: &NamedArm, seeds: &[u64], speeds_m_per_s: &[f64]) -> anyhow::R
 }
 
 fn table(walks: &[(u64, &Walked)]) -> String {
-    let mut text = "| base | seed | in place, % | first of a visit, % | later ones, % | missed: base elsewhere | missed: arm | base's way, m | least margin, m | least margin to a hand, m | steps below the distance | steps in motion while touched | the fastest of them, m/s | before doors, s |\n".to_owned();
-    text += &("| --- ".repeat(14) + "|\n");
+    let mut text = "| base | seed | in place, % | first of a visit, % | later ones, % | missed: base elsewhere | missed: arm | base's way, m | least margin, m | least margin to a hand, m | steps below the distance | steps in motion while touched | the fastest of them, m/s | before doors, s | possible, % | possible beside a person, % |\n".to_owned();
+    text += &("| --- ".repeat(16) + "|\n");
     for (seed, walk) in walks {
         let (touches, base) = (&walk.touches, &walk.base);
         let [elsewhere, by_arm] = missed(walk);
+        let possible = |of: fn(&Possible) -> bool| match walk.kind.drives() {
+            true => share(touches, |_| true, |touch| of(&touch.possible)),
+            false => String::new(),
+        };
+        let alone = possible(|possible| possible.alone);
+        let beside_person = possible(|possible| possible.beside_person);
         let finite = |m: f64| match m.is_finite() {
             true => format!("{m:.2}"),
             false => String::new(),
         };
         let _ = writeln!(
             text,
-            "| {} | {seed} | {} | {} | {} | {elsewhere} | {by_arm} | {:.1} | {} | {} | {} | {} | {:.2} | {:.0} |",
+            "| {} | {seed} | {} | {} | {} | {elsewhere} | {by_arm} | {:.1} | {} | {} | {} | {} | {:.2} | {:.0} | {alone} | {beside_person} |",
             walk.kind.name(),
-            share(touches, |_| true),
-            share(touches, |touch| touch.number == 0),
-            share(touches, |touch| touch.number > 0),
+            share(touches, |_| true, in_place),
+            share(touches, |touch| touch.number == 0, in_place),
+            share(touches, |touch| touch.number > 0, in_place),
             base.way_m,
             finite(base.margin_m),
             finite(base.hand_margin_m),
@@ -105,7 +112,7 @@ fn price<'a>(seeds: &[u64], shares: impl Iterator<Item = (&'a [Walked], &'a f64)
     for (walks, speed) in shares {
         let in_place = walks
             .iter()
-            .map(|walk| format!(" {} |", share(&walk.touches, |_| true)));
+            .map(|walk| format!(" {} |", share(&walk.touches, |_| true, in_place)));
         let in_place: String = in_place.collect();
         let near: u64 = walks.iter().map(|walk| walk.base.too_near).sum();
         let _ = writeln!(text, "| {speed} |{in_place} {near} |");

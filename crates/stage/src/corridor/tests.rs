@@ -1,15 +1,18 @@
 //! The corridor as a whole, and its walker.
 
 use super::hall::Hall;
-use super::moving::hand_meets_m_per_s;
+use super::moving::{ArmMay, Held, MovingBase, Seen, Truth, hand_meets_m_per_s};
 use super::report;
 use super::run::Corridor;
+use super::touches::Cause;
 use super::visits::visits;
 use super::walker::Walker;
 use crate::input::arms::BoardArm;
 use crate::input::base_flag::BaseKind;
 use crate::person::kinds::PersonKind;
 use crate::person::predictors::{PredictorKind, Predictors, TrainingPeople};
+use glam::{DVec2, DVec3};
+use hwall::arrival::base::{BaseHypothesis, SeenHand};
 use hwall::response::EndToEnd;
 use hwall_haptics::{Board, ContactLimits};
 
@@ -75,7 +78,86 @@ fn a_hand_meets_the_base_below_the_limits_of_contact() {
     assert!(speed < 0.25 * limits.speed_cap_m_per_s(f64::INFINITY).unwrap());
 }
 
-/// The waiting posture is chosen for the heights that the walkers touch.
+/// Nobody is near, and the base wants to go a metre along the wall.
+#[test]
+fn the_base_drives_creeps_or_stands_as_the_arm_may() {
+    let arm = BoardArm::named("iiwa7", &Board::default()).unwrap();
+    let hall = Hall::new(&arm, 1, 5).unwrap();
+    let first = &visits(&hall, 1, 5).unwrap()[0];
+    let y = if first.stands_m.y < 3.0 { 0.4 } else { 5.6 };
+    let there = BaseHypothesis {
+        point_m: DVec3::new(0.0, y, 0.5),
+        normal: DVec3::X,
+        probability: 1.0,
+        touch_s: 5.0,
+    };
+    let far_m = DVec2::splat(1e3);
+    let skeleton_m = [DVec3::ZERO, DVec3::new(0.5, 0.0, 0.5)];
+    let seen = |arm_may| Seen {
+        person_m: far_m,
+        person_m_per_s: DVec2::ZERO,
+        person_age_s: 0.0,
+        hands: vec![SeenHand {
+            at_m: far_m,
+            age_s: 0.0,
+        }],
+        truth: Truth {
+            person_m: far_m,
+            person_m_per_s: DVec2::ZERO,
+            hands_m: vec![far_m],
+        },
+        skeleton_m: &skeleton_m,
+        board: arm.board(),
+        base_from_board: arm.kinematics().forward(&arm.start()),
+        touched: false,
+        arm: arm_may,
+    };
+    let creeps = hand_meets_m_per_s();
+    for (arm_may, range) in [
+        (ArmMay::Wait, 0.5..=0.8),
+        (ArmMay::Reach, 0.9 * creeps..=creeps),
+        (ArmMay::BeTouched, 0.0..=0.0),
+    ] {
+        let mut base = MovingBase::new(first, creeps).unwrap();
+        assert!(base.rested_s().is_infinite() && base.may_meet_hand());
+        base.choose(&hall.rooms[0], None, &[there]).unwrap();
+        let (mut fastest, dt_s) = (0.0_f64, 4e-3);
+        for _ in 0..250 {
+            base.step(dt_s, &seen(arm_may)).unwrap();
+            let speed = base.in_corridor().state().velocity_m_per_s().length();
+            fastest = fastest.max(speed);
+            assert_eq!(base.rested_s() == 0.0, speed > 0.0, "{speed}");
+        }
+        assert!(range.contains(&fastest), "{range:?} {fastest}");
+        // Then it stands, and that is known.
+        for _ in 0..400 {
+            base.step(dt_s, &seen(ArmMay::BeTouched)).unwrap();
+        }
+        assert!(base.rested_s() > 0.3 && base.held_by() == Some(Held::Hand));
+    }
+}
+
+/// A base that was there long enough leaves the miss to the arm; one that was not there names what held it.
+#[test]
+fn a_miss_has_one_cause() {
+    for (rested_s, height_m, cause) in [
+        (0.69, 0.5, Cause::Late),
+        (0.69, 0.0, Cause::Late),
+        (0.7, 0.09, Cause::Low),
+        (f64::INFINITY, 0.1, Cause::Arm),
+    ] {
+        assert_eq!(Cause::of_arm(rested_s, height_m), cause);
+    }
+    for (held, cause) in [
+        (Some(Held::Body), Cause::HeldByBody),
+        (Some(Held::Hand), Cause::HeldByHand),
+        (None, Cause::Elsewhere),
+    ] {
+        assert_eq!(Cause::of_base(held), cause);
+    }
+}
+
+/// The posture in which the arm waits is chosen for the heights that the walkers touch.
 #[test]
 fn walkers_touch_within_the_heights_that_the_arm_waits_for() {
     let arm = BoardArm::named("iiwa7", &Board::default()).unwrap();

@@ -1,12 +1,14 @@
 //! Was the board in place when the hand arrived?
 
 use super::moving::{Held, MovingBase};
+use super::possible::Possible;
 use super::visits::Kind;
 use super::walker::Walker;
 use crate::input::arms::BoardArm;
 use glam::DVec3;
 use hwall_hand::Pose;
 use hwall_haptics::PlaceTolerance;
+use hwall_sim::TouchTruth;
 
 named! {
     /// Result of a touch, or cause of a miss.
@@ -22,7 +24,27 @@ named! {
     }
 }
 
-/// Approximate motion time of the arm, s, and the height below which places count as low, m.
+impl Cause {
+    /// Of a miss with the base there for a time, s, and the place at a height, m.
+    pub(super) fn of_arm(rested_s: f64, height_m: f64) -> Self {
+        match (rested_s < ARM_S, height_m < LOW_M) {
+            (true, _) => Self::Late,
+            (_, true) => Self::Low,
+            _ => Self::Arm,
+        }
+    }
+
+    /// Of a miss with the base elsewhere.
+    pub(super) const fn of_base(held: Option<Held>) -> Self {
+        match held {
+            Some(Held::Body) => Self::HeldByBody,
+            Some(Held::Hand) => Self::HeldByHand,
+            None => Self::Elsewhere,
+        }
+    }
+}
+
+/// The arm takes about this long, s, and lower places count as low, m.
 const ARM_S: f64 = 0.7;
 const LOW_M: f64 = 0.1;
 
@@ -42,6 +64,8 @@ pub(super) struct CorridorTouch {
     pub(super) cause: Cause,
     /// Could the arm present the place from where the base was?
     pub(super) served: bool,
+    /// What an oracle could have done.
+    pub(super) possible: Possible,
 }
 
 /// Watches the board for the next touch.
@@ -56,7 +80,15 @@ pub(super) struct TouchWatch {
 }
 
 impl TouchWatch {
-    /// After a cycle at a time, s, with the base at rest or not, and with the board and the base in the frame of the corridor.
+    /// Number of the next touch in the present visit.
+    pub(super) fn number(&self, walker: &Walker<'_>) -> usize {
+        let touches = self.touches.iter().rev();
+        let here = touches.take_while(|touch| touch.visit == walker.number());
+        here.count()
+    }
+
+    /// After a cycle at a time, s, with the base at rest or not, and with the board and the base in the frame of the corridor. `possible` is asked at
+    /// the contact.
     pub(super) fn see(
         &mut self,
         t_s: f64,
@@ -64,14 +96,13 @@ impl TouchWatch {
         arm: &BoardArm,
         base: &MovingBase,
         [corridor_from_board, corridor_from_base]: [&Pose; 2],
+        possible: impl FnOnce(&TouchTruth) -> anyhow::Result<Possible>,
     ) -> anyhow::Result<()> {
         let Some((begins_s, truths)) = walker.touches() else {
             self.since_s = None;
             return Ok(());
         };
-        let touches = self.touches.iter().rev();
-        let here = touches.take_while(|touch| touch.visit == walker.number());
-        let number = here.count();
+        let number = self.number(walker);
         let Some(truth) = truths.get(number) else {
             return Ok(());
         };
@@ -88,17 +119,11 @@ impl TouchWatch {
             let normal = corridor_from_base.inverse_transform_vector(truth.normal);
             let served = arm.unreachable(point_m, normal)?.is_none();
             let lead_s = self.since_s.take().map(|since_s| contact_s - since_s);
-            let cause = match lead_s {
-                Some(_) => Cause::InPlace,
-                None if self.holds => Cause::Moves,
-                None if !served => match base.held_by() {
-                    Some(Held::Body) => Cause::HeldByBody,
-                    Some(Held::Hand) => Cause::HeldByHand,
-                    None => Cause::Elsewhere,
-                },
-                None if self.served_s < ARM_S => Cause::Late,
-                None if truth.target_m.z < LOW_M => Cause::Low,
-                None => Cause::Arm,
+            let cause = match (lead_s, served) {
+                (Some(_), _) => Cause::InPlace,
+                (None, _) if self.holds => Cause::Moves,
+                (None, true) => Cause::of_arm(self.served_s, truth.target_m.z),
+                (None, false) => Cause::of_base(base.held_by()),
             };
             self.touches.push(CorridorTouch {
                 cause,
@@ -110,6 +135,7 @@ impl TouchWatch {
                 contact_s,
                 lead_s,
                 served,
+                possible: possible(truth)?,
             });
         }
         Ok(())

@@ -1,0 +1,157 @@
+//! The motion itself: limits, corners, refusals.
+
+use super::{DT_S, somewhere, start};
+use glam::{DVec2, dvec2};
+use hwall_arrival::base::{BaseDrive, BaseLimits, BasePose, BaseState};
+use hwall_testkit::Sampler;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// Speed, acceleration and jerk between two states.
+fn check_limits(limits: &BaseLimits, before: &BaseState, after: &BaseState) {
+    let hair = 1.0 + 1e-6;
+    assert!(after.velocity_m_per_s().length() <= limits.speed_m_per_s * hair);
+    assert!(after.acceleration_m_per_s2().length() <= limits.acceleration_m_per_s2 * hair);
+    let jerk = (after.acceleration_m_per_s2() - before.acceleration_m_per_s2()).length() / DT_S;
+    assert!(jerk <= limits.jerk_m_per_s3 * hair, "{jerk}");
+    let moved_m = after.pose().at_m - before.pose().at_m;
+    let mean = 0.5 * (after.velocity_m_per_s() + before.velocity_m_per_s());
+    let bend_m = limits.jerk_m_per_s3 * DT_S.powi(3);
+    assert!((moved_m - mean * DT_S).length() <= bend_m, "it jumps");
+    let ([v, a], [_, b]) = (after.turning(), before.turning());
+    assert!(v.abs() <= limits.turn_rad_per_s * hair && a.abs() <= limits.turn_rad_per_s2 * hair);
+    assert!((a - b).abs() / DT_S <= limits.turn_rad_per_s3 * hair);
+}
+
+#[test]
+fn the_base_keeps_its_limits_and_arrives() {
+    let limits = BaseLimits::default();
+    let mut sampler = Sampler::new(1);
+    let mut drive = BaseDrive::new(limits, start()).unwrap();
+    for _ in 0..60 {
+        let legs = 1 + sampler.index(3);
+        let way: Vec<DVec2> = (0..legs).map(|_| somewhere(&mut sampler)).collect();
+        let yaw_rad = sampler.uniform(-PI, PI);
+        drive.set_route(&way, yaw_rad);
+        // Half of the routes are replaced on the way, and some steps are refused.
+        let steps = if sampler.bool() {
+            20_000
+        } else {
+            sampler.index(1500)
+        };
+        let refuses = sampler.bool();
+        for step in 0..steps {
+            let before = *drive.state();
+            let may = |_: &BaseDrive, _: &BaseState| !(refuses && step % 1000 < 200);
+            drive.step(DT_S, may).unwrap();
+            check_limits(&limits, &before, drive.state());
+        }
+        if steps == 20_000 {
+            let pose = drive.state().pose();
+            assert!(drive.has_arrived() && pose.at_m.distance(way[legs - 1]) <= 0.05);
+            assert!(
+                (pose.yaw_rad - yaw_rad)
+                    .rem_euclid(2.0 * PI)
+                    .min((yaw_rad - pose.yaw_rad).rem_euclid(2.0 * PI))
+                    < 1e-9
+            );
+        }
+    }
+}
+
+#[test]
+fn a_refused_base_brakes_on_its_line_and_stands() {
+    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
+    drive.set_route(&[dvec2(3.0, 4.0)], 1.0);
+    for _ in 0..400 {
+        drive.step(DT_S, |_, _| true).unwrap();
+    }
+    let stop_s = drive.stop_s(drive.state());
+    let stopping_m = drive.braked(drive.state(), stop_s).pose().at_m;
+    for _ in 0..(stop_s / DT_S) as usize + 2 {
+        drive.step(DT_S, |_, _| false).unwrap();
+        assert!(drive.state().pose().at_m.perp_dot(dvec2(3.0, 4.0)).abs() < 1e-9);
+    }
+    assert!(drive.state().is_at_rest() && drive.state().pose().at_m.distance(stopping_m) < 1e-9);
+}
+
+#[test]
+fn a_base_seen_from_elsewhere_moves_alike() {
+    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
+    drive.set_route(&[dvec2(2.0, -1.0)], -2.0);
+    for _ in 0..300 {
+        drive.step(DT_S, |_, _| true).unwrap();
+    }
+    let frame = BasePose {
+        at_m: dvec2(-3.0, 7.0),
+        yaw_rad: 2.2,
+    }
+    .floor_from_base()
+    .unwrap();
+    let there = drive.seen_from(&frame);
+    let (a, b) = (there.state().pose().placed(&frame), drive.state().pose());
+    assert!(a.at_m.distance(b.at_m) < 1e-12 && (a.yaw_rad - b.yaw_rad).abs() < 1e-12);
+    let stopping = frame.transform_point(there.stopping_m().extend(0.0));
+    assert!(stopping.truncate().distance(drive.stopping_m()) < 1e-12);
+}
+
+/// Around a right angle, as around the corner of a room: the base does not stop, and the way is about a second shorter than both legs alone.
+#[test]
+fn corners_are_cut_without_a_stop() {
+    let (corner_m, end_m) = (dvec2(1.4, 0.0), dvec2(1.4, 1.4));
+    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
+    let leg_s = drive.leg_s(1.4, 0.8);
+    drive.set_route(&[corner_m, end_m], FRAC_PI_2);
+    let (mut time_s, mut nearest_m) = (0.0, f64::INFINITY);
+    while !drive.has_arrived() {
+        drive.step(DT_S, |_, _| true).unwrap();
+        time_s += DT_S;
+        let (at_m, speed) = (
+            drive.state().pose().at_m,
+            drive.state().velocity_m_per_s().length(),
+        );
+        let ends = [at_m.length(), at_m.distance(end_m)];
+        assert!(speed > 0.3 || ends[0].min(ends[1]) < 0.2, "{at_m} {speed}");
+        // It notices the corner up to a step late.
+        assert!(at_m.x <= 1.4 + 0.8 * DT_S && at_m.y >= -1e-9, "{at_m}");
+        nearest_m = nearest_m.min(at_m.distance(corner_m));
+    }
+    assert!(time_s < 2.0 * leg_s - 0.9, "{time_s} {leg_s}");
+    // Half of the acceleration needs 0.85 m for each leg; a parabola passes the corner at √2/4 of that.
+    assert!((0.2..0.32).contains(&nearest_m), "{nearest_m}");
+}
+
+/// What refuses turns alone is driven straight; the turn follows.
+#[test]
+fn a_refused_turn_does_not_stop_the_way() {
+    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
+    drive.set_route(&[dvec2(2.0, 0.0)], 1.0);
+    let still = |drive: &BaseDrive, state: &BaseState| drive.fastest(state).1 <= 0.1;
+    while drive.state().pose().at_m.x < 1.0 {
+        drive.step(DT_S, still).unwrap();
+        assert!(still(&drive, drive.state()));
+    }
+    assert!(drive.state().velocity_m_per_s().x > 0.7);
+    for _ in 0..2000 {
+        drive.step(DT_S, |_, _| true).unwrap();
+    }
+    assert!(drive.has_arrived() && (drive.state().pose().yaw_rad - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn times_and_places_that_are_no_numbers_are_refused() {
+    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
+    drive.set_route(&[dvec2(0.0, 2.0)], 1.0);
+    for dt_s in [f64::NAN, f64::INFINITY, -DT_S] {
+        let before = *drive.state();
+        let refused = drive.step(dt_s, |_, _| true).unwrap_err().to_string();
+        assert!(refused.contains("step of the base"), "{refused}");
+        assert_eq!(*drive.state(), before);
+    }
+    for (x, yaw_rad) in [(f64::NAN, 0.0), (0.0, f64::NAN), (f64::INFINITY, 0.0)] {
+        let nowhere = BasePose {
+            at_m: dvec2(x, 0.0),
+            yaw_rad,
+        };
+        assert!(nowhere.floor_from_base().is_err());
+    }
+}

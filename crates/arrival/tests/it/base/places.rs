@@ -1,0 +1,199 @@
+//! The poses that serve a wall, the ways there and the choice among them.
+
+use glam::{DVec2, DVec3, dvec2};
+use hwall_arrival::base::{
+    BaseChoiceConfig, BaseChooser, BaseDrive, BaseHypothesis, BaseInversion, BaseInversionConfig,
+    BaseLimits, BasePose, KeepOutArea, route,
+};
+use hwall_arrival::reachability::{Interval, WallFacet, WallPlane};
+use hwall_kinematics::SrsArm;
+use hwall_testkit::Sampler;
+use std::f64::consts::FRAC_PI_2;
+
+/// A room of 6 x 6 m, its walls facing inwards, and a shelf of 0.12 m before one of them.
+fn room() -> Vec<WallFacet> {
+    let wall = |from: DVec2, to: DVec2, heights: [f64; 2]| {
+        let way = to - from;
+        WallFacet {
+            point_m: from.midpoint(to).extend(0.0),
+            normal: dvec2(way.y, -way.x).normalize().extend(0.0),
+            heights: Interval::new(heights[0], heights[1]),
+            outline_m: vec![from.extend(heights[0]), to.extend(heights[1])],
+        }
+    };
+    let corners = [
+        dvec2(6.0, 0.0),
+        dvec2(0.0, 0.0),
+        dvec2(0.0, 6.0),
+        dvec2(6.0, 6.0),
+    ];
+    let mut walls: Vec<_> = (0..4)
+        .map(|i| wall(corners[i], corners[(i + 1) % 4], [-0.95, 1.55]))
+        .collect();
+    walls.push(wall(dvec2(3.4, 0.12), dvec2(2.6, 0.12), [0.0, 0.45]));
+    walls
+}
+
+#[test]
+fn the_inversion_agrees_with_the_arm() {
+    let (arm, config) = (SrsArm::iiwa7(), BaseInversionConfig::default());
+    let map = BaseInversion::map(&arm, &config).unwrap();
+    let inversion = BaseInversion::of_room(&map, &room(), config).unwrap();
+    let mut sampler = Sampler::new(3);
+    let (mut served, mut refused) = (0, 0);
+    for _ in 0..200_000 {
+        let cell = sampler.index(inversion.cells());
+        let (point_m, normal) = inversion.middle(cell).unwrap();
+        if inversion.cell(point_m, normal) != Some(cell) {
+            continue;
+        }
+        let index = sampler.index(inversion.bases().len());
+        let base = inversion.bases()[index];
+        if base.at_m.distance(point_m.truncate()) > 1.2 {
+            continue;
+        }
+        let serves = inversion
+            .serving(point_m, normal)
+            .binary_search(&(index as u32))
+            .is_ok();
+        let holds = |aside_m: f64| {
+            let beside_m = point_m + normal.cross(DVec3::Z) * aside_m;
+            let base_from_floor = base.floor_from_base().unwrap().inverse();
+            let there_m = base_from_floor.transform_point(beside_m);
+            let plane =
+                WallPlane::through(there_m, base_from_floor.transform_vector(normal)).unwrap();
+            (0..4).any(|quarter| {
+                let pose =
+                    plane.board_pose(plane.project(there_m).at, f64::from(quarter) * FRAC_PI_2);
+                arm.is_reachable(&pose.unwrap())
+            })
+        };
+        if serves {
+            served += 1;
+            assert!(
+                holds(0.0) && holds(0.019) && holds(-0.019),
+                "{base:?} {point_m}"
+            );
+        } else if mapped(&base, point_m, normal) {
+            refused += 1;
+            assert!(
+                !holds(0.0) || !holds(0.0201) || !holds(-0.0201),
+                "{base:?} {point_m}"
+            );
+        }
+    }
+    assert!(served > 500 && refused > 500, "{served} {refused}");
+}
+
+/// Is the plane of a place one of those of the map, and ahead?
+fn mapped(base: &BasePose, point_m: DVec3, normal: DVec3) -> bool {
+    let distance_m = normal.truncate().dot(point_m.truncate() - base.at_m);
+    let on_plane = (distance_m / 0.02 - (distance_m / 0.02).round()).abs() < 1e-6;
+    let ahead = DVec2::from_angle(base.yaw_rad).dot(normal.truncate()) >= -0.866;
+    on_plane && ahead && (0.3..=0.8).contains(&distance_m)
+}
+
+/// A wall of 6.03 m and a shelf of 0.8 m: the middle of every cell is its own, but those above and below the shelf are on no surface.
+#[test]
+fn the_middle_of_a_cell_is_in_it() {
+    let (arm, config) = (SrsArm::iiwa7(), BaseInversionConfig::default());
+    let map = BaseInversion::map(&arm, &config).unwrap();
+    let mut walls = room();
+    walls[0].outline_m[1].x = -0.03;
+    let inversion = BaseInversion::of_room(&map, &walls, config).unwrap();
+    let own = |cell: &usize| {
+        let (point_m, normal) = inversion.middle(*cell).unwrap();
+        inversion.cell(point_m, normal) == Some(*cell)
+    };
+    let elsewhere = (0..inversion.cells()).filter(|cell| !own(cell)).count();
+    let (columns, heights_off) = (8, 13 - 5);
+    assert_eq!(inversion.cells(), (61 + 3 * 60 + columns) * 13);
+    assert_eq!(elsewhere, columns * heights_off);
+    assert!(inversion.middle(inversion.cells()).is_none());
+    // A place is known up to half a step above the highest cells, and below the lowest.
+    let known = |z: f64| inversion.cell(DVec3::new(1.0, 0.0, z), DVec3::Y).is_some();
+    for (z, is_known) in [(1.04, true), (1.06, false), (-0.24, true), (-0.26, false)] {
+        assert_eq!(known(z), is_known, "{z}");
+    }
+    assert!(!known(f64::NAN));
+}
+
+#[test]
+fn ways_stay_out_of_the_room() {
+    let area = KeepOutArea {
+        low_m: DVec2::ZERO,
+        high_m: DVec2::splat(6.0),
+    };
+    let mut sampler = Sampler::new(5);
+    for _ in 0..2000 {
+        let [from_m, to_m] =
+            [(); 2].map(|()| dvec2(sampler.uniform(-2.0, 8.0), sampler.uniform(-2.0, 8.0)));
+        let found = route(from_m, to_m, &area);
+        assert_eq!(found.is_none(), area.contains(to_m), "{from_m} {to_m}");
+        let Some(way) = found else { continue };
+        assert_eq!(way.last(), Some(&to_m));
+        let legs = std::iter::once(&from_m).chain(&way).zip(&way);
+        // Only the leg that leaves the room is inside.
+        let outside = legs.skip(usize::from(area.contains(from_m)));
+        for (a, b) in outside {
+            assert!(!area.is_crossed(*a, *b), "{from_m} {way:?}");
+        }
+        let around_m = way
+            .windows(2)
+            .map(|leg| leg[0].distance(leg[1]))
+            .sum::<f64>();
+        assert!(around_m <= 32.0);
+    }
+}
+
+#[test]
+fn the_base_goes_where_it_serves_what_is_probable() {
+    let (arm, config) = (SrsArm::iiwa7(), BaseInversionConfig::default());
+    let map = BaseInversion::map(&arm, &config).unwrap();
+    let inversion = BaseInversion::of_room(&map, &room(), config).unwrap();
+    let area = KeepOutArea {
+        low_m: DVec2::ZERO,
+        high_m: DVec2::splat(6.0),
+    };
+    let chooser = BaseChooser::new(BaseChoiceConfig::default(), &inversion, area).unwrap();
+    let at = BasePose {
+        at_m: dvec2(3.0, -0.62),
+        yaw_rad: FRAC_PI_2,
+    };
+    let drive = BaseDrive::new(BaseLimits::default(), at).unwrap();
+    let place = |point_m: DVec3, normal: DVec3, probability: f64| BaseHypothesis {
+        point_m,
+        normal,
+        probability,
+        touch_s: 6.0,
+    };
+    let here = place(DVec3::new(3.0, 0.0, 0.7), DVec3::Y, 0.8);
+    let aside = place(DVec3::new(0.0, 1.5, 0.5), DVec3::X, 0.8);
+    let (stays, _) = chooser.choose(&drive, Some(at), &[here]).unwrap();
+    assert_eq!(stays, at);
+    let (goes, way) = chooser.choose(&drive, Some(at), &[aside]).unwrap();
+    assert!(goes.at_m.x < -0.5 && goes.yaw_rad.abs() < 1e-9, "{goes:?}");
+    assert_eq!(way.last(), Some(&goes.at_m));
+    // A little more probable is not worth the way.
+    let doubtful = [
+        BaseHypothesis {
+            probability: 0.5,
+            ..here
+        },
+        BaseHypothesis {
+            probability: 0.5,
+            ..aside
+        },
+    ];
+    assert_eq!(chooser.choose(&drive, Some(at), &doubtful).unwrap().0, at);
+    assert!(chooser.choose(&drive, None, &[]).is_none());
+    // A place that no wall has is served from nowhere.
+    let nowhere = place(DVec3::new(3.0, 3.0, 0.5), DVec3::Y, 0.8);
+    assert!(chooser.choose(&drive, None, &[nowhere]).is_none());
+    // The way is the same now and later, so nobody waits for a place that is known, however late the base will be there.
+    for touch_s in [0.5, 2.0, 20.0] {
+        let behind = BaseHypothesis { touch_s, ..aside };
+        let (goes, _) = chooser.choose(&drive, Some(at), &[behind]).unwrap();
+        assert!(goes.at_m.x < -0.5, "{touch_s} {goes:?}");
+    }
+}
