@@ -17,7 +17,7 @@ struct Args {
     #[arg(long, value_delimiter = ',', default_values_t = [1, 11, 21, 22, 23, 24, 25])]
     seeds: Vec<u64>,
     /// Speeds at which a hand may meet the base, m/s, compared with the first three seeds
-    #[arg(long, value_delimiter = ',', default_values_t = [0.0, 0.1])]
+    #[arg(long, value_delimiter = ',', default_values_t = [0.0, 0.1, 0.15, 0.2, 0.3])]
     hand_meets: Vec<f64>,
     #[command(flatten)]
     arm: NamedArm,
