@@ -28,17 +28,19 @@ pub fn run(
     losses: &[f64],
     mut progress: impl FnMut(PersonKind, f64),
 ) -> anyhow::Result<Vec<Point>> {
-    let at = |false_dispatch: &f64| {
-        let policy = PolicyConfig {
-            false_dispatch: *false_dispatch,
-            ..request.policy
-        };
-        policy.validate()?;
+    let policy_of = |false_dispatch: f64| PolicyConfig {
+        false_dispatch,
+        ..request.policy
+    };
+    for loss in losses {
+        policy_of(*loss).validate()?;
+    }
+    let at = |loss: &f64| {
         let request = Request {
-            policy,
+            policy: policy_of(*loss),
             ..request.clone()
         };
-        Ok((*false_dispatch, study::run(&request, &mut progress)?))
+        Ok((*loss, study::run(&request, &mut progress)?))
     };
     losses.iter().map(at).collect()
 }

@@ -174,6 +174,9 @@ impl WaitingArm {
         };
         // A study ends when it is done, not by the clock.
         let bridge = self.server.connect(&scene);
+        self.session
+            .perception_mut()
+            .explain_to(&bridge.explanations);
         let room = HandsRoom {
             driven: Driven::new(bridge, begun_s, f64::INFINITY),
             holds: Holds::default(),

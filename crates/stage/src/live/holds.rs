@@ -175,11 +175,9 @@ pub fn tell_left_out(control: &Control) {
     static TOLD: Once = Once::new();
     let supervisor = control.supervisor();
     if let Some(supervisor) = supervisor.filter(|supervisor| supervisor.began().is_some()) {
-        TOLD.call_once(|| {
-            if let Some(line) = left_out(supervisor.separation().body()) {
-                note(line);
-            }
-        });
+        if let Some(line) = left_out(supervisor.separation().body()) {
+            TOLD.call_once(|| note(line));
+        }
     }
 }
 

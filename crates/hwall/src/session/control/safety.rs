@@ -152,7 +152,9 @@ impl Safety {
             }
             if let Some((at_m, stamp_s)) = seen {
                 let fresh = (now_s - stamp_s).abs() <= supervisor.config().head.max_age_s;
-                let far = fresh && at_m.distance(face_m) > OUT_OF_REACH_M;
+                // A bystander's hands are not tracked.
+                let arm_m = if part.is_bystander() { ARM_M } else { 0.0 };
+                let far = fresh && at_m.distance(face_m) > OUT_OF_REACH_M + arm_m;
                 out_of_reach = far && (out_of_reach || part == PersonPart::Fingertip);
             }
             if let Some((position_m, stamp_s)) = seen.filter(|_| heeded) {
@@ -218,8 +220,10 @@ impl Safety {
     }
 }
 
-/// A board further than this from fingertip, palm and heads is out of their reach, m.
+/// A board further than this from fingertip, palm and head is out of the person's reach, m.
 const OUT_OF_REACH_M: f64 = 0.3;
+/// A hand reaches this far from the head, m.
+const ARM_M: f64 = 0.85;
 
 /// Does the supervisor do the same for the same fault? Numbers may differ.
 pub(super) fn same_fault(a: SafeState, b: SafeState) -> bool {

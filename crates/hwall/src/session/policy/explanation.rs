@@ -69,9 +69,11 @@ struct Explained {
 }
 
 impl Explanations {
-    /// Are the following frames to be explained?
+    /// Are the following frames to be explained? If not, what was not taken is dropped.
     pub fn ask(&self, asked: bool) {
-        self.0.asked.store(asked, Ordering::Relaxed);
+        if self.0.asked.swap(asked, Ordering::Relaxed) && !asked {
+            let _ = self.take();
+        }
     }
 
     /// Why the policy decided as it did in the newest frame with a prediction; `None` if it was taken before.
