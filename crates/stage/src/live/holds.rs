@@ -174,10 +174,10 @@ impl Holds {
 pub fn tell_left_out(control: &Control) {
     static TOLD: Once = Once::new();
     let supervisor = control.supervisor();
-    if let Some(supervisor) = supervisor.filter(|supervisor| supervisor.began().is_some()) {
-        if let Some(line) = left_out(supervisor.separation().body()) {
-            TOLD.call_once(|| note(line));
-        }
+    if let Some(supervisor) = supervisor.filter(|supervisor| supervisor.began().is_some())
+        && let Some(line) = left_out(supervisor.separation().body())
+    {
+        TOLD.call_once(|| note(line));
     }
 }
 
