@@ -115,7 +115,7 @@ impl<'a> BaseChooser<'a> {
             };
             let turn_s = drive.turn_s(to.yaw_rad - drive.state().pose().yaw_rad);
             let way_s = self.way_s(drive, drive.stopping_m(), &way);
-            let arrival_s = turn_s.max(way_s);
+            let arrival_s = turn_s.max(drive.begins_s(way.first().copied()) + way_s);
             let kept = if is_last { self.config.least_gain } else { 0.0 };
             let loss = self.loss(drive, &to, arrival_s, hypotheses) - kept;
             if best.as_ref().is_none_or(|(least, ..)| loss < *least) {
@@ -125,11 +125,11 @@ impl<'a> BaseChooser<'a> {
         best.map(|(_, to, way)| (to, way))
     }
 
-    /// Time for a way from rest to rest, s; its corners take none.
+    /// Time for a way from rest to rest, s.
     fn way_s(&self, drive: &BaseDrive, from_m: DVec2, way: &[DVec2]) -> f64 {
         let legs = std::iter::once(&from_m).chain(way).zip(way);
-        let length_m = legs.map(|(a, b)| a.distance(*b)).sum();
-        drive.leg_s(length_m, self.config.speed_m_per_s)
+        legs.map(|(a, b)| drive.leg_s(a.distance(*b), self.config.speed_m_per_s))
+            .sum()
     }
 
     /// Expected loss of going to a base pose and arriving there after a time, s.

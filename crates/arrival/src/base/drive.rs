@@ -1,4 +1,4 @@
-//! The motion of a holonomic base: straight legs with limited jerk, which run into each other.
+//! The motion of a holonomic base: straight legs with limited jerk, each from rest to rest.
 
 use crate::error::ArrivalError;
 use glam::{DMat2, DVec2, DVec3};
@@ -85,16 +85,12 @@ impl BasePose {
     }
 }
 
-/// State of a base in motion: along its present leg and what is left of the one before, and about its axis.
+/// State of a base in motion: along its present leg, and about its axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BaseState {
-    /// Where the leg before ends and the present one begins, m.
-    corner_m: DVec2,
-    /// Directions of both.
-    before: DVec2,
+    from_m: DVec2,
     direction: DVec2,
-    /// On both the distance from the corner, in metres instead of radians; the law is the same. The leg before only brakes.
-    ending: JointPoint,
+    /// Distance from the beginning of the leg, in metres instead of radians; the law is the same.
     along: JointPoint,
     yaw: JointPoint,
 }
@@ -104,7 +100,7 @@ impl BaseState {
     #[must_use]
     pub fn pose(&self) -> BasePose {
         BasePose {
-            at_m: self.corner_m + self.of_legs([self.ending.q_rad, self.along.q_rad]),
+            at_m: self.from_m + self.direction * self.along.q_rad,
             yaw_rad: self.yaw.q_rad,
         }
     }
@@ -112,13 +108,13 @@ impl BaseState {
     /// Velocity, m/s.
     #[must_use]
     pub fn velocity_m_per_s(&self) -> DVec2 {
-        self.of_legs([self.ending.qd_rad_per_s, self.along.qd_rad_per_s])
+        self.direction * self.along.qd_rad_per_s
     }
 
     /// Acceleration, m/s².
     #[must_use]
     pub fn acceleration_m_per_s2(&self) -> DVec2 {
-        self.of_legs([self.ending.qdd_rad_per_s2, self.along.qdd_rad_per_s2])
+        self.direction * self.along.qdd_rad_per_s2
     }
 
     /// Turning rate, rad/s, and its derivative, rad/s².
@@ -130,16 +126,7 @@ impl BaseState {
     /// Does it stand still?
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
-        self.stands() && rests(&self.yaw)
-    }
-
-    fn stands(&self) -> bool {
-        rests(&self.ending) && rests(&self.along)
-    }
-
-    /// The sum of something on both legs.
-    fn of_legs(&self, [ending, along]: [f64; 2]) -> DVec2 {
-        self.before * ending + self.direction * along
+        rests(&self.along) && rests(&self.yaw)
     }
 }
 
@@ -147,22 +134,19 @@ fn rests(point: &JointPoint) -> bool {
     point.qd_rad_per_s == 0.0 && point.qdd_rad_per_s2 == 0.0
 }
 
-/// A leg's end this near to the line of the present leg, m, is approached at the nearest point of that line.
+/// A leg's end this near to the line of the present leg, m, is approached without stopping, at the nearest point of that line.
 const NEAR_M: f64 = 0.05;
 /// Shorter legs are not driven, m.
 const SHORTEST_M: f64 = 0.001;
 
 /// A holonomic base on its way along a route.
 ///
-/// Every leg is straight, from rest to rest, with limited speed, acceleration and jerk; the heading turns at the same time. The next leg begins while
-/// the base brakes on the present one, at the place where it would stop: it cuts the corner. Both then have half of the acceleration and the jerk, so that
-/// their sums keep the limits. Any step may be refused: the base then stops turning, and if that is refused too, it brakes.
+/// Every leg is straight, from rest to rest, with limited speed, acceleration and jerk; the heading turns at the same time. A new route begins once
+/// the base has stopped, unless its first leg continues the present one. Any step may be refused: the base then brakes, on the line that it is on.
 #[derive(Debug, Clone)]
 pub struct BaseDrive {
     limits: BaseLimits,
     line: JointBounds,
-    /// Of both legs at a corner.
-    bend: JointBounds,
     turn: JointBounds,
     state: BaseState,
     route_m: Vec<DVec2>,
@@ -187,21 +171,14 @@ impl BaseDrive {
                 limits.acceleration_m_per_s2,
                 limits.jerk_m_per_s3,
             )?,
-            bend: bounds(
-                limits.speed_m_per_s,
-                0.5 * limits.acceleration_m_per_s2,
-                0.5 * limits.jerk_m_per_s3,
-            )?,
             turn: bounds(
                 limits.turn_rad_per_s,
                 limits.turn_rad_per_s2,
                 limits.turn_rad_per_s3,
             )?,
             state: BaseState {
-                corner_m: start.at_m,
-                before: DVec2::X,
+                from_m: start.at_m,
                 direction: DVec2::X,
-                ending: JointPoint::default(),
                 along: JointPoint::default(),
                 yaw: JointPoint::new(start.yaw_rad, 0.0, 0.0),
             },
@@ -215,21 +192,20 @@ impl BaseDrive {
     pub fn seen_from(&self, frame: &Pose) -> Self {
         let place = |at_m, yaw_rad| BasePose { at_m, yaw_rad }.seen_from(frame);
         let state = &self.state;
-        let corner = place(state.corner_m, state.yaw.q_rad);
-        let direction = |d: DVec2| frame.inverse_transform_vector(d.extend(0.0)).truncate();
+        let begin = place(state.from_m, state.yaw.q_rad);
+        let direction = frame.inverse_transform_vector(state.direction.extend(0.0));
         Self {
             state: BaseState {
-                corner_m: corner.at_m,
-                before: direction(state.before),
-                direction: direction(state.direction),
+                from_m: begin.at_m,
+                direction: direction.truncate(),
                 yaw: JointPoint {
-                    q_rad: corner.yaw_rad,
+                    q_rad: begin.yaw_rad,
                     ..state.yaw
                 },
                 ..*state
             },
             route_m: Vec::new(),
-            yaw_rad: corner.yaw_rad,
+            yaw_rad: begin.yaw_rad,
             ..*self
         }
     }
@@ -265,29 +241,23 @@ impl BaseDrive {
         left_m <= NEAR_M && self.state.is_at_rest()
     }
 
-    /// Moves on by a time, s. `may` is asked about the state that this leads to; if it refuses, about the same without turning on; if it refuses that
-    /// too, the base brakes.
+    /// Moves on by a time, s. `may` is asked about the state that this leads to; if it refuses, the base brakes instead.
     ///
     /// # Errors
     /// A time that is NaN, infinite or below zero; the state is then as it was.
     pub fn step(
         &mut self,
         dt_s: f64,
-        mut may: impl FnMut(&Self, &BaseState) -> bool,
+        may: impl FnOnce(&Self, &BaseState) -> bool,
     ) -> Result<(), ArrivalError> {
         non_negative("step of the base", dt_s)?;
-        let (goes_on, passed) = self.advanced(dt_s);
-        let braked = self.braked(&self.state, dt_s);
-        let straight = BaseState {
-            yaw: braked.yaw,
-            ..goes_on
+        let goes_on = self.advanced(dt_s);
+        let refused = !goes_on.is_at_rest() && !may(self, &goes_on);
+        self.state = if refused {
+            self.braked(&self.state, dt_s)
+        } else {
+            goes_on
         };
-        let mut tried = [goes_on, straight].into_iter();
-        let allowed = tried.find(|state| state.is_at_rest() || may(self, state));
-        if allowed.is_some() {
-            self.route_m.drain(..passed);
-        }
-        self.state = allowed.unwrap_or(braked);
         Ok(())
     }
 
@@ -295,8 +265,7 @@ impl BaseDrive {
     #[must_use]
     pub fn braked(&self, state: &BaseState, time_s: f64) -> BaseState {
         BaseState {
-            ending: state.ending.braked(&self.bend, time_s),
-            along: state.along.braked(self.bounds(state), time_s),
+            along: state.along.braked(&self.line, time_s),
             yaw: state.yaw.braked(&self.turn, time_s),
             ..*state
         }
@@ -305,45 +274,26 @@ impl BaseDrive {
     /// Time until a state has come to rest under full braking, s.
     #[must_use]
     pub fn stop_s(&self, state: &BaseState) -> f64 {
-        let legs_s = [
-            state.ending.time_to_stop_s(&self.bend),
-            state.along.time_to_stop_s(self.bounds(state)),
-        ];
-        let turn_s = state.yaw.time_to_stop_s(&self.turn);
-        legs_s.into_iter().fold(turn_s, f64::max)
+        let along_s = state.along.time_to_stop_s(&self.line);
+        along_s.max(state.yaw.time_to_stop_s(&self.turn))
     }
 
-    /// Velocities between which all others on the way to rest lie, m/s, and the largest turning rate, rad/s. On each leg they lie between the present
-    /// one, that after the acceleration has returned to zero, and rest.
+    /// Velocities, m/s, and the largest turning rate, rad/s, on the way to rest: the present ones, and those after the acceleration has returned to
+    /// zero. All others lie between them and rest.
     #[must_use]
-    pub fn fastest(&self, state: &BaseState) -> ([DVec2; 4], f64) {
-        let ends = |point: &JointPoint, bounds| {
-            let coming = point.coming_velocity_rad_per_s(bounds);
-            let now = point.qd_rad_per_s;
-            [now.min(coming).min(0.0), now.max(coming).max(0.0)]
-        };
-        let [a, b] = ends(&state.ending, &self.bend);
-        let [c, d] = ends(&state.along, self.bounds(state));
+    pub fn fastest(&self, state: &BaseState) -> ([DVec2; 2], f64) {
+        let coming = state.along.coming_velocity_rad_per_s(&self.line);
         let turning = state.yaw.coming_velocity_rad_per_s(&self.turn).abs();
         (
-            [[a, c], [a, d], [b, c], [b, d]].map(|legs| state.of_legs(legs)),
+            [state.velocity_m_per_s(), state.direction * coming],
             turning.max(state.yaw.qd_rad_per_s.abs()),
         )
     }
 
-    /// Limits of the present leg.
-    fn bounds(&self, state: &BaseState) -> &JointBounds {
-        match rests(&state.ending) {
-            true => &self.line,
-            false => &self.bend,
-        }
-    }
-
-    /// Where the next leg would begin now, m.
+    /// Where the present leg can end at the soonest, m.
     #[must_use]
     pub fn stopping_m(&self) -> DVec2 {
-        let state = &self.state;
-        state.corner_m + state.direction * state.along.stopping_point_rad(&self.bend)
+        self.state.from_m + self.state.direction * self.state.along.stopping_point_rad(&self.line)
     }
 
     /// Least time for a distance from rest to rest at a share of the speed, s.
@@ -359,6 +309,15 @@ impl BaseDrive {
         })
     }
 
+    /// Time until a route with this first place begins, s: 0 if it continues the present leg.
+    #[must_use]
+    pub fn begins_s(&self, first_m: Option<DVec2>) -> f64 {
+        match first_m {
+            Some(first_m) if self.end_on_leg_m(first_m).is_some() => 0.0,
+            _ => self.state.along.time_to_stop_s(&self.line),
+        }
+    }
+
     /// Least time to turn by an angle from rest to rest, the shorter way round, s.
     #[must_use]
     pub fn turn_s(&self, turn_rad: f64) -> f64 {
@@ -366,74 +325,52 @@ impl BaseDrive {
         JointPoint::default().time_to_s(turn_rad, &self.turn)
     }
 
-    /// The state after a time on the route, and how many of its places have been passed.
-    fn advanced(&self, dt_s: f64) -> (BaseState, usize) {
-        let (state, passed) = self.on_leg();
-        let next_m = self.route_m.get(passed);
-        let end_m = next_m.and_then(|next_m| self.end_on_leg_m(&state, *next_m));
-        let bounds = self.bounds(&state);
-        let along = match end_m {
-            Some(end_m) => state.along.towards(end_m, bounds, dt_s),
-            None => state.along.braked(bounds, dt_s),
+    fn advanced(&mut self, dt_s: f64) -> BaseState {
+        if rests(&self.state.along) {
+            self.begin_leg();
+        }
+        let state = &self.state;
+        let along = match self.leg_end_m() {
+            Some(end_m) => state.along.towards(end_m, &self.line, dt_s),
+            None => state.along.braked(&self.line, dt_s),
         };
-        let after = BaseState {
-            ending: state.ending.braked(&self.bend, dt_s),
+        BaseState {
             along,
             yaw: state.yaw.towards(self.yaw_rad, &self.turn, dt_s),
-            ..state
-        };
-        (after, passed)
-    }
-
-    /// The present state on the leg that leads on, and how many places of the route have been passed.
-    fn on_leg(&self) -> (BaseState, usize) {
-        let state = &self.state;
-        for (passed, next_m) in self.route_m.iter().enumerate() {
-            let is_last = passed + 1 == self.route_m.len();
-            let end_m = self.end_on_leg_m(state, *next_m);
-            match end_m.filter(|_| !state.stands()) {
-                Some(_) if is_last => return (*state, passed),
-                Some(end_m) if state.along.stopping_point_rad(&self.bend) < end_m => {
-                    return (*state, passed);
-                }
-                Some(_) => {}
-                None => {
-                    let way_m = *next_m - self.stopping_m();
-                    if way_m.length() > if is_last { SHORTEST_M } else { NEAR_M } {
-                        let turned = self.turned_into(way_m.normalize());
-                        return turned.map_or((*state, 0), |turned| (turned, passed));
-                    }
-                }
-            }
-        }
-        (*state, 0)
-    }
-
-    /// The same state at the beginning of a leg in a direction; `None`: not yet.
-    fn turned_into(&self, direction: DVec2) -> Option<BaseState> {
-        let state = &self.state;
-        let (along, corner) = (&state.along, state.along.stopping_point_rad(&self.bend));
-        let brakes = along.qd_rad_per_s * along.qdd_rad_per_s2 <= 0.0;
-        (brakes && rests(&state.ending)).then(|| BaseState {
-            corner_m: self.stopping_m(),
-            before: state.direction,
-            direction,
-            ending: JointPoint {
-                q_rad: along.q_rad - corner,
-                ..*along
-            },
-            along: JointPoint::default(),
             ..*state
-        })
+        }
     }
 
-    /// Distance of a place from the beginning of the present leg, m; `None`: it is not on it, or behind.
-    fn end_on_leg_m(&self, state: &BaseState, place_m: DVec2) -> Option<f64> {
-        let way_m = place_m - state.corner_m;
+    fn begin_leg(&mut self) {
+        let at_m = self.state.pose().at_m;
+        while let Some(&next_m) = self.route_m.first() {
+            let is_last = self.route_m.len() == 1;
+            let way_m = next_m - at_m;
+            if way_m.length() > if is_last { SHORTEST_M } else { NEAR_M } {
+                self.state.from_m = at_m;
+                self.state.direction = way_m.normalize();
+                self.state.along = JointPoint::default();
+                return;
+            }
+            if is_last {
+                return;
+            }
+            self.route_m.remove(0);
+        }
+    }
+
+    /// End of the present leg from its beginning, m; `None`: the route leads elsewhere.
+    fn leg_end_m(&self) -> Option<f64> {
+        self.end_on_leg_m(*self.route_m.first()?)
+    }
+
+    fn end_on_leg_m(&self, place_m: DVec2) -> Option<f64> {
+        let state = &self.state;
+        let way_m = place_m - state.from_m;
         let end_m = way_m.dot(state.direction);
         let is_near = way_m.perp_dot(state.direction).abs() <= NEAR_M;
-        let stops_m = state.along.stopping_point_rad(self.bounds(state));
-        (is_near && end_m >= stops_m - 1e-9).then_some(end_m)
+        let ahead = end_m >= state.along.stopping_point_rad(&self.line) - 1e-9;
+        (is_near && ahead).then_some(end_m)
     }
 }
 

@@ -115,7 +115,7 @@ const HALVINGS: usize = 11;
 struct Braking {
     poses: [BasePose; PIECES + 1],
     /// Velocities, m/s, and the turning rate, rad/s.
-    left: [([DVec2; 4], f64); PIECES + 1],
+    left: [([DVec2; 2], f64); PIECES + 1],
     piece_s: f64,
     latency_s: f64,
 }
@@ -210,7 +210,7 @@ impl BaseSafety {
     #[must_use]
     pub fn may_meet_hand(&self, drive: &BaseDrive, state: &BaseState, parts: &[BasePart]) -> bool {
         let (v, turning) = drive.fastest(state);
-        let speed = v.map(DVec2::length).into_iter().fold(0.0, f64::max);
+        let speed = v[0].length().max(v[1].length());
         let stop_s = drive.stop_s(state);
         let is_slow = |part: &BasePart| {
             let reach_m = part.reach_m() + part.m_per_s * stop_s;
@@ -296,7 +296,7 @@ impl Braking {
         let (fastest, turning) = self.left[piece - 1];
         let turns = turning * part.reach_m();
         let relative = fastest.map(|base| (base - v).length());
-        let relative = relative.into_iter().fold(0.0, f64::max);
+        let relative = relative[0].max(relative[1]).max(v.length());
         let away_m = |i: usize| part.distance_m(&self.poses[i], place_m + v * self.at_s(i));
         let time_s = self.at_s(piece) - self.at_s(piece - 1);
         0.5 * (away_m(piece - 1) + away_m(piece) - time_s * (relative + turns))

@@ -33,10 +33,7 @@ pub(super) const PERSON_M_PER_S2: f64 = 2.0;
 const VELOCITY_ERROR_M_PER_S: f64 = 0.13;
 /// Refusals of steps are counted over this time, s.
 const HELD_S: f64 = 1.5;
-/// Beside somebody who touches, the base covers about 0.2 m between two touches and is not in place for the next one; from this near to its goal, m, it
-/// serves about three of four places.
-const STAYS_M: f64 = 0.3;
-/// Instants of the braking at which a step is judged.
+/// Number of instants during braking at which a step is evaluated.
 const JUDGED: usize = 20;
 
 /// Largest speed at which the base may meet a free hand at rest, m/s: base and board, which approaches at up to 0.1 m/s near a hand, then
@@ -81,7 +78,7 @@ pub(super) enum Held {
     Hand,
 }
 
-/// The person without errors of measurement, from above.
+/// The person without measurement errors, on the floor plan.
 #[derive(Clone)]
 pub(super) struct Truth {
     /// The head, m, and its velocity, m/s.
@@ -217,13 +214,7 @@ impl MovingBase {
         self.rested_s
     }
 
-    /// Does it stand so near to its goal that the way there would cost more touches than it wins?
-    pub(super) fn stays(&self) -> bool {
-        let left_m = |goal: &BasePose| goal.at_m.distance(self.place().at_m);
-        self.rested_s > 0.0 && self.goal.as_ref().is_none_or(|goal| left_m(goal) < STAYS_M)
-    }
-
-    /// What refused most of the latest steps, if at least a quarter of them were refused.
+    /// The most frequent reason of the latest refusals, if at least a quarter of the steps were refused.
     pub(super) fn held_by(&self) -> Option<Held> {
         let count = |cause| {
             self.held
@@ -454,7 +445,7 @@ pub(super) fn keep_out(room: &Room, next: Option<&Room>) -> KeepOutArea {
     area.grown(OUTSIDE_M)
 }
 
-/// The robot from above: platform, links and the edges of the board.
+/// The robot on the floor plan: platform, links and the edges of the board.
 pub(super) fn parts(skeleton_m: &[DVec3], board: &Board, base_from_board: &Pose) -> Vec<BasePart> {
     let part = |from_m: DVec2, to_m: DVec2, radius_m| BasePart {
         ends_m: [from_m, to_m],

@@ -22,7 +22,7 @@ use anyhow::Context;
 use glam::{DVec2, DVec3};
 use hwall::arrival::base::BasePart;
 use hwall::haptics::Arm;
-use hwall::{PolicyConfig, Session, SessionState, WorldPose};
+use hwall::{PolicyConfig, Session, WorldPose};
 use hwall_hand::{HandFilterConfig, HandFrame, Pose};
 use hwall_sim::TouchTruth;
 use std::sync::Arc;
@@ -314,11 +314,8 @@ impl<'a> Rig<'a> {
         let normal = facing(before.normal, hand.position_m - before.point_m);
         let normal = base.inverse_transform_vector(normal);
         let serves = self.corridor.arm.unreachable(point_m, normal)?.is_none();
-        let touches_soon = before.distance_m < TOUCHES_SOON_M;
-        // The board would follow a base that moves, and be late.
-        let is_sent = self.session.control().state() == SessionState::Approaching;
         Ok(match serves {
-            true if touches_soon || is_sent || self.base.stays() => ArmMay::BeTouched,
+            true if before.distance_m < TOUCHES_SOON_M => ArmMay::BeTouched,
             true => ArmMay::Reach,
             false => ArmMay::Wait,
         })

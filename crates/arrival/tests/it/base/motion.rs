@@ -4,7 +4,7 @@ use super::{DT_S, somewhere, start};
 use glam::{DVec2, dvec2};
 use hwall_arrival::base::{BaseDrive, BaseLimits, BasePose, BaseState};
 use hwall_testkit::Sampler;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 
 /// Speed, acceleration and jerk between two states.
 fn check_limits(limits: &BaseLimits, before: &BaseState, after: &BaseState) {
@@ -92,49 +92,6 @@ fn a_base_seen_from_elsewhere_moves_alike() {
     assert!(a.at_m.distance(b.at_m) < 1e-12 && (a.yaw_rad - b.yaw_rad).abs() < 1e-12);
     let stopping = frame.transform_point(there.stopping_m().extend(0.0));
     assert!(stopping.truncate().distance(drive.stopping_m()) < 1e-12);
-}
-
-/// Around a right angle, as around the corner of a room: the base does not stop, and the way is about a second shorter than both legs alone.
-#[test]
-fn corners_are_cut_without_a_stop() {
-    let (corner_m, end_m) = (dvec2(1.4, 0.0), dvec2(1.4, 1.4));
-    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
-    let leg_s = drive.leg_s(1.4, 0.8);
-    drive.set_route(&[corner_m, end_m], FRAC_PI_2);
-    let (mut time_s, mut nearest_m) = (0.0, f64::INFINITY);
-    while !drive.has_arrived() {
-        drive.step(DT_S, |_, _| true).unwrap();
-        time_s += DT_S;
-        let (at_m, speed) = (
-            drive.state().pose().at_m,
-            drive.state().velocity_m_per_s().length(),
-        );
-        let ends = [at_m.length(), at_m.distance(end_m)];
-        assert!(speed > 0.3 || ends[0].min(ends[1]) < 0.2, "{at_m} {speed}");
-        // It notices the corner up to a step late.
-        assert!(at_m.x <= 1.4 + 0.8 * DT_S && at_m.y >= -1e-9, "{at_m}");
-        nearest_m = nearest_m.min(at_m.distance(corner_m));
-    }
-    assert!(time_s < 2.0 * leg_s - 0.9, "{time_s} {leg_s}");
-    // Half of the acceleration needs 0.85 m for each leg; a parabola passes the corner at √2/4 of that.
-    assert!((0.2..0.32).contains(&nearest_m), "{nearest_m}");
-}
-
-/// What refuses turns alone is driven straight; the turn follows.
-#[test]
-fn a_refused_turn_does_not_stop_the_way() {
-    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
-    drive.set_route(&[dvec2(2.0, 0.0)], 1.0);
-    let still = |drive: &BaseDrive, state: &BaseState| drive.fastest(state).1 <= 0.1;
-    while drive.state().pose().at_m.x < 1.0 {
-        drive.step(DT_S, still).unwrap();
-        assert!(still(&drive, drive.state()));
-    }
-    assert!(drive.state().velocity_m_per_s().x > 0.7);
-    for _ in 0..2000 {
-        drive.step(DT_S, |_, _| true).unwrap();
-    }
-    assert!(drive.has_arrived() && (drive.state().pose().yaw_rad - 1.0).abs() < 1e-9);
 }
 
 #[test]
