@@ -1,19 +1,19 @@
 //! The loop's side of a bridge: its cost, and what is delivered.
 
-use crate::common::{Socket, hand_at, scene, server, until, wait_for, wall};
+use crate::common::{Socket, hand_at, scene, server, wait_for, wall};
 use hwall::contact::{DeterministicConfig, DeterministicPredictor};
 use hwall::glam::DVec3;
 use hwall::hand::HandFilterConfig;
-use hwall::haptics::body::BodyRegion;
+use hwall::haptics::body::{ArmBody, BodyRegion};
 use hwall::haptics::{Arm, Board};
 use hwall::kinematics::{JointPositions, SrsArm};
-use hwall::{Session, SessionConfig, SessionState, Surroundings, Walls};
+use hwall::{Session, SessionConfig, Surroundings, Walls};
 use hwall_bridge::BridgeConfig;
-use hwall_bridge::view::{ViewFrame, ViewState};
+use hwall_bridge::view::{ViewFrame, ViewPart, ViewState};
 use hwall_sim::{ServoArm, ServoConfig};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tungstenite::Message;
 
 /// Far from the arm.
@@ -41,6 +41,21 @@ fn session() -> (Session<DeterministicPredictor>, ServoArm) {
     (session, servo)
 }
 
+/// The parts of a view in the supervisor's order: the links and the board, then the person.
+fn check_parts(parts: &[&ViewPart], body: &ArmBody, frame: &ViewFrame) {
+    for (part, own) in parts.iter().zip(body.at(&frame.q).all()) {
+        assert!(part.region.is_none());
+        assert!(part.capsule.from_m.distance(own.from_m) < 1e-5, "{part:?}");
+    }
+    let heads = parts.iter().filter(|p| p.region == Some(BodyRegion::Head));
+    let heads_m: Vec<DVec3> = heads.map(|p| p.capsule.from_m).collect();
+    let are_there = match heads_m[..] {
+        [head_m, other_m] => head_m.distance(HEAD_M) < 1e-5 && other_m.distance(BYSTANDER_M) < 1e-5,
+        _ => false,
+    };
+    assert!(are_there || parts.is_empty(), "{parts:?}");
+}
+
 #[test]
 fn a_cycle_allocates_nothing_and_views_and_events_get_through() {
     let server = server(BridgeConfig::default());
@@ -48,16 +63,19 @@ fn a_cycle_allocates_nothing_and_views_and_events_get_through() {
     let mut bridge = server.connect(&scene());
     let mut socket = Socket::open(&server);
     wait_for("the client", || server.counts().clients == 1);
+    let supervisor = session.control().supervisor().expect("a supervisor");
+    let body = supervisor.separation().body().clone();
     let is_over = Arc::new(AtomicBool::new(false));
-    let is_sent = Arc::clone(&is_over);
-    let sender = std::thread::spawn(move || {
-        for n in 0.. {
-            if is_sent.load(Ordering::Relaxed) {
-                break;
-            }
+    let is_enough = Arc::clone(&is_over);
+    let client = std::thread::spawn(move || {
+        let period = Some(Duration::from_millis(13));
+        (socket.0.get_ref().set_read_timeout(period)).expect("a socket");
+        let (mut views, mut found, mut with_parts) = (0, false, [0, 0]);
+        for n in 0_u32.. {
             let t_s = f64::from(n) / 72.0;
-            let place = DVec3::new(1.1 - 0.2 * t_s.min(1.0), 0.0, 0.5);
-            let hand = hand_at(n as u64 + 1, 1e3 * t_s, place);
+            // It reaches every 3 s: on a busy machine the arm may hold during a reach.
+            let place = DVec3::new(1.1 - 0.2 * (t_s % 3.0).min(1.0), 0.0, 0.5);
+            let hand = hand_at(u64::from(n) + 1, 1e3 * t_s, place);
             let [head, bystander] =
                 [HEAD_M, BYSTANDER_M].map(|m| format!("{},{},{}", m.x, m.y, m.z));
             let head = format!(r#""head":[{head},0,0,0,1],"bystanders":[[{bystander}]]"#);
@@ -65,13 +83,32 @@ fn a_cycle_allocates_nothing_and_views_and_events_get_through() {
             if n == 36 {
                 socket.text(r#"{"type":"parts"}"#);
             }
-            std::thread::sleep(Duration::from_millis(13));
+            // The time between two samples is spent reading.
+            let sent = Instant::now();
+            while sent.elapsed() < Duration::from_millis(13) {
+                match socket.0.read() {
+                    Ok(Message::Binary(bytes)) => {
+                        let (frame, _) = ViewFrame::decode(&bytes).expect("a view");
+                        let parts: Vec<_> = frame.parts.iter().flatten().collect();
+                        with_parts[usize::from(!parts.is_empty())] += 1;
+                        check_parts(&parts, &body, &frame);
+                        views +=
+                            usize::from(!frame.hand.is_lost() && frame.state != ViewState::Holding);
+                    }
+                    Ok(Message::Text(text)) => found |= text.contains(r#""kind":"found""#),
+                    _ => {}
+                }
+            }
+            if views > 5 && found && with_parts[1] > 5 {
+                assert!(with_parts[0] > 5, "nobody asked before");
+                break;
+            }
         }
-        socket
+        is_enough.store(true, Ordering::Relaxed);
     });
-    let (mut allocated, mut cycles, mut free) = (0, 0, 0);
+    let (mut allocated, mut cycles) = (0, 0);
     // On a busy machine samples come late, and the arm holds.
-    while cycles < 1500 || (free < 300 && cycles < 30_000) {
+    while cycles < 1500 || (!is_over.load(Ordering::Relaxed) && cycles < 60_000) {
         let counted = allocation_counter::measure(|| {
             let now_s = bridge.next_cycle(&mut arm).expect("a cycle");
             let now_s = now_s.expect("no end");
@@ -85,49 +122,13 @@ fn a_cycle_allocates_nothing_and_views_and_events_get_through() {
         });
         allocated += counted.count_total;
         cycles += 1;
-        let holds = matches!(
-            session.state(),
-            SessionState::Holding(_) | SessionState::Safe(_)
-        );
-        free += u32::from(!holds);
         // Planning may allocate: it runs after the command, or on another thread.
         session.plan();
         arm.advance(1e-3).expect("a period");
     }
     assert_eq!(allocated, 0, "allocations in {cycles} cycles");
-    is_over.store(true, Ordering::Relaxed);
-    let mut socket = sender.join().expect("the sender ends");
-    let supervisor = session.control().supervisor().expect("a supervisor");
-    let body = supervisor.separation().body();
-    let (mut views, mut found, mut with_parts) = (0, false, [0, 0]);
-    until("views and the event", || {
-        match socket.0.read().expect("a message") {
-            Message::Binary(bytes) => {
-                let (frame, _) = ViewFrame::decode(&bytes).expect("a view");
-                let parts: Vec<_> = frame.parts.iter().flatten().collect();
-                with_parts[usize::from(!parts.is_empty())] += 1;
-                // In the supervisor's order: the links and the board, then the person.
-                for (part, own) in parts.iter().zip(body.at(&frame.q).all()) {
-                    assert!(part.region.is_none());
-                    assert!(part.capsule.from_m.distance(own.from_m) < 1e-5, "{part:?}");
-                }
-                let heads = parts.iter().filter(|p| p.region == Some(BodyRegion::Head));
-                let heads_m: Vec<DVec3> = heads.map(|p| p.capsule.from_m).collect();
-                let are_there = match heads_m[..] {
-                    [head_m, other_m] => {
-                        head_m.distance(HEAD_M) < 1e-5 && other_m.distance(BYSTANDER_M) < 1e-5
-                    }
-                    _ => false,
-                };
-                assert!(are_there || parts.is_empty(), "{parts:?}");
-                views += usize::from(!frame.hand.is_lost() && frame.state != ViewState::Holding);
-            }
-            Message::Text(text) => found |= text.contains(r#""kind":"found""#),
-            _ => {}
-        }
-        (views > 5 && found && with_parts[1] > 5).then_some(())
-    });
-    assert!(with_parts[0] > 5, "nobody asked before");
+    assert!(is_over.load(Ordering::Relaxed), "views and the event");
+    client.join().expect("the client got what it waited for");
     let counts = server.counts();
     // At 1 kHz a view is due in every 17th cycle at most.
     assert!(counts.views_sent <= cycles / 16 + 2, "{counts:?}");

@@ -2,6 +2,7 @@
 
 use super::state::SafeReason;
 use super::supervisor_config::{Latch, TimingConfig};
+use std::mem::discriminant;
 
 /// The response to a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -48,6 +49,8 @@ pub(super) struct Trouble {
     last_found_s: f64,
     /// Since when all inputs have been sound.
     sound_since_s: Option<f64>,
+    /// How often it has returned soon after it ended.
+    returns: i32,
     /// The stop was requested; only a person can end it, whatever else fails meanwhile.
     asked_for: bool,
     /// A person has released it, and no fault has occurred since.
@@ -63,6 +66,12 @@ impl Trouble {
             Latch::Nothing => false,
         };
         !self.released && (self.asked_for || latches)
+    }
+
+    /// How long inputs must be sound for it to end, s: twice as long each time that it has returned.
+    fn recovery_s(&self, timing: &TimingConfig) -> f64 {
+        let longest_s = MOST_RECOVERY_S.max(timing.recovery_s);
+        (timing.recovery_s * 2f64.powi(self.returns)).min(longest_s)
     }
 }
 
@@ -85,13 +94,32 @@ pub(super) struct Condition {
     pub(super) is_pressed: bool,
 }
 
+/// Longest recovery time of a command that is refused again and again, s: a user who has moved the arm out of an obstacle waits no longer.
+const MOST_RECOVERY_S: f64 = 5.0;
+
 /// The current fault, and how far the response has progressed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct FaultMachine {
     pub(super) trouble: Option<Trouble>,
+    /// The last fault that ended by itself, and when, s.
+    ended: Option<(Trouble, f64)>,
 }
 
 impl FaultMachine {
+    /// How often a new fault has returned. A refused command is sound again as soon as the arm holds, and is refused again when the arm continues.
+    fn returns(&self, reason: &SafeReason, now_s: f64, timing: &TimingConfig) -> i32 {
+        match &self.ended {
+            Some((last, ended_s))
+                if reason.is_of_command()
+                    && discriminant(&last.fault.reason) == discriminant(reason)
+                    && now_s - ended_s <= last.recovery_s(timing) =>
+            {
+                last.returns + 1
+            }
+            _ => 0,
+        }
+    }
+
     /// Releases latches: the fault may now end like any other. A yielding arm holds first, because it must start from rest.
     pub(super) fn reset(&mut self, now_s: f64) {
         if let Some(trouble) = &mut self.trouble {
@@ -99,6 +127,7 @@ impl FaultMachine {
                 (trouble.stage, trouble.since_s) = (Stage::Hold, now_s);
             }
             trouble.fault.severity = Severity::Blind;
+            trouble.returns = 0;
             (trouble.asked_for, trouble.released) = (false, true);
         }
     }
@@ -118,6 +147,7 @@ impl FaultMachine {
             since_s: now_s,
             last_found_s: now_s,
             sound_since_s: None,
+            returns: 0,
             asked_for: true,
             released: false,
         });
@@ -147,7 +177,9 @@ impl FaultMachine {
             let was_unknown = trouble.fault.severity >= Severity::Blind;
             let holds = matches!(trouble.stage, Stage::Hold | Stage::Stop);
             let moves = was_unknown && holds && !rests;
-            if !moves && !trouble.is_latched(latch) && now_s - since_s >= timing.recovery_s {
+            if !moves && !trouble.is_latched(latch) && now_s - since_s >= trouble.recovery_s(timing)
+            {
+                self.ended = Some((*trouble, now_s));
                 self.trouble = None;
                 return;
             }
@@ -186,12 +218,14 @@ impl FaultMachine {
                 (trouble.fault, trouble.sound_since_s) = (fault, None);
             }
             _ => {
+                let returns = self.returns(&fault.reason, now_s, timing);
                 self.trouble = Some(Trouble {
                     fault,
                     stage,
                     since_s: now_s,
                     last_found_s: now_s,
                     sound_since_s: None,
+                    returns,
                     asked_for: false,
                     released: false,
                 });
@@ -383,6 +417,35 @@ mod tests {
         assert_eq!(run.go(1, Some(Broken)), Some(Stage::Hold));
         run.go(310, Some(Unsure));
         assert_eq!((run.stage(), run.is_latched()), (Some(Stage::Stop), true));
+    }
+
+    /// Regression: an arm that began inside an obstacle held and continued ten times a second.
+    #[test]
+    fn a_command_that_is_refused_again_and_again_is_tried_ever_less_often() {
+        let timing = TimingConfig::default();
+        let tries = |reason: SafeReason| {
+            let mut run = Run::new();
+            let mut tries = 0;
+            for _ in 0..60_000 {
+                run.now_s += 1e-3;
+                let goes_on = run.machine.trouble.is_none();
+                tries += u32::from(goes_on);
+                let found = goes_on.then_some(Fault::new(reason, Unsure));
+                (run.machine).advance(found, run.arm, run.now_s, &timing, run.latch);
+            }
+            (run, tries)
+        };
+        let refused = SafeReason::SelfCollision { distance_m: 0.0 };
+        let (mut run, count) = tries(refused);
+        // After 0.25, 0.5, 1, 2 and 4 s, then every 5 s.
+        assert!((14..=18).contains(&count), "{count}");
+        // A person's reset makes it as short as at first.
+        run.go(1, Some(Unsure));
+        run.machine.reset(run.now_s);
+        assert_eq!(run.go(260, None), None);
+        // A fault of the inputs ends when they are sound, each time.
+        let (_, count) = tries(SafeReason::NonFinite(Channel::Head));
+        assert!(count > 200, "{count}");
     }
 
     #[test]

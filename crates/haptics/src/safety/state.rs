@@ -170,6 +170,17 @@ pub enum SafeReason {
 }
 
 impl SafeReason {
+    /// Is it the command that was at fault, in a state of the arm that is sound?
+    pub(super) const fn is_of_command(&self) -> bool {
+        matches!(
+            self,
+            Self::CommandLimit { .. }
+                | Self::Workspace
+                | Self::SelfCollision { .. }
+                | Self::Obstacle { .. }
+        )
+    }
+
     /// The reason for coming too close to the nearest part.
     pub(super) const fn met(nearest: &Nearest) -> Self {
         let distance_m = nearest.distance_m;
