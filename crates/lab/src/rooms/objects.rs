@@ -3,7 +3,7 @@
 use super::contenders::{SharedTraining, ray_cast};
 use super::people::{self, Condition, StudyPeople, StudySize};
 use super::room::Room;
-use super::study::{FIRST_SEED, SIZE};
+use super::study::FIRST_SEED;
 use crate::report::{Column, percent_of, table_of};
 use glam::DVec3;
 use hwall::{SceneObject, objects_of};
@@ -108,16 +108,20 @@ struct Judged {
     told: [Vec<Told>; 2],
 }
 
+/// People and touches of the study, in [`report`] and in the dissertation's page.
+pub(crate) const SIZE: StudySize = StudySize {
+    training_people: 12,
+    participants: 10,
+    touches: 12,
+    seed: 0,
+};
+
 /// The study as Markdown, for people on whom no model was designed.
 ///
 /// # Errors
-/// As for [`Objects::new`].
+/// As [`Objects::new`].
 pub fn report(seed: u64) -> anyhow::Result<String> {
-    let size = StudySize {
-        seed: FIRST_SEED + seed,
-        ..SIZE
-    };
-    Ok(Objects::new(&size)?.table().to_string())
+    Ok(Objects::of_seed(seed)?.table().to_string())
 }
 
 /// The study in the room with different objects.
@@ -126,6 +130,17 @@ pub struct Objects {
 }
 
 impl Objects {
+    /// The study of a seed, for people on whom no model was designed.
+    ///
+    /// # Errors
+    /// As [`Objects::new`].
+    pub fn of_seed(seed: u64) -> anyhow::Result<Self> {
+        Self::new(&StudySize {
+            seed: FIRST_SEED + seed,
+            ..SIZE
+        })
+    }
+
     /// Trains on some simulated people, and follows others.
     ///
     /// # Errors

@@ -45,7 +45,8 @@ fn with_roughness(text: &str, surface: &str, roughness: f64) -> anyhow::Result<S
         }
         None => lines.extend(["", &header, &line]),
     }
-    let after = lines.join("\n") + "\n";
+    let end = if text.contains("\r\n") { "\r\n" } else { "\n" };
+    let after = lines.join(end) + end;
     // The lines were found without a parser, so check the result with one.
     let mut wanted = before;
     let surfaces = wanted
@@ -85,6 +86,9 @@ mod tests {
         let text = "# A room.\n\n[surface.door] # wood\nkind = \"static\"\nroughness = 0.4 # by hand\n\n[surface.floor]\nkind = \"untouchable\"\n";
         let changed = with_roughness(text, "door", 1.5).unwrap();
         assert_eq!(changed, text.replace("0.4 # by hand", "1.5"));
+        let windows = text.replace('\n', "\r\n");
+        let changed = with_roughness(&windows, "door", 1.5).unwrap();
+        assert_eq!(changed, windows.replace("0.4 # by hand", "1.5"));
         let added = with_roughness(text, "floor", 2.0).unwrap();
         assert!(
             added.contains("[surface.floor]\nroughness = 2.0\nkind"),

@@ -3,9 +3,7 @@
 use super::chapter::Job;
 use crate::feel::single::draw_door;
 use crate::report::{Column, fill, table_of};
-use crate::rooms::objects::Objects;
-use crate::rooms::people::StudySize;
-use crate::rooms::study::FIRST_SEED;
+use crate::rooms::objects::{Objects, SIZE};
 use crate::texture::wanted::PrinterKind;
 use crate::texture::{fineness, stroke_tables, strokes};
 use clap::ValueEnum;
@@ -14,24 +12,13 @@ use hwall_texton::Texture;
 
 /// Strokes of each path.
 const STROKES: usize = 24;
-/// People and touches in the room of objects.
-const OBJECTS: StudySize = StudySize {
-    training_people: 12,
-    participants: 10,
-    touches: 12,
-    seed: 0,
-};
-
 pub(super) fn section(job: &Job<'_>) -> anyhow::Result<String> {
     let (path, door) = job.figure(
         "door.svg",
         "A push of 10 N at the door of the built-in room",
     )?;
     draw_door(&path, job.seed)?;
-    let objects = Objects::new(&StudySize {
-        seed: FIRST_SEED + job.seed,
-        ..OBJECTS
-    })?;
+    let objects = Objects::of_seed(job.seed)?;
     let felt = strokes::run(job.seed, STROKES)?;
     fill(
         include_str!("outlook.md"),
@@ -41,7 +28,7 @@ pub(super) fn section(job: &Job<'_>) -> anyhow::Result<String> {
             ("finest", &fineness::table()?),
             ("count", &STROKES),
             ("strokes", &stroke_tables::table(&felt)),
-            ("people", &OBJECTS.participants),
+            ("people", &SIZE.participants),
             ("touches", &objects.touches()),
             ("objects", &objects.table()),
         ],

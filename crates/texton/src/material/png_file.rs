@@ -3,7 +3,7 @@
 use super::picture::{MaterialPicture, PictureKind};
 use crate::error::{Result, TextonError};
 use hwall_numeric::check::{positive, that};
-use png::{BitDepth, Decoder, DecodingError, Transformations};
+use png::{BitDepth, ColorType, Decoder, DecodingError, Transformations};
 use std::io::{BufReader, ErrorKind};
 use std::path::Path;
 
@@ -79,15 +79,21 @@ impl Pixels {
         let mut data = vec![0; size];
         let frame = reader.next_frame(&mut data).map_err(failed)?;
         let channels = frame.color_type.samples();
-        let (bytes, steps) = match frame.bit_depth {
+        let (bytes, white) = match frame.bit_depth {
             BitDepth::Sixteen => (2, 65_535.0),
             _ => (1, 255.0),
+        };
+        // A grey file of 1, 2 or 4 bits has fewer steps than the bytes that it is expanded to; the colours of a palette have 8 bits.
+        let bits = reader.info().bit_depth as u8;
+        let steps = match reader.info().color_type {
+            ColorType::Indexed => white,
+            _ => f64::from((1_u32 << bits) - 1),
         };
         let colour = |pixel: &[u8]| {
             [0, 1, 2].map(|i| {
                 let at = bytes * if channels < 3 { 0 } else { i };
                 let sample = pixel[at..at + bytes].iter();
-                sample.fold(0.0, |sum, byte| 256.0 * sum + f64::from(*byte)) / steps
+                sample.fold(0.0, |sum, byte| 256.0 * sum + f64::from(*byte)) / white
             })
         };
         Ok(Self {

@@ -72,16 +72,24 @@ fn a_colour_picture_counts_in_linear_light() {
     let linear = MaterialPicture::new(PictureKind::Albedo, SIDE, 0.1, light, 0.0).unwrap();
     let [read, linear] = [&read, &linear].map(|picture| Relief::of(picture).unwrap().slope);
     assert!((read / linear - 1.0).abs() < 0.01, "{read} {linear}");
-    // Steps of one in a plain colour are noise.
-    let data: Vec<u8> = (0..SIDE * SIDE)
-        .flat_map(|k| [127 + u8::from(k % 97 == 0); 3])
-        .collect();
-    write(&path, ColorType::Rgb, BitDepth::Eight, &data);
-    let plain = MaterialPicture::read_png(&path, &source(None)).unwrap();
-    assert!(matches!(
-        Relief::of(&plain),
-        Err(TextonError::Uniform { .. })
-    ));
+    // Steps of one in a plain picture are noise; those of four bits are larger.
+    let colours = (0..SIDE * SIDE).flat_map(|k| [127 + u8::from(k % 97 == 0); 3]);
+    let nibbles = (0..SIDE * SIDE / 2).map(|k| 0x77 + u8::from(k % 97 == 0));
+    for (colour, depth, data) in [
+        (
+            ColorType::Rgb,
+            BitDepth::Eight,
+            colours.collect::<Vec<u8>>(),
+        ),
+        (ColorType::Grayscale, BitDepth::Four, nibbles.collect()),
+    ] {
+        write(&path, colour, depth, &data);
+        for relief_mm in [None, Some(0.2)] {
+            let plain = MaterialPicture::read_png(&path, &source(relief_mm)).unwrap();
+            let relief = Relief::of(&plain);
+            assert!(matches!(relief, Err(TextonError::Uniform { .. })));
+        }
+    }
 }
 
 #[test]
