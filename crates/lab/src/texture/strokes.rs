@@ -287,8 +287,8 @@ pub fn run(seed: u64, strokes: usize) -> anyhow::Result<Vec<Felt>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::quantiles;
     use crate::texture::stroke_tables::table;
+    use hwall_testkit::quantiles;
 
     /// A board that only turns has errors of 24 and 31 degrees on these.
     #[test]
