@@ -3,8 +3,7 @@
 //! The means of experiment 2 are [`hwall_study::EXPERIMENT_2_MEANS`], because its simulated participants use them. Pages of the
 //! dissertation are not among the sources of this project.
 
-use crate::report::{Column, table_of};
-use hwall_testkit::MarkdownTable;
+use hwall_testkit::{Column, MarkdownTable, table_of};
 
 /// Chapter III: reaction of the arm to a command, ms.
 pub const REACTION_MS: f64 = 22.0;

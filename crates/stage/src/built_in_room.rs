@@ -100,12 +100,6 @@ impl BuiltInRoom {
         people: &'a TrainingPeople,
         textured: bool,
     ) -> Scenery<'a> {
-        Scenery {
-            scene: &self.scene,
-            arm: &self.arm,
-            walls,
-            people,
-            textured,
-        }
+        Scenery::of(&self.scene, &self.arm, walls, people).textured(textured)
     }
 }

@@ -167,13 +167,8 @@ pub fn run(
     let likely = setting.likely_touches.clone();
     let walls = arm.walls_of(scene, likely, !options.plain)?;
     let mapping = began.elapsed();
-    let scenery = Scenery {
-        scene,
-        arm: &arm,
-        walls: &walls,
-        people: &setting.training_people,
-        textured: !options.plain,
-    };
+    let people = &setting.training_people;
+    let scenery = Scenery::of(scene, &arm, &walls, people).textured(!options.plain);
     let (predictors, learnt) = responses::taught(predictors, &scenery)?;
     if let Some(remark) = learnt {
         note(remark);

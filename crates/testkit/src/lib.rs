@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod attack;
+mod columns;
 mod difference;
 mod machine;
 mod refused;
@@ -13,6 +14,9 @@ mod tolerance;
 mod yardstick;
 
 pub use attack::{AttackReport, Finding, Mutator, Verdict, attack};
+pub use columns::{
+    Claim, Column, cells, claims, grid, or_none, percent_of, quantiles, table_of, titled, yes_or_no,
+};
 pub use difference::central_difference;
 pub use machine::Machine;
 pub use sampler::{Sampler, seeds};

@@ -126,13 +126,7 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
     )
     .unwrap();
     println!("{learnt}");
-    let scenery = Scenery {
-        scene: &setting.scene,
-        arm: &arm,
-        walls: &walls,
-        people: &setting.training_people,
-        textured: true,
-    };
+    let scenery = Scenery::of(&setting.scene, &arm, &walls, &setting.training_people);
     let stage = Stage::of(&scenery, &predictors, 2e-3);
     let run = closed_loop::run(&stage, &participant.hand, 1, (0, None), |_| {}).unwrap();
     assert_eq!(run.leader, PredictorKind::Fused);

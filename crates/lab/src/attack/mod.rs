@@ -8,9 +8,9 @@ mod text;
 
 use crate::documents::Documents;
 use crate::faults::random;
-use crate::report::{Column, Gap, page, table_of};
+use crate::report::{Gap, page};
 use anyhow::bail;
-use hwall_testkit::{AttackReport, Verdict, attack};
+use hwall_testkit::{AttackReport, Column, Verdict, attack, table_of};
 use std::path::PathBuf;
 
 /// A target of an attack.

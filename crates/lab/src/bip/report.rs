@@ -3,11 +3,10 @@
 use crate::bip::run::{Runs, TestRun};
 use crate::bip::scores::{Accuracy, DofSet, INTERVALS, dof_sets, kinds};
 use crate::bip::setup::{Mode, Setup, TrainedModel};
-use crate::report::{cells, titled};
 use anyhow::Context;
 use hwall_bip::BankConfig;
 use hwall_stage::numbers;
-use hwall_testkit::{MarkdownTable, Timing, format_ns};
+use hwall_testkit::{MarkdownTable, Timing, cells, format_ns, titled};
 use serde::Serialize;
 use std::io::Write as _;
 use std::path::Path;

@@ -1,9 +1,9 @@
 //! Folders of trajectories: one CSV file each, one row per sample, one column per degree of freedom.
 
-use crate::report::quantiles;
 use anyhow::{Context, bail, ensure};
 use hwall_bip::Demonstration;
 use hwall_stage::numbers::NumberReader;
+use hwall_testkit::quantiles;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

@@ -8,12 +8,11 @@ use crate::contact::tables;
 use crate::demonstrations::generate::{DemonstrationConfig, Part, PartSize, generate};
 use crate::dissertation::{ERROR_MAX_CM, ERROR_MEAN_CM};
 use crate::end_to_end::candidate::candidate;
-use crate::report::{cells, yes_or_no};
 use anyhow::ensure;
 use hwall_contact::score::{Moment, Split};
 use hwall_hand::LabelledReach;
 use hwall_stage::numbers::counted;
-use hwall_testkit::MarkdownTable;
+use hwall_testkit::{MarkdownTable, cells, yes_or_no};
 use std::collections::BTreeSet;
 use std::path::Path;
 

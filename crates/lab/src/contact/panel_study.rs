@@ -1,7 +1,6 @@
 //! Predictions for people pointing at remembered objects, leaving out one person at a time: by the estimator alone, and in a scene.
 
 use crate::contact::panels::Trial;
-use crate::report::{cells, or_none, quantiles, titled};
 use anyhow::Context;
 use glam::DVec3;
 use hwall_contact::score::Moment;
@@ -13,7 +12,7 @@ use hwall_contact::{
 use hwall_hand::{GazeFilter, HandFilter, LabelledReach};
 use hwall_scene::{Scene, Surface, SurfaceId, SurfaceMesh};
 use hwall_stage::numbers::counted;
-use hwall_testkit::{Machine, MarkdownTable};
+use hwall_testkit::{Machine, MarkdownTable, cells, or_none, quantiles, titled};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -7,11 +7,11 @@ use crate::contact::rows::EstimateRows;
 use crate::contact::run::run;
 use crate::contact::scores::Scores;
 use crate::contact::tables;
-use crate::report::quantiles;
 use anyhow::Context;
 use hwall_contact::score::Split;
 use hwall_hand::{HandFrame, LabelledReach, NamedPoint};
 use hwall_stage::numbers::counted;
+use hwall_testkit::quantiles;
 use std::path::Path;
 
 /// Fewer reaches are an illustration, not a result.

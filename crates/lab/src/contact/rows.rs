@@ -1,11 +1,11 @@
 //! Estimates of the end of a reach as a CSV file, one row each.
 
-use crate::report::cells;
 use glam::{DMat3, DVec3};
 use hwall_contact::score::{Span, written};
 use hwall_contact::{ContactEstimate, TimeToContact};
 use hwall_hand::LabelledReach;
 use hwall_stage::numbers;
+use hwall_testkit::cells;
 use std::path::Path;
 
 /// An estimate at one frame, and its computing time.

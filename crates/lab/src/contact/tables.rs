@@ -3,10 +3,11 @@
 use crate::contact::candidates::Role;
 use crate::contact::rows::number;
 use crate::contact::scores::{Evaluation, REGIONS, Scores, Summary, TOUCHES, under_way};
-use crate::report::{Column, cells, grid, or_none, table_of, titled, yes_or_no};
 use hwall_contact::score::{BEFORE_S, Moment, SHARES};
 use hwall_stage::numbers;
-use hwall_testkit::{MarkdownTable, quantile};
+use hwall_testkit::{
+    Column, MarkdownTable, cells, grid, or_none, quantile, table_of, titled, yes_or_no,
+};
 use std::cmp::Ordering;
 use std::path::Path;
 

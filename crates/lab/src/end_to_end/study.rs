@@ -3,7 +3,6 @@
 use super::ends::EndErrors;
 use super::touches;
 pub use super::touches::Led;
-use crate::report::quantiles;
 use hwall::response::{
     ResponseConfig, ResponseDemonstration, ResponseEstimator, ResponseModel, Task,
 };
@@ -14,6 +13,7 @@ use hwall_stage::built_in_room::BuiltInRoom;
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::TrainingPeople;
 use hwall_stage::person::responses::{Answered, PEOPLE, Scenery, TOUCHES, answered};
+use hwall_testkit::quantiles;
 use std::sync::Arc;
 
 /// Settings of the study.

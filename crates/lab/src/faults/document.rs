@@ -6,9 +6,9 @@ use super::impact::{Impact, SPEED_M_PER_S};
 use super::outcome::{Bounds, Outcome};
 use super::study::{Request, Results};
 use crate::documents::Documents;
-use crate::report::{Claim, Column, Gap, claims, page, table_of};
+use crate::report::{Gap, page};
 use hwall_stage::run::simulated_arm::ArmLevel;
-use hwall_testkit::MarkdownTable;
+use hwall_testkit::{Claim, Column, MarkdownTable, claims, table_of};
 use std::path::PathBuf;
 
 /// The name of the document.

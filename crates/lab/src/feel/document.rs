@@ -5,9 +5,9 @@ use super::single::draw_door;
 use super::stability::{FINGERS_N_PER_M, Held, SWINGS_ON_M};
 use super::study::{EXCITED_HZ, HELD_N, MOST_M, PUSHES, Results, Row};
 use crate::documents::Documents;
-use crate::report::{Column, Gap, fill, page, percent_of, table_of, titled};
+use crate::report::{Gap, fill, page};
 use hwall_haptics::ObjectPortConfig;
-use hwall_testkit::MarkdownTable;
+use hwall_testkit::{Column, MarkdownTable, percent_of, table_of, titled};
 use std::path::PathBuf;
 
 /// The name of the document.

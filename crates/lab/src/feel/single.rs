@@ -4,12 +4,11 @@ use super::figures;
 use super::push::{Hand, Profile, Push, Sample, Trace, run};
 use super::rig::{Rig, Way};
 use super::subject::{Subject, of_scene};
-use crate::report::titled;
 use clap::ValueEnum;
 use hwall_haptics::ObjectRenderingConfig;
 use hwall_sim::HandBodyConfig;
 use hwall_stage::setting::load_scene;
-use hwall_testkit::{MarkdownTable, Timing};
+use hwall_testkit::{MarkdownTable, Timing, titled};
 use std::path::Path;
 
 /// Who pushes.

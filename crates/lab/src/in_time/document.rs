@@ -3,12 +3,12 @@
 use crate::documents::Documents;
 use crate::in_time::study::{Request, Results, Row};
 use crate::in_time::{recorded, targets};
-use crate::report::{Column, cells, or_none, page, quantiles, table_of};
+use crate::report::page;
 use hwall_stage::numbers::counted;
 use hwall_stage::person::predictors::PredictorKind;
 use hwall_stage::report::summary::Summary;
 use hwall_stage::run::judged::regret::Miss;
-use hwall_testkit::MarkdownTable;
+use hwall_testkit::{Column, MarkdownTable, cells, or_none, quantiles, table_of};
 use std::path::PathBuf;
 
 /// The name of the document.

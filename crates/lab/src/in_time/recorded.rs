@@ -227,13 +227,7 @@ impl<'a> Room<'a> {
             seed: request.seed,
         };
         let walls = self.arm.walls_of(&scene, LikelyTouches::default(), false)?;
-        let scenery = Scenery {
-            scene: &scene,
-            arm: self.arm,
-            walls: &walls,
-            people: self.people,
-            textured: false,
-        };
+        let scenery = Scenery::of(&scene, self.arm, &walls, self.people).textured(false);
         let predictor = InRoom::new(predictor.clone(), in_room, base_from_room);
         let predictors = Predictors::of(Some(predictor), PredictorKind::Fused)?;
         let stage = Stage {

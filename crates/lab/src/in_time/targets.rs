@@ -1,10 +1,9 @@
 //! Targets for each kind of person, compared with measurements.
 
 use crate::in_time::study::Row;
-use crate::report::{titled, yes_or_no};
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::report::summary::Summary;
-use hwall_testkit::MarkdownTable;
+use hwall_testkit::{MarkdownTable, titled, yes_or_no};
 
 /// A measured quantity (`None` without touches), with the factor and unit for printing.
 type Number = (

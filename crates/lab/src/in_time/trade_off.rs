@@ -2,14 +2,14 @@
 
 use super::study::{self, Request, Results};
 use crate::documents::Documents;
-use crate::report::{cells, or_none, page};
+use crate::report::page;
 use anyhow::ensure;
 use hwall::PolicyConfig;
 use hwall_stage::figures::{COLOURS, legend};
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::report::figure::{Axes, Plot, USUAL, figure, named_line};
 use hwall_stage::report::summary::Summary;
-use hwall_testkit::MarkdownTable;
+use hwall_testkit::{MarkdownTable, cells, or_none};
 use plotters::prelude::{BLACK, Circle, Color, SeriesLabelPosition};
 use std::path::{Path, PathBuf};
 

@@ -2,9 +2,9 @@
 
 use super::study::{FELT_J, LIMIT_CYCLE_M, NUMERICAL_J, Request, Row};
 use crate::documents::Documents;
-use crate::report::{Claim, Column, claims, page, table_of};
+use crate::report::page;
 use hwall_haptics::passivity::PassivityMethod;
-use hwall_testkit::MarkdownTable;
+use hwall_testkit::{Claim, Column, MarkdownTable, claims, table_of};
 use std::path::PathBuf;
 
 /// The name of the document.

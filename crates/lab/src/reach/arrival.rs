@@ -1,13 +1,12 @@
 //! Arrival times of the arm at people's touches, for the command line.
 
-use crate::report::{Column, quantiles, table_of};
 use crate::spans::ends as span;
 use glam::DVec3;
 use hwall_arrival::{Atlas, AtlasWall, PostureArrivals};
 use hwall_kinematics::JointPositions;
 use hwall_scene::Scene;
 use hwall_stage::arms;
-use hwall_testkit::{MarkdownTable, Timing, time_batches};
+use hwall_testkit::{Column, MarkdownTable, Timing, quantiles, table_of, time_batches};
 
 /// A configuration from seven numbers in degrees.
 ///

@@ -4,7 +4,6 @@ use super::arrival::{degrees, named_walls, percent};
 use super::arrival_figure::{self, ArrivalFigure};
 use super::maps::{progress, shown};
 use super::placement::metres;
-use crate::report::{Column, table_of};
 use hwall::facets_of;
 use hwall_arrival::reachability::{PlacementConfig, Progress, Target, WallMaps, WallMapsConfig};
 use hwall_arrival::{
@@ -16,7 +15,7 @@ use hwall_motion::{MotionConfig, MotionLimits};
 use hwall_scene::Scene;
 use hwall_stage::input::floor_pose::FloorPose;
 use hwall_stage::note;
-use hwall_testkit::MarkdownTable;
+use hwall_testkit::{Column, MarkdownTable, table_of};
 use std::path::Path;
 use std::time::Instant;
 

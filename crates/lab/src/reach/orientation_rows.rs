@@ -2,11 +2,10 @@
 
 use crate::dissertation::MAP_S;
 use crate::reach::published::{Bounds, Row, compare, grids};
-use crate::report::titled;
 use anyhow::{Context, ensure};
 use hwall_kinematics::SrsArm;
 use hwall_reachability::{ExactConfig, ReachabilityMap, WallGrid};
-use hwall_testkit::{MarkdownTable, quantile};
+use hwall_testkit::{MarkdownTable, quantile, titled};
 use std::time::Instant;
 
 /// Larger errors of a bound count, mm.

@@ -1,7 +1,6 @@
 //! Base placement from the command line: targets on the walls of a scene, the heat map, the table.
 
 use super::shades::{Key, shade};
-use crate::report::{Column, table_of};
 use crate::spans::ends;
 use anyhow::ensure;
 use glam::DVec3;
@@ -11,7 +10,7 @@ use hwall_scene::{Facet, Scene, SurfaceId};
 use hwall_stage::figures::{COLOURS, TEXT};
 use hwall_stage::person::touches::within;
 use hwall_stage::report::figure::{Area, Axes, Draw, Mesh, Plot, figure};
-use hwall_testkit::MarkdownTable;
+use hwall_testkit::{Column, MarkdownTable, table_of};
 use plotters::prelude::*;
 use std::path::Path;
 

@@ -4,10 +4,9 @@
 //! with `n = (cos g, -sin g, 0)`. File 2 repeats file 3, file 5 is scaled by cos 75 degrees instead
 //! of cos 15, and files 3 and 6 step 50 mm along x where 1, 4 and 7 step along the normal.
 
-use crate::report::titled;
 use anyhow::{Context, bail, ensure};
 use hwall_reachability::{LineIndex, Steps, WallGrid, WallLine};
-use hwall_testkit::{MarkdownTable, quantile};
+use hwall_testkit::{MarkdownTable, quantile, titled};
 use std::path::Path;
 
 /// Location of these files outside the project, which does not include them.

@@ -4,14 +4,13 @@ use super::contenders::{SharedTraining, ray_cast};
 use super::people::{self, Condition, StudyPeople, StudySize};
 use super::room::Room;
 use super::study::FIRST_SEED;
-use crate::report::{Column, percent_of, table_of};
 use glam::DVec3;
 use hwall::{SceneObject, objects_of};
 use hwall_contact::score::{Moment, Span};
 use hwall_contact::{ContactPrediction, Predictor};
 use hwall_scene::{Scene, SurfaceId};
 use hwall_stage::training::{Stream, SurfaceTouch};
-use hwall_testkit::MarkdownTable;
+use hwall_testkit::{Column, MarkdownTable, percent_of, table_of};
 use std::array::from_fn;
 
 /// Evaluated times before contact, s.

@@ -1,10 +1,10 @@
 //! Scores of predictions with a scene: right surface, error, lead.
 
-use crate::report::quantiles;
 use glam::DVec3;
 use hwall_contact::ContactPrediction;
 use hwall_contact::score::{Moment, Span};
 use hwall_stage::training::SurfaceTouch;
+use hwall_testkit::quantiles;
 
 /// A predicted point is right within this distance, m.
 const RIGHT_M: f64 = 0.05;

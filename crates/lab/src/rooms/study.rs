@@ -1,6 +1,6 @@
 //! Predictions with a scene, in rooms with increasing numbers of surfaces and under degraded conditions.
 
-use crate::report::{Column, fill, quantiles, table_of, yes_or_no};
+use crate::report::fill;
 use crate::rooms::contenders::{SharedTraining, ray_cast};
 use crate::rooms::people::{self, Condition, StudyPeople, StudySize};
 use crate::rooms::room::{ROOMS, Room};
@@ -8,6 +8,7 @@ use crate::rooms::scores::{TouchPredictions, gained_s, summary};
 use anyhow::Context;
 use hwall_contact::Predictor;
 use hwall_contact::score::Moment;
+use hwall_testkit::{Column, quantiles, table_of, yes_or_no};
 use rayon::prelude::*;
 
 /// People and touches of the report; enough participants to distinguish shares near 100 %.

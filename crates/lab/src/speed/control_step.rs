@@ -1,6 +1,6 @@
 //! The control step of a whole session, and the planning after it, with people of every kind.
 
-use crate::report::{Gap, titled};
+use crate::report::Gap;
 use crate::speed::section::{Section, quoted};
 use hwall_stage::built_in_room::BuiltInRoom;
 use hwall_stage::person::kinds::PersonKind;
@@ -8,7 +8,7 @@ use hwall_stage::person::predictors::{PredictorKind, Predictors, TrainingPeople}
 use hwall_stage::run::closed_loop;
 use hwall_stage::run::kept::log::StepCost;
 use hwall_stage::run::stage::Stage;
-use hwall_testkit::{Timing, format_ns, quantile};
+use hwall_testkit::{Timing, format_ns, quantile, titled};
 
 /// Control period, s.
 const PERIOD_S: f64 = 1e-3;

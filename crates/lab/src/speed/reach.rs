@@ -2,7 +2,7 @@
 
 use crate::reach::disagreement::{Disagreement, disagreement};
 use crate::reach::published;
-use crate::report::{Gap, titled};
+use crate::report::Gap;
 use crate::speed::section::{Calls, Section, batches};
 use anyhow::Context;
 use glam::DVec3;
@@ -11,7 +11,7 @@ use hwall_reachability::{
     ExactConfig, ExactSolver, Interval, PolygonConfig, ReachabilityMap, WallGrid, WallPlane,
     WallRegion, position_margin_m,
 };
-use hwall_testkit::{Sampler, format_error, time_each};
+use hwall_testkit::{Sampler, format_error, time_each, titled};
 
 /// Repetitions of building a map; the median counts.
 const BUILDS: usize = 7;

@@ -1,10 +1,10 @@
 //! Ray casts and closest points in scenes of increasing size.
 
-use crate::report::{Gap, titled};
+use crate::report::Gap;
 use crate::speed::section::{Section, batches, median_and_p99, quoted};
 use glam::DVec3;
 use hwall_scene::{Bounds, BuildQuality, Ray, Scene, Surface, SurfaceId, SurfaceMesh};
-use hwall_testkit::{Sampler, time_each};
+use hwall_testkit::{Sampler, time_each, titled};
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 

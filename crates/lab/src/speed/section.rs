@@ -1,7 +1,7 @@
 //! One table of docs/SPEED-AGAINST-ERROR.md: its text, and its rows in the summary.
 
-use crate::report::{Gap, fill, titled};
-use hwall_testkit::{MarkdownTable, Timing, format_ns, time_batches};
+use crate::report::{Gap, fill};
+use hwall_testkit::{MarkdownTable, Timing, format_ns, time_batches, titled};
 
 /// One table.
 pub struct Section {

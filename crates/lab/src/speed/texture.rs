@@ -1,8 +1,8 @@
 //! Triangles and time against chord error of the released patch.
 
-use crate::report::{Gap, titled};
+use crate::report::Gap;
 use crate::speed::section::{Section, quoted};
-use hwall_testkit::{format_ns, time_each};
+use hwall_testkit::{format_ns, time_each, titled};
 use hwall_texton::{Patch, PatchSpec, Tessellation, Texture};
 
 /// Requested chord errors, mm.

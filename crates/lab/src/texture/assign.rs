@@ -1,12 +1,11 @@
 //! A roughness for each surface of a scene, proposed from pictures of its materials.
 
-use crate::report::{Column, table_of};
 use crate::spans::ends;
 use crate::texture::sidecar;
 use anyhow::{Context, ensure};
 use hwall::texture::TextureLevels;
 use hwall_stage::input::file_plan::FilePlan;
-use hwall_testkit::MarkdownTable;
+use hwall_testkit::{Column, MarkdownTable, table_of};
 use hwall_texton::{
     Encoding, HeightField, HeightSource, Level, MaterialPicture, MaterialSample, MaterialScale,
     PictureKind, PngSource, RoughnessProposal,

@@ -1,8 +1,8 @@
 //! Bumps met by a finger on a texture: table and figure.
 
-use crate::report::titled;
 use hwall_stage::figures::{COLOURS, legend};
 use hwall_stage::report::figure::{Axes, Plot, USUAL, figure as drawn, named_line};
+use hwall_testkit::{or_none, titled};
 use hwall_texton::{Layout, ScanAngle, Texture};
 use plotters::prelude::*;
 use std::path::Path;
@@ -27,9 +27,6 @@ pub fn table(texture: &Texture) -> anyhow::Result<String> {
     let mut table = titled(&format!(
         "theta, deg | w, mm | d, mm | mean encounter, mm | {speeds} | v / d at 80 mm/s, Hz"
     ));
-    let or_none = |value: Option<f64>, digits: usize| {
-        value.map_or("none".to_owned(), |v| format!("{v:.digits$}"))
-    };
     for deg in ANGLES_DEG {
         let scan = ScanAngle::from_deg(deg)?;
         let mut row = vec![

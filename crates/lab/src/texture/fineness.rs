@@ -1,9 +1,8 @@
 //! Smaller and finer textons: limits of printers, and resolution of the skin.
 
 use super::wanted::PrinterKind;
-use crate::report::{Column, table_of, yes_or_no};
 use clap::ValueEnum;
-use hwall_testkit::MarkdownTable;
+use hwall_testkit::{Column, MarkdownTable, table_of, yes_or_no};
 use hwall_texton::{
     DeviceLimits, Layout, Radii, RoughnessModel, ScanAngle, Texton, Texture, Vibration,
 };

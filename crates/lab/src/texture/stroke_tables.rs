@@ -2,8 +2,7 @@
 
 use super::stroke::StrokePath;
 use super::strokes::{Felt, Met, Moment, SPEEDS_M_PER_S};
-use crate::report::{Column, percent_of, quantiles, table_of};
-use hwall_testkit::MarkdownTable;
+use hwall_testkit::{Column, MarkdownTable, percent_of, quantiles, table_of};
 
 /// The texture met at a moment, if any.
 type What = fn(&Moment) -> Option<Met>;

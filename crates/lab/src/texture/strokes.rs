@@ -6,12 +6,12 @@ use hwall::contact::{DeterministicConfig, DeterministicPredictor};
 use hwall::hand::{HandFilterConfig, HandFrame};
 use hwall::haptics::{Arm, Board, surface_axes};
 use hwall::texture::TextureLevels;
-use hwall::{EventKind, LikelyTouches, PolicyConfig, Session};
+use hwall::{EventKind, LikelyTouches, Session};
 use hwall_sim::{HandContact, minimum_jerk};
 use hwall_stage::input::arms::BoardArm;
 use hwall_stage::person::predictors::TrainingPeople;
 use hwall_stage::person::responses::Scenery;
-use hwall_stage::run::simulated_arm::{ArmLevel, SimulatedArm};
+use hwall_stage::run::simulated_arm::SimulatedArm;
 use hwall_stage::run::stage::SessionSettings;
 use hwall_study::{Surface, scene_of};
 use hwall_testkit::Sampler;
@@ -178,21 +178,11 @@ impl Place {
         levels: &TextureLevels,
         seed: u64,
     ) -> anyhow::Result<(Session<DeterministicPredictor>, SimulatedArm)> {
-        let scenery = Scenery {
-            scene: &self.scene,
-            arm: &self.arm,
-            walls: &self.walls,
-            people: &TrainingPeople::default(),
-            textured: true,
-        };
+        let people = TrainingPeople::default();
+        let scenery = Scenery::of(&self.scene, &self.arm, &self.walls, &people);
         let settings = SessionSettings {
-            scenery,
-            room: None,
-            level: ArmLevel::Servo,
             filter: HandFilterConfig::default(),
-            sees_head: true,
-            arm_minus_tracker_s: 0.0,
-            policy: PolicyConfig::default(),
+            ..SessionSettings::of(scenery)
         };
         let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led())?;
         let mut session = settings.session(predictor)?;
@@ -287,8 +277,8 @@ pub fn run(seed: u64, strokes: usize) -> anyhow::Result<Vec<Felt>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::quantiles;
     use crate::texture::stroke_tables::table;
+    use hwall_testkit::quantiles;
 
     /// A board that only turns has errors of 24 and 31 degrees on these.
     #[test]

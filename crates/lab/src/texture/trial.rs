@@ -1,6 +1,5 @@
 //! Trials of a textured board on the simulated arm: time from a touch to the wanted speed.
 
-use crate::report::titled;
 use anyhow::Context;
 use glam::{DVec2, DVec3};
 use hwall::{Controller, TargetControl};
@@ -11,7 +10,7 @@ use hwall_kinematics::{
     ArmKinematics, BranchPolicy, JointPositions, NearestConfig, SrsArm, Wrench,
 };
 use hwall_sim::{ServoArm, ServoConfig};
-use hwall_testkit::{ErrorStats, MarkdownTable, Sampler};
+use hwall_testkit::{ErrorStats, MarkdownTable, Sampler, titled};
 use hwall_texton::{FingerState, Level, MotionLimits, ScanAngle, TextureMotion};
 
 /// Control period, s.

@@ -1,9 +1,9 @@
 //! A texture for wanted roughnesses: the table of candidates, and the chosen one.
 
-use crate::report::{Column, table_of};
 use anyhow::{Context, ensure};
 use clap::ValueEnum;
 use hwall_scene::Scene;
+use hwall_testkit::{Column, or_none, table_of};
 use hwall_texton::{
     Calibration, Compression, DesignCandidate, DesignLevel, DesignRequest, GivenUp, LevelPath,
     MagnitudeScale, PrintProcess, RoughnessModel, RoughnessSource, TemporalFrequency, Texture,
@@ -198,7 +198,6 @@ fn describe(
     let info = model.info();
     let (name, quantity, misfit) = (info.name, info.quantity, info.misfit);
     writeln!(out, "by {name} ({quantity}; {misfit})\n")?;
-    let or_none = |v: Option<f64>| v.map_or("none".to_owned(), |v| format!("{v:.2}"));
     let in_range = |c: &DesignCandidate| {
         let all = c.levels.len();
         format!("{} of {all}", all - beyond(c))
@@ -219,7 +218,7 @@ fn describe(
         ("pitch, mm", &|(_, c)| sizes(c.texture.layout().pitch_mm())),
         ("varies", &|(_, c)| path(c).to_owned()),
         ("levels in range", &|(_, c)| in_range(c)),
-        ("least step, jnd", &|(_, c)| or_none(c.least_step_jnd)),
+        ("least step, jnd", &|(_, c)| or_none(c.least_step_jnd, 2)),
         ("largest error, jnd", &|(_, c)| {
             format!("{:.2}", c.worst_error_jnd)
         }),
@@ -232,8 +231,8 @@ fn describe(
             ("speed, mm/s", &|l| format!("{:.2}", l.speed_mm_per_s)),
             ("magnitude", &|l| significant(l.magnitude, 5)),
             ("jnd", &|l| significant(l.jnd, 3)),
-            ("jnd, deg", &|l| or_none(l.jnd_deg)),
-            ("jnd, mm/s", &|l| or_none(l.jnd_mm_per_s)),
+            ("jnd, deg", &|l| or_none(l.jnd_deg, 2)),
+            ("jnd, mm/s", &|l| or_none(l.jnd_mm_per_s, 2)),
             ("error, jnd", &|l| format!("{:.2}", l.error_jnd)),
         ];
         let levels = table_of(&c.levels, &columns);

@@ -7,11 +7,11 @@ use crate::reach::in_space::OrientationMap;
 use crate::reach::maps::{Request, Solved, Solver, solve};
 use crate::reach::orientation_rows::{OrientationRow, number, orientation_rows, rows_beside};
 use crate::reach::{figures, published};
-use crate::report::{cells, fill, titled};
+use crate::report::fill;
 use crate::touch_study::thesis::{redone, rows};
 use hwall_reachability::WallGrid;
 use hwall_study::ReadyProtocol;
-use hwall_testkit::MarkdownTable;
+use hwall_testkit::{MarkdownTable, cells, titled};
 use std::path::Path;
 
 /// Starts of the optimization on each line.

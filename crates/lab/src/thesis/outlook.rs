@@ -2,12 +2,12 @@
 
 use super::chapter::Job;
 use crate::feel::single::draw_door;
-use crate::report::{Column, fill, table_of};
+use crate::report::fill;
 use crate::rooms::objects::{Objects, SIZE};
 use crate::texture::wanted::PrinterKind;
 use crate::texture::{fineness, stroke_tables, strokes};
 use clap::ValueEnum;
-use hwall_testkit::MarkdownTable;
+use hwall_testkit::{Column, MarkdownTable, table_of};
 use hwall_texton::Texture;
 
 /// Strokes of each path.

@@ -9,10 +9,10 @@ use crate::contact::candidates;
 use crate::contact::dissertation::{self, Overrides};
 use crate::contact::figures;
 use crate::contact::report::Choice;
-use crate::report::{cells, fill};
+use crate::report::fill;
 use hwall_bip::Criterion;
 use hwall_contact::LearnedConfig;
-use hwall_testkit::MarkdownTable;
+use hwall_testkit::{MarkdownTable, cells};
 
 /// The criteria, and who uses them.
 const CRITERIA: [(Criterion, &str); 3] = [

@@ -3,13 +3,13 @@
 use super::chapter::Job;
 use crate::dissertation::{NOT_HERE, OTHER_DELAY_MS, REACTION_MS, Row};
 use crate::in_time::{document, study};
-use crate::report::{Column, fill, or_none, table_of};
+use crate::report::fill;
 use anyhow::Context;
 use hwall::PolicyConfig;
 use hwall_redirection::{SampledOrientations, Snapped};
 use hwall_sim::ServoConfig;
 use hwall_stage::person::kinds::PersonKind;
-use hwall_testkit::MarkdownTable;
+use hwall_testkit::{Column, MarkdownTable, or_none, table_of};
 
 /// Touches of plain people, a dozen for each.
 const TOUCHES: usize = 24;

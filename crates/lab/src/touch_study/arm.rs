@@ -123,13 +123,8 @@ impl WaitingArm {
         let arm = BoardArm::named("iiwa7", &Board::default())?;
         server.prepare("mapping where the arm can hold its board");
         let walls = arm.walls_of(&scene, LikelyTouches::default(), true)?;
-        let scenery = Scenery {
-            scene: &scene,
-            arm: &arm,
-            walls: &walls,
-            people: &TrainingPeople::default(),
-            textured: true,
-        };
+        let people = TrainingPeople::default();
+        let scenery = Scenery::of(&scene, &arm, &walls, &people);
         let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led())?;
         let settings = flags.led.session(scenery, room.as_ref());
         let session = settings.session(predictor)?;

@@ -5,7 +5,6 @@
 
 pub use crate::dissertation::Row;
 use crate::dissertation::{LEVELS, NOT_HERE, ORDERS, POINTS, SUBJECTS, TABLE_V};
-use crate::report::{cells, or_none, titled};
 use crate::spans::ends;
 use anyhow::{Context, bail, ensure};
 use hwall_psychophysics::{
@@ -16,7 +15,7 @@ use hwall_study::{
     ReadyProtocol, SimulatedStage, Simulation, Study, StudyRecord, StudyReport, mean_power,
     planted_for, ratings, sign_power, simulate,
 };
-use hwall_testkit::MarkdownTable;
+use hwall_testkit::{MarkdownTable, cells, or_none, titled};
 
 /// Shares of people who prefer one wall, for which the power is computed.
 const SHARES: [f64; 4] = [0.6, 0.75, 0.9, 0.95];

@@ -5,9 +5,9 @@ use crate::bip::run::{self, Runs, TestRun};
 use crate::bip::scores::{Accuracy, DofSet, dof_sets};
 use crate::bip::setup::{Mode, Noise, Setup, TrainedModel};
 use crate::bip::trajectories::{self, TrainTest};
-use crate::report::{Claim, Gap, cells, claims, fill};
+use crate::report::{Gap, fill};
 use anyhow::Context;
-use hwall_testkit::{MarkdownTable, format_ns};
+use hwall_testkit::{Claim, MarkdownTable, cells, claims, format_ns};
 use std::path::Path;
 
 /// Columns of the workload that a filter sees: palm and five fingertips.

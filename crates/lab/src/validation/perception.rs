@@ -1,10 +1,10 @@
 //! The section of hwall-psychophysics: the origin of the degrees of freedom in the dissertation's table.
 
-use crate::report::{Gap, fill, titled};
+use crate::report::{Gap, fill};
 use crate::validation::reference::json;
 use anyhow::Context;
 use hwall_psychophysics::f_tail;
-use hwall_testkit::MarkdownTable;
+use hwall_testkit::{MarkdownTable, titled};
 use serde_json::Value;
 use std::path::Path;
 

@@ -1,9 +1,9 @@
 //! The section of textures: the models that predict the study's order, and the time until a moving texture has its speed.
 
-use crate::report::{Gap, cells, fill, or_none, titled};
+use crate::report::{Gap, fill};
 use crate::texture::trial;
 use crate::validation::reference::json;
-use hwall_testkit::MarkdownTable;
+use hwall_testkit::{MarkdownTable, cells, or_none, titled};
 use hwall_texton::{OrderScore, StudyOrder, Tally, Texture, roughness_models, score_order};
 use serde_json::Value;
 use std::path::Path;

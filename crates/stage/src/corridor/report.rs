@@ -88,7 +88,7 @@ pub(super) fn inverted(hall: &Hall) -> String {
     )
 }
 
-/// All results, for other programs.
+/// All results, for other programs; what is not finite is `null`.
 pub(super) fn json(hall: &Hall, walks: &[Walked]) -> anyhow::Result<String> {
     let touch = |touch: &CorridorTouch| {
         json!({
@@ -106,7 +106,6 @@ pub(super) fn json(hall: &Hall, walks: &[Walked]) -> anyhow::Result<String> {
             "possible_beside_person": touch.possible.beside_person,
         })
     };
-    let finite = |m: f64| m.is_finite().then_some(m);
     let walk = |walk: &Walked| {
         let base = &walk.base;
         let in_place = walk.touches.iter().filter(|touch| touch.lead_s.is_some());
@@ -118,11 +117,11 @@ pub(super) fn json(hall: &Hall, walks: &[Walked]) -> anyhow::Result<String> {
                 "missed_base_elsewhere": missed(walk)[0],
                 "base_way_m": base.way_m,
                 "base_moves_s": base.moves_s,
-                "closest_moving_m": finite(base.closest_m),
-                "asked_there_m": finite(base.asked_m),
-                "closest_m": finite(base.closest_standing_m),
-                "least_margin_m": finite(base.margin_m),
-                "least_hand_margin_m": finite(base.hand_margin_m),
+                "closest_moving_m": base.closest_m,
+                "asked_there_m": base.asked_m,
+                "closest_m": base.closest_standing_m,
+                "least_margin_m": base.margin_m,
+                "least_hand_margin_m": base.hand_margin_m,
                 "steps_below_distance": base.too_near,
                 "steps_moved_touched": base.moved_touched,
                 "touched_most_m_per_s": base.touched_m_per_s,

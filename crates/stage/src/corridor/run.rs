@@ -22,8 +22,8 @@ use anyhow::Context;
 use glam::{DVec2, DVec3};
 use hwall::arrival::base::BasePart;
 use hwall::haptics::Arm;
-use hwall::{PolicyConfig, Session, WorldPose};
-use hwall_hand::{HandFilterConfig, HandFrame, Pose};
+use hwall::{Session, WorldPose};
+use hwall_hand::{HandFrame, Pose};
 use hwall_sim::TouchTruth;
 use std::sync::Arc;
 
@@ -92,23 +92,9 @@ pub(super) struct Walked {
 
 impl Corridor<'_> {
     fn session(&self, room: usize) -> anyhow::Result<Session<Predictors>> {
-        let scenery = Scenery {
-            scene: &self.hall.rooms[room].scene,
-            arm: self.arm,
-            walls: &self.hall.walls,
-            people: self.people,
-            textured: false,
-        };
-        let settings = SessionSettings {
-            scenery,
-            room: None,
-            level: ArmLevel::Servo,
-            filter: HandFilterConfig::simulated(),
-            sees_head: true,
-            arm_minus_tracker_s: 0.0,
-            policy: PolicyConfig::default(),
-        };
-        settings.session(self.predictors.for_another_person())
+        let (scene, walls) = (&self.hall.rooms[room].scene, &self.hall.walls);
+        let scenery = Scenery::of(scene, self.arm, walls, self.people).textured(false);
+        SessionSettings::of(scenery).session(self.predictors.for_another_person())
     }
 
     /// Walks through all rooms.

@@ -12,6 +12,7 @@ use crate::input::base_flag::BaseKind;
 use crate::person::kinds::PersonKind;
 use hwall_haptics::Board;
 use hwall_numeric::parallel;
+use hwall_testkit::{MarkdownTable, cells, grid};
 use std::fmt::Write as _;
 
 /// Touches of a walk.
@@ -61,8 +62,8 @@ pub fn study(arm: &NamedArm, seeds: &[u64], speeds_m_per_s: &[f64]) -> anyhow::R
     let walks: Vec<Walked> = walks.into_iter().collect::<anyhow::Result<_>>()?;
     let (rows, prices) = walks.split_at(walks.len() - few * speeds_m_per_s.len());
     let named: Vec<(u64, &Walked)> = jobs.iter().map(|job| seeds[job.0]).zip(rows).collect();
-    let shares = prices.chunks(few).zip(speeds_m_per_s);
-    Ok([table(&named), price(&seeds[..few], shares), causes(&named)].join("\n"))
+    let price = price(&seeds[..few], prices.chunks(few).zip(speeds_m_per_s));
+    Ok(format!("{}\n{price}\n{}", table(&named), causes(&named)))
 }
 
 fn table(walks: &[(u64, &Walked)]) -> String {
@@ -101,45 +102,44 @@ fn table(walks: &[(u64, &Walked)]) -> String {
 }
 
 /// Shares in place by the speed at which a hand may meet the base.
-fn price<'a>(seeds: &[u64], shares: impl Iterator<Item = (&'a [Walked], &'a f64)>) -> String {
-    let names: String = seeds
-        .iter()
-        .map(|seed| format!(" seed {seed}, % |"))
-        .collect();
-    let mut text =
-        format!("| a hand may meet the base at, m/s |{names} steps below the distance |\n");
-    text += &("| --- ".repeat(seeds.len() + 2) + "|\n");
-    for (walks, speed) in shares {
-        let in_place = walks
+fn price<'a>(seeds: &[u64], walks: impl Iterator<Item = (&'a [Walked], &'a f64)>) -> MarkdownTable {
+    let names = seeds.iter().map(|seed| format!("seed {seed}, %"));
+    let titles = names.chain(["steps below the distance".to_owned()]);
+    let mut table = MarkdownTable::new(cells(["a hand may meet the base at, m/s"], titles));
+    for (walks, speed) in walks {
+        let shares = walks
             .iter()
-            .map(|walk| format!(" {} |", share(&walk.touches, |_| true, in_place)));
-        let in_place: String = in_place.collect();
+            .map(|walk| share(&walk.touches, |_| true, in_place));
         let near: u64 = walks.iter().map(|walk| walk.base.too_near).sum();
-        let _ = writeln!(text, "| {speed} |{in_place} {near} |");
+        table.row(cells(
+            [&*speed.to_string()],
+            shares.chain([near.to_string()]),
+        ));
     }
-    text
+    table
 }
 
 /// Results of the touches with a driving base.
-fn causes(walks: &[(u64, &Walked)]) -> String {
+fn causes(walks: &[(u64, &Walked)]) -> MarkdownTable {
     let drives = walks
         .iter()
         .filter(|(_, walk)| walk.kind == BaseKind::Drives);
-    let names: String = drives
-        .clone()
-        .map(|(seed, _)| format!(" seed {seed} |"))
-        .collect();
-    let mut text = format!("| touches of the base that drives |{names}\n");
-    text += &("| --- ".repeat(drives.clone().count() + 1) + "|\n");
-    for cause in Cause::ALL {
-        let counts = drives.clone().map(|(_, walk)| {
-            let touches = walk.touches.iter();
-            format!(
-                " {} |",
-                touches.filter(|touch| touch.cause == cause).count()
-            )
-        });
-        let _ = writeln!(text, "| {} |{}", cause.name(), counts.collect::<String>());
-    }
-    text
+    let drives: Vec<_> = drives.copied().collect();
+    let count = |cause: &Cause, (_, walk): (u64, &Walked)| {
+        let touches = walk.touches.iter();
+        touches
+            .filter(|touch| touch.cause == *cause)
+            .count()
+            .to_string()
+    };
+    let title = "touches of the base that drives";
+    let name = |cause: &Cause| cause.name().to_owned();
+    grid(
+        title,
+        &drives,
+        |(seed, _)| format!("seed {seed}"),
+        Cause::ALL,
+        name,
+        count,
+    )
 }

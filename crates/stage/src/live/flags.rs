@@ -14,7 +14,6 @@ use crate::run::stage::SessionSettings;
 use crate::setting::load_scene;
 use anyhow::Context;
 use clap::ValueEnum;
-use hwall::PolicyConfig;
 use hwall::geometry::Pose;
 use hwall::hand::HandFilterConfig;
 use hwall_bridge::{BridgeConfig, Certificate, FollowedHand};
@@ -140,7 +139,6 @@ impl LedArmFlags {
         room: Option<&'a RealRoom>,
     ) -> SessionSettings<'a> {
         SessionSettings {
-            scenery,
             room: room.map(|read| &read.room),
             level: self.arm_level,
             filter: match self.watch_frozen {
@@ -148,9 +146,7 @@ impl LedArmFlags {
                 false => HandFilterConfig::simulated(),
             },
             sees_head: !self.no_head,
-            // Frames already use the arm's clock.
-            arm_minus_tracker_s: 0.0,
-            policy: PolicyConfig::default(),
+            ..SessionSettings::of(scenery)
         }
     }
 }

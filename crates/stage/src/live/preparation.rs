@@ -62,13 +62,8 @@ pub fn prepare(server: &BridgeServer, flags: &LiveFlags) -> anyhow::Result<Prepa
     next("mapping where the arm can hold its board")?;
     let walls = arm.walls_of(&scene, likely_touches.clone(), true)?;
     next("learning how people reach")?;
-    let scenery = Scenery {
-        scene: &scene,
-        arm: &arm,
-        walls: &walls,
-        people: &TrainingPeople::default(),
-        textured: true,
-    };
+    let people = TrainingPeople::default();
+    let scenery = Scenery::of(&scene, &arm, &walls, &people);
     let (predictor, leader, learnt) = predictor(&scenery, flags.predictor)?;
     remarks.push(learnt);
     remarks.extend(flags.led.warning());

@@ -44,7 +44,30 @@ pub struct Scenery<'a> {
     pub textured: bool,
 }
 
-impl Scenery<'_> {
+impl<'a> Scenery<'a> {
+    /// With a board that presents the roughness of surfaces.
+    #[must_use]
+    pub const fn of(
+        scene: &'a Scene,
+        arm: &'a BoardArm,
+        walls: &'a Walls,
+        people: &'a TrainingPeople,
+    ) -> Self {
+        Self {
+            scene,
+            arm,
+            walls,
+            people,
+            textured: true,
+        }
+    }
+
+    /// As `textured` says.
+    #[must_use]
+    pub const fn textured(self, textured: bool) -> Self {
+        Self { textured, ..self }
+    }
+
     /// The arm's waiting posture; its start posture if it has none.
     #[must_use]
     pub fn start(&self) -> JointPositions {

@@ -7,7 +7,7 @@ use crate::person::predictors::Predictors;
 use crate::person::responses::{self, Scenery};
 use crate::run::stage::SessionSettings;
 use anyhow::Context;
-use hwall::{PolicyConfig, Session, Walls};
+use hwall::{Session, Walls};
 use hwall_record::{ArmSource, Run, Setup};
 use hwall_scene::Scene;
 
@@ -43,13 +43,7 @@ impl Rebuilt {
         let (people, leader) = (&options.training_people, Some(options.predictor));
         let (predictors, _) = Predictors::train(&scene, &arm, people, leader)?;
         let walls = arm.walls_of(&scene, options.likely_touches.clone(), options.textured)?;
-        let scenery = Scenery {
-            scene: &scene,
-            arm: &arm,
-            walls: &walls,
-            people,
-            textured: options.textured,
-        };
+        let scenery = Scenery::of(&scene, &arm, &walls, people).textured(options.textured);
         let (predictors, _) = responses::taught(predictors, &scenery)?;
         Ok(Self {
             predictors: predictors.with_adapting(options.adapts),
@@ -66,21 +60,15 @@ impl Rebuilt {
     /// A run without a required option.
     pub fn session(&self, run: &Run) -> anyhow::Result<Session<Predictors>> {
         let (filter, sees_head, arm_minus_tracker_s) = run_from(run)?;
-        let scenery = Scenery {
-            scene: &self.scene,
-            arm: &self.arm,
-            walls: &self.walls,
-            people: &self.options.training_people,
-            textured: self.options.textured,
-        };
+        let people = &self.options.training_people;
+        let scenery = Scenery::of(&self.scene, &self.arm, &self.walls, people);
         let settings = SessionSettings {
-            scenery,
             room: self.options.room.as_ref().map(|read| &read.room),
             level: self.options.level,
             filter,
             sees_head,
             arm_minus_tracker_s,
-            policy: PolicyConfig::default(),
+            ..SessionSettings::of(scenery.textured(self.options.textured))
         };
         settings.session(self.predictors.for_another_person())
     }

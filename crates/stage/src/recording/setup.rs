@@ -251,8 +251,8 @@ mod tests {
     use crate::input::arms::BoardArm;
     use crate::recording::runs::{run_from, run_of};
     use crate::run::stage::SessionSettings;
+    use hwall::Walls;
     use hwall::haptics::Board;
-    use hwall::{PolicyConfig, Walls};
     use hwall_hand::HandFilterConfig;
     use hwall_record::Run;
     use hwall_scene::Scene;
@@ -274,13 +274,7 @@ mod tests {
         }
 
         fn scenery<'a>(&'a self, people: &'a TrainingPeople, textured: bool) -> Scenery<'a> {
-            Scenery {
-                scene: &self.scene,
-                arm: &self.arm,
-                walls: &self.walls,
-                people,
-                textured,
-            }
+            Scenery::of(&self.scene, &self.arm, &self.walls, people).textured(textured)
         }
     }
 
@@ -345,13 +339,11 @@ mod tests {
         others.person.reach_scatter += 0.1;
         assert!(of(&others).is_err());
         let settings = SessionSettings {
-            scenery: source.scenery,
-            room: None,
             level: source.level,
             filter: HandFilterConfig::default(),
             sees_head: false,
             arm_minus_tracker_s: -0.1,
-            policy: PolicyConfig::default(),
+            ..SessionSettings::of(source.scenery)
         };
         // Regression: a hand with values of two decimals could not be recorded.
         for value_step_m in [0.0, 0.01, 0.1 + 0.2] {

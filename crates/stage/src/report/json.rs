@@ -4,7 +4,7 @@ use crate::report::summary::Summary;
 use crate::run::judged::regret::Miss;
 use crate::run::people::{JudgedTouch, PersonRun};
 use anyhow::Context;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use std::path::Path;
 
 /// A touch of person `person`, from 0: every person has a separate run and clock. A missing number (such as the
@@ -36,32 +36,16 @@ fn touch(person: usize, judged: &JudgedTouch) -> Value {
     })
 }
 
-fn summary(summary: &Summary) -> Value {
-    let misses = Miss::ALL.map(Miss::name).into_iter().zip(summary.misses);
-    let misses: Map<String, Value> = misses
-        .map(|(name, n)| (name.to_owned(), n.into()))
+fn summary(summary: &Summary) -> anyhow::Result<Value> {
+    let mut value = serde_json::to_value(summary)?;
+    value["in_place_of_possible"] = json!(summary.in_place_of_possible());
+    value["in_place_of_reachable"] = json!(summary.in_place_of_reachable());
+    value["misses"] = Miss::ALL
+        .map(Miss::name)
+        .into_iter()
+        .zip(summary.misses)
         .collect();
-    json!({
-        "reachable": summary.reachable,
-        "possible": summary.possible,
-        "in_place": summary.in_place,
-        "in_place_of_possible": summary.in_place_of_possible(),
-        "gap_p90_m": summary.gap_p90_m,
-        "felt_median_s": summary.felt_median_s,
-        "step_p99_us": summary.step_p99_us,
-        "people": summary.people,
-        "touches": summary.touches,
-        "in_place_of_reachable": summary.in_place_of_reachable(),
-        "gap_median_m": summary.gap_median_m,
-        "reversals_median": summary.reversals_median,
-        "in_vain_per_touch": summary.in_vain_per_touch,
-        "link_in_front": summary.link_in_front,
-        "link_in_front_most_m": summary.link_in_front_most_m,
-        "misses": misses,
-        "stops": summary.stops,
-        "holds": summary.holds,
-        "latches": summary.latches,
-    })
+    Ok(value)
 }
 
 /// The text of the file: touches by person, then in order of time.
@@ -75,7 +59,7 @@ pub fn text(runs: &[PersonRun]) -> anyhow::Result<String> {
         touches.map(move |judged| touch(person, judged))
     });
     let touches: Vec<Value> = touches.collect();
-    let file = json!({ "touches": touches, "summary": summary(&Summary::new(runs)) });
+    let file = json!({ "touches": touches, "summary": summary(&Summary::new(runs))? });
     Ok(serde_json::to_string_pretty(&file)? + "\n")
 }
 

@@ -4,13 +4,14 @@ use crate::run::judged::regret::Miss;
 use crate::run::people::{JudgedTouch, PersonRun};
 use glam::DVec3;
 use hwall_testkit::quantile;
+use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// Above this face speed a first contact counts as an impact, m/s.
 pub const FAST_M_PER_S: f64 = 0.1;
 
 /// All touches of all people in a few numbers.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
     /// People who touched.
     pub people: usize,
@@ -23,6 +24,7 @@ pub struct Summary {
     /// Touches within reach at which the board was there before the hand.
     pub in_place: usize,
     /// Possible touches with the board in place.
+    #[serde(skip)]
     pub possible_in_place: usize,
     /// Distance of the face from the touched point along the normal, of the touches within reach, m; `None` without any.
     pub gap_median_m: Option<f64>,
@@ -31,8 +33,10 @@ pub struct Summary {
     /// Median time from the arrival of the hand until the touch was felt, of felt touches, s.
     pub felt_median_s: Option<f64>,
     /// Share of the touches meeting the board with a first contact faster than [`FAST_M_PER_S`].
+    #[serde(skip)]
     pub met_fast: Option<f64>,
     /// The same for the speed along the normal of the face, which makes the impact.
+    #[serde(skip)]
     pub met_fast_along_normal: Option<f64>,
     /// Median number of reversals of the board before a touch.
     pub reversals_median: Option<f64>,

@@ -4,12 +4,14 @@ use crate::input::numbers;
 use crate::person::predictors::{PREDICTORS, PredictorKind};
 use crate::report::summary::{Sorted, Summary, step_ns};
 use crate::run::judged::judge::{Outcome, RIGHT_M};
-use crate::run::judged::regret::{Miss, Regret};
+use crate::run::judged::regret::Miss;
 use crate::run::kept::log::Run;
+use crate::run::kept::push_log::Push;
+use crate::run::kept::texture_log::TextureTouch;
 use crate::run::people::{JudgedTouch, PersonRun};
 use hwall::reachability::WallMaps;
 use hwall_hand::LostReason;
-use hwall_testkit::{MarkdownTable, format_ns};
+use hwall_testkit::{Column, MarkdownTable, format_ns, or_none, table_of, yes_or_no};
 use hwall_texton::Level;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -221,47 +223,43 @@ pub fn who_was_right(runs: &[PersonRun]) -> MarkdownTable {
 /// For every touch: what was possible, and the outcome. With many people: touches of the first.
 #[must_use]
 pub fn regrets(runs: &[PersonRun]) -> MarkdownTable {
-    let mut table = MarkdownTable::new([
-        "touch: was it possible to be there",
-        "at, s",
-        "known before, ms",
-        "least time from waiting / from there, ms",
-        "possible",
-        "in place",
-        "led to it before, ms",
-        "turned back / in vain",
-    ]);
-    let ms = |s: Option<f64>| s.map_or("none".to_owned(), |s| format!("{:.0}", 1e3 * s));
-    let yes = |is: bool| if is { "yes" } else { "no" }.to_owned();
-    for (name, touch) in listed(runs) {
-        let Regret {
-            known_s,
-            from_waiting_s,
-            from_there_s,
-            possible,
-            miss,
-            stopped_by,
-            foreseen_s,
-            detours,
-            ..
-        } = touch.regret;
-        let contact_s = touch.outcome.touch.contact_s;
-        table.row([
-            name,
-            format!("{contact_s:.2}"),
-            ms(Some(contact_s - known_s)),
-            format!("{} / {}", ms(from_waiting_s), ms(from_there_s)),
-            yes(possible),
-            match (miss, stopped_by) {
+    let ms = |s: Option<f64>| or_none(s.map(|s| 1e3 * s), 0);
+    let at_s = |touch: &JudgedTouch| touch.outcome.touch.contact_s;
+    let columns: [Column<'_, (String, &JudgedTouch)>; 8] = [
+        ("touch: was it possible to be there", &|(name, _)| {
+            name.clone()
+        }),
+        ("at, s", &|(_, t)| format!("{:.2}", at_s(t))),
+        ("known before, ms", &|(_, t)| {
+            ms(Some(at_s(t) - t.regret.known_s))
+        }),
+        ("least time from waiting / from there, ms", &|(_, t)| {
+            format!(
+                "{} / {}",
+                ms(t.regret.from_waiting_s),
+                ms(t.regret.from_there_s)
+            )
+        }),
+        ("possible", &|(_, t)| {
+            yes_or_no(t.regret.possible).to_owned()
+        }),
+        (
+            "in place",
+            &|(_, t)| match (t.regret.miss, t.regret.stopped_by) {
                 (None, _) => "yes".to_owned(),
                 (Some(miss), None) => format!("no: {}", miss.name()),
                 (Some(miss), Some(stop)) => format!("no: {}, arm stopped: {stop}", miss.name()),
             },
-            ms(foreseen_s),
-            format!("{} / {}", detours.reversals, detours.in_vain),
-        ]);
-    }
-    table
+        ),
+        ("led to it before, ms", &|(_, t)| ms(t.regret.foreseen_s)),
+        ("turned back / in vain", &|(_, t)| {
+            format!(
+                "{} / {}",
+                t.regret.detours.reversals, t.regret.detours.in_vain
+            )
+        }),
+    ];
+    table_of(listed(runs), &columns)
 }
 
 /// The touches listed one by one, with person (if several), number and surface. Each person's are counted from 1, because
@@ -291,36 +289,27 @@ pub fn textures(runs: &[PersonRun]) -> String {
         return String::new();
     };
     let of_first = of_person(runs, 0);
-    let mut table = MarkdownTable::new([
-        &format!("{of_first}textured touch"),
-        "at, s",
-        "roughness in the scene",
-        "wanted angle, deg / speed, mm/s / roughness, um",
-        "rendered",
-        "speed within 5 % after, ms",
-        "compared for, ms",
-    ]);
     let level = |l: &Level| {
-        format!(
-            "{:.1} / {:.1} / {:.3}",
-            l.scan.deg(),
-            l.speed_mm_per_s,
-            1e3 * l.magnitude
-        )
+        let um = 1e3 * l.magnitude;
+        format!("{:.1} / {:.1} / {um:.3}", l.scan.deg(), l.speed_mm_per_s)
     };
-    for t in touches {
-        table.row([
-            t.surface.clone(),
-            format!("{:.2}", t.felt_s),
-            t.roughness.to_string(),
-            level(&t.wanted),
-            t.rendered.as_ref().map_or("too short".to_owned(), level),
+    let columns: [Column<'_, &TextureTouch>; 7] = [
+        (&format!("{of_first}textured touch"), &|t| t.surface.clone()),
+        ("at, s", &|t| format!("{:.2}", t.felt_s)),
+        ("roughness in the scene", &|t| t.roughness.to_string()),
+        ("wanted angle, deg / speed, mm/s / roughness, um", &|t| {
+            level(&t.wanted)
+        }),
+        ("rendered", &|t| {
+            t.rendered.as_ref().map_or("too short".to_owned(), level)
+        }),
+        ("speed within 5 % after, ms", &|t| {
             t.reached_s
-                .map_or("never".to_owned(), |s| format!("{:.0}", 1e3 * s)),
-            format!("{:.0}", 1e3 * t.lasted_s),
-        ]);
-    }
-    format!("\n{table}")
+                .map_or("never".to_owned(), |s| format!("{:.0}", 1e3 * s))
+        }),
+        ("compared for, ms", &|t| format!("{:.0}", 1e3 * t.lasted_s)),
+    ];
+    format!("\n{}", table_of(touches, &columns))
 }
 
 /// Pushes of the first person at doors and other moving surfaces: force, opening, energy.
@@ -331,34 +320,25 @@ pub fn pushes(runs: &[PersonRun]) -> String {
         return String::new();
     }
     let of_first = of_person(runs, 0);
-    let mut table = MarkdownTable::new([
-        &format!("{of_first}pushed"),
-        "at, s",
-        "for, ms",
-        "peak force, N",
-        "opening before / most",
-        "energy given / returned, mJ",
-    ]);
-    for p in pushes {
-        let opening = |value: f64| match p.turns {
-            true => format!("{:.1}", value.to_degrees()),
-            false => format!("{:.1}", 1e3 * value),
+    let opening = |p: &Push| {
+        let (factor, unit) = match p.turns {
+            true => (1f64.to_degrees(), "deg"),
+            false => (1e3, "mm"),
         };
-        let unit = if p.turns { "deg" } else { "mm" };
-        table.row([
-            p.surface.clone(),
-            format!("{:.2}", p.felt_s),
-            format!("{:.0}", 1e3 * p.lasted_s),
-            format!("{:.1}", p.peak_n),
-            format!(
-                "{} / {} {unit}",
-                opening(p.opening_before),
-                opening(p.opening_most)
-            ),
-            format!("{:.0} / {:.0}", 1e3 * p.given_j, 1e3 * p.returned_j),
-        ]);
-    }
-    format!("\n{table}")
+        let [before, most] = [p.opening_before, p.opening_most].map(|opening| factor * opening);
+        format!("{before:.1} / {most:.1} {unit}")
+    };
+    let columns: [Column<'_, &Push>; 6] = [
+        (&format!("{of_first}pushed"), &|p| p.surface.clone()),
+        ("at, s", &|p| format!("{:.2}", p.felt_s)),
+        ("for, ms", &|p| format!("{:.0}", 1e3 * p.lasted_s)),
+        ("peak force, N", &|p| format!("{:.1}", p.peak_n)),
+        ("opening before / most", &|p| opening(p)),
+        ("energy given / returned, mJ", &|p| {
+            format!("{:.0} / {:.0}", 1e3 * p.given_j, 1e3 * p.returned_j)
+        }),
+    ];
+    format!("\n{}", table_of(pushes, &columns))
 }
 
 fn reasons(outcomes: &[&Outcome]) -> String {
@@ -398,10 +378,10 @@ fn join(parts: impl Iterator<Item = String>) -> String {
 }
 
 /// A column of the touches: its name, and its cell for a touch of person n, from 1.
-type Column = (&'static str, fn(usize, &JudgedTouch) -> String);
+type CsvColumn = (&'static str, fn(usize, &JudgedTouch) -> String);
 
 /// Do not reorder: readers use the first columns by position.
-const COLUMNS: [Column; 25] = [
+const COLUMNS: [CsvColumn; 25] = [
     ("surface", |_, t| t.outcome.touch.surface.clone()),
     ("px", |_, t| digits(4, t.outcome.touch.point_m.x)),
     ("py", |_, t| digits(4, t.outcome.touch.point_m.y)),

@@ -80,13 +80,8 @@ fn rehearsed_share(
     let likely = participants::likely_touches(scene, arm, &cast);
     let people = &TrainingPeople::default().seen_from(base);
     let (predictors, _) = Predictors::train(scene, arm, people, None)?;
-    let scenery = Scenery {
-        scene,
-        arm,
-        walls: &arm.walls_of(scene, likely, true)?,
-        people,
-        textured: true,
-    };
+    let walls = arm.walls_of(scene, likely, true)?;
+    let scenery = Scenery::of(scene, arm, &walls, people);
     let stage = Stage::of(&scenery, &predictors, PERIOD_S);
     let summary = Summary::new(&people::run(&stage, &cast, |_| {})?);
     Ok(summary.in_place as f64 / summary.reachable.max(1) as f64)

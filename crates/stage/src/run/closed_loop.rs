@@ -39,13 +39,12 @@ pub fn run(
     let (start_s, end_s) = hand.span_s();
     let steps = ((end_s - start_s) / period_s).floor().max(0.0) as usize;
     let settings = SessionSettings {
-        scenery,
-        room: None,
         level: stage.level,
         filter: hand.filter(),
         sees_head: hand.sees_head(),
         arm_minus_tracker_s: -start_s,
         policy: stage.policy,
+        ..SessionSettings::of(scenery)
     };
     let mut session = settings.session(stage.predictors.for_another_person())?;
     let explanations = Explanations::default();

@@ -67,7 +67,21 @@ pub struct SessionSettings<'a> {
     pub policy: PolicyConfig,
 }
 
-impl SessionSettings<'_> {
+impl<'a> SessionSettings<'a> {
+    /// For a simulated person who stands on a floor, with a tracked head and the arm's clock.
+    #[must_use]
+    pub fn of(scenery: Scenery<'a>) -> Self {
+        Self {
+            scenery,
+            room: None,
+            level: ArmLevel::Servo,
+            filter: HandFilterConfig::simulated(),
+            sees_head: true,
+            arm_minus_tracker_s: 0.0,
+            policy: PolicyConfig::default(),
+        }
+    }
+
     /// A fresh session.
     ///
     /// # Errors

@@ -59,13 +59,8 @@ impl Job {
         let (scene, people) = (&setting.scene, &setting.training_people);
         let (predictors, _) = Predictors::train(scene, &self.0, people, leader).unwrap();
         let likely = setting.likely_touches.clone();
-        let scenery = Scenery {
-            scene,
-            arm: &self.0,
-            walls: &self.0.walls_of(scene, likely, false).unwrap(),
-            people,
-            textured: false,
-        };
+        let walls = self.0.walls_of(scene, likely, false).unwrap();
+        let scenery = Scenery::of(scene, &self.0, &walls, people).textured(false);
         let stage = Stage::of(&scenery, &predictors, 2e-3);
         let mut runs = people::run(&stage, &setting.participants, |_| {}).unwrap();
         (setting.remarks, runs.pop().unwrap())

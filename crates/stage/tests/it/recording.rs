@@ -21,13 +21,8 @@ fn a_recorded_run_is_made_again_bit_by_bit() {
     let leader = Some(PredictorKind::RayLed);
     let (predictors, _) = Predictors::train(scene, &arm, &setting.training_people, leader).unwrap();
     let likely = setting.likely_touches.clone();
-    let scenery = Scenery {
-        scene,
-        arm: &arm,
-        walls: &arm.walls_of(scene, likely, true).unwrap(),
-        people: &setting.training_people,
-        textured: true,
-    };
+    let walls = arm.walls_of(scene, likely, true).unwrap();
+    let scenery = Scenery::of(scene, &arm, &walls, &setting.training_people);
     let stage = Stage::of(&scenery, &predictors, 1e-3);
     let name = format!("hwall-stage-{}.mcap", std::process::id());
     let path = std::env::temp_dir().join(name);

@@ -4,12 +4,12 @@ use crate::contact::candidates::{self, Candidate};
 use crate::contact::run::{first_learnt, run};
 use crate::contact::scores::Scores;
 use crate::demonstrations::generate::{DemonstrationConfig, Part, PartSize, generate};
-use crate::report::{Gap, titled};
+use crate::report::Gap;
 use crate::speed::section::{Section, median_and_p99, quoted};
 use anyhow::Context;
 use hwall_contact::score::Moment;
 use hwall_hand::LabelledReach;
-use hwall_testkit::{Timing, format_ns};
+use hwall_testkit::{Timing, format_ns, titled};
 
 /// Number of worlds per row, each with different people.
 const WORLDS: u64 = 2;

@@ -1,6 +1,6 @@
 //! Fusion of an estimate with gaze and surfaces: time of a prediction and its error.
 
-use crate::report::{Gap, titled};
+use crate::report::Gap;
 use crate::rooms::people::{self, Condition, StudyPeople, StudySize};
 use crate::rooms::room::Room;
 use crate::rooms::scores::summary;
@@ -9,7 +9,7 @@ use crate::speed::section::{Section, median_and_p99, quoted};
 use hwall_contact::score::Moment;
 use hwall_contact::{Combination, FusedConfig, FusedPredictor, LearnedConfig, LearnedModel};
 use hwall_stage::training;
-use hwall_testkit::Timing;
+use hwall_testkit::{Timing, titled};
 
 /// Fusion with gaze and surfaces, in rooms with increasing numbers of surfaces.
 ///

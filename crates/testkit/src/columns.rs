@@ -1,8 +1,10 @@
-//! Tables and the numbers in them.
+//! Tables from columns, and the numbers in them.
 
-use hwall_testkit::{MarkdownTable, quantile};
+use crate::stats::quantile;
+use crate::table::MarkdownTable;
 
 /// A table without rows: `titles` of the columns, separated by ` | `.
+#[must_use]
 pub fn titled(titles: &str) -> MarkdownTable {
     MarkdownTable::new(titles.split(" | "))
 }
@@ -38,6 +40,7 @@ pub fn grid<T, A: Copy>(
 }
 
 /// Concatenates cells.
+#[must_use]
 pub fn cells<const N: usize>(
     first: [&str; N],
     more: impl IntoIterator<Item = String>,
@@ -47,6 +50,7 @@ pub fn cells<const N: usize>(
 }
 
 /// A number with `decimals` decimals; `none` without one.
+#[must_use]
 pub fn or_none(value: Option<f64>, decimals: usize) -> String {
     value.map_or_else(|| "none".to_owned(), |v| format!("{v:.decimals$}"))
 }
@@ -83,6 +87,7 @@ pub fn claims(titles: &str, claims: impl IntoIterator<Item = Claim>) -> Markdown
 }
 
 /// `yes`, or `no`.
+#[must_use]
 pub const fn yes_or_no(yes: bool) -> &'static str {
     match yes {
         true => "yes",
@@ -91,6 +96,7 @@ pub const fn yes_or_no(yes: bool) -> &'static str {
 }
 
 /// Per cent with `decimals` decimals; `none` if `all` is zero.
+#[must_use]
 pub fn percent_of(part: usize, all: usize, decimals: usize, none: &str) -> String {
     match all {
         0 => none.to_owned(),
