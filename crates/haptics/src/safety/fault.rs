@@ -90,7 +90,7 @@ pub(super) struct Condition {
     pub(super) rests: bool,
     /// It takes torque commands.
     pub(super) torque_level: bool,
-    /// The force is still above `relaxed_n`.
+    /// The force is still above `relaxed_n`, or a torque beyond its limit.
     pub(super) is_pressed: bool,
 }
 
@@ -212,12 +212,22 @@ impl FaultMachine {
                     trouble.fault.reason = fault.reason;
                 }
                 (trouble.sound_since_s, trouble.released) = (None, false);
+                // An arm that stands for a worse reason would stay on a hand. Its state is sound now, or the worse fault had been found.
+                let stands = matches!(trouble.stage, Stage::Hold | Stage::Stop);
+                if fault.severity == Severity::Caught && !is_alike && stands {
+                    (trouble.fault, trouble.stage, trouble.since_s) = (fault, stage, now_s);
+                    trouble.last_found_s = now_s;
+                }
             }
-            // Only a released arm yields to a force from a stop.
-            Some(trouble) if trouble.stage == Stage::Stop && !trouble.released => {
+            Some(trouble)
+                if fault.severity != Severity::Caught
+                    && trouble.stage == Stage::Stop
+                    && !trouble.released =>
+            {
                 (trouble.fault, trouble.sound_since_s) = (fault, None);
             }
-            _ => {
+            before => {
+                let asked_for = before.as_ref().is_some_and(|trouble| trouble.asked_for);
                 let returns = self.returns(&fault.reason, now_s, timing);
                 self.trouble = Some(Trouble {
                     fault,
@@ -226,7 +236,7 @@ impl FaultMachine {
                     last_found_s: now_s,
                     sound_since_s: None,
                     returns,
-                    asked_for: false,
+                    asked_for,
                     released: false,
                 });
             }
@@ -383,6 +393,35 @@ mod tests {
             run.machine.reset(run.now_s);
             run.arm.is_pressed = true;
             assert_eq!(run.go(10, Some(Caught)), Some(gives_way));
+        }
+    }
+
+    /// Regression: a clamp that was noticed after a stop, or after another latched fault, left the arm rigid.
+    #[test]
+    fn an_arm_that_stands_gives_way_to_a_clamp() {
+        for (torque_level, gives_way) in [(false, Stage::Retreat), (true, Stage::Compliant)] {
+            for was in [None, Some(Broken), Some(Blind), Some(Unsure)] {
+                let mut run = Run::new();
+                run.arm.torque_level = torque_level;
+                match was {
+                    None => run.machine.stop(SafeReason::Requested, run.now_s),
+                    Some(_) => {
+                        run.go(5000, was);
+                    }
+                }
+                assert_eq!(run.stage(), Some(Stage::Stop), "{was:?}");
+                run.arm.is_pressed = true;
+                assert_eq!(run.go(10, Some(Caught)), Some(gives_way), "{was:?}");
+                // A worse fault meanwhile makes it hold, and no longer than it lasts.
+                assert_eq!(run.go(1, Some(Broken)), Some(Stage::Hold));
+                assert_eq!(run.go(1, Some(Caught)), Some(gives_way));
+                run.arm.is_pressed = false;
+                run.go(2000, None);
+                assert_eq!(run.stage(), Some(Stage::Stop), "{was:?}");
+                // Whoever asked for the stop has to end it, whatever the rule.
+                run.latch = Latch::Nothing;
+                assert_eq!(run.go(1000, None).is_some(), was.is_none(), "{was:?}");
+            }
         }
     }
 

@@ -44,6 +44,8 @@ pub struct Supervisor {
     face_pushes: FacePushes,
     /// A contact that began while nobody could reach the board still lasts.
     lasts: bool,
+    /// An unexpected contact was found in the last cycle.
+    is_pushed: bool,
     out_of_reach: bool,
     /// At the last known positions.
     person: PersonBody,
@@ -89,6 +91,7 @@ impl Supervisor {
             bias: config.bias.map(TorqueBias::new),
             face_pushes: FacePushes::default(),
             lasts: false,
+            is_pushed: false,
             out_of_reach: false,
             person: PersonBody::default(),
             refused: false,
@@ -166,6 +169,12 @@ impl Supervisor {
         self.bias.and_then(|bias| bias.bias())
     }
 
+    /// Does something push the arm, now, that no touch of the face explains?
+    #[must_use]
+    pub const fn is_pushed(&self) -> bool {
+        self.is_pushed
+    }
+
     /// Ends a latched fault; commands go through again after the recovery time if inputs are sound. The measured position is then trusted, and the
     /// torque bias is estimated anew, unless the arm gave way to a force. No effect without a latched fault.
     pub fn reset(&mut self) {
@@ -222,9 +231,10 @@ impl Supervisor {
         let condition = Condition {
             rests: qd.iter().all(|qd| qd.abs() <= RESTS_RAD_PER_S),
             torque_level: self.torque_level,
-            is_pressed: input
-                .force
-                .is_some_and(|wrench| wrench.force_n.length() > relaxed_n),
+            is_pressed: (input.force).is_some_and(|wrench| wrench.force_n.length() > relaxed_n)
+                || (self.guard)
+                    .check_torque(self.arm.joint_count(), input.state)
+                    .is_err(),
         };
         let now_s = self.clock.elapsed_s;
         self.faults
@@ -286,6 +296,7 @@ impl Supervisor {
             )
         });
         let contact = contact.flatten();
+        self.is_pushed = contact.is_some();
         // A bad state gives no information about the contact.
         if arm_is_sound {
             self.lasts = is_any && contact.is_some();

@@ -4,7 +4,7 @@ use crate::support::{DT_S, at_rest, home, iiwa, rates};
 use glam::DVec3;
 use hwall_geometry::Pose;
 use hwall_haptics::safety::{
-    PersonPart, PersonPoint, Supervisor, SupervisorConfig, SupervisorInput,
+    GuardLimits, PersonPart, PersonPoint, Supervisor, SupervisorConfig, SupervisorInput,
 };
 use hwall_haptics::{
     ArmCommand, ArmState, Board, BoardTarget, RenderInput, Renderer, RendererConfig, SafeRequest,
@@ -61,8 +61,11 @@ impl Scene {
     }
 
     fn at(home: JointPositions) -> Self {
+        Self::with(home, SupervisorConfig::default())
+    }
+
+    fn with(home: JointPositions, mut config: SupervisorConfig) -> Self {
         let board = Board::default();
-        let mut config = SupervisorConfig::default();
         config.hand.frozen_s = None;
         config.head.frozen_s = None;
         Self {
@@ -255,6 +258,59 @@ fn pressing(face: &Pose) -> Hand {
         pushes: -normal,
         n_per_m: 2e3,
     }
+}
+
+/// Regression: whoever let go of the enabling switch before the clamp was noticed was held by up to 280 N until a reset.
+#[test]
+fn a_stop_before_a_clamp_is_noticed_does_not_keep_it() {
+    let mut scene = Scene::new();
+    scene.is_touched = true;
+    let hand = pressing(&scene.arm.forward(&home()));
+    scene.run(&hand, 100);
+    assert_eq!(
+        (scene.said, scene.force_n > 140.0),
+        (SafeState::Normal, true)
+    );
+    scene.supervisor.stop();
+    // 0.5 s until 200 N count as lasting, and half a second to give way.
+    scene.run(&hand, 1000);
+    assert!(scene.force_n < 65.0, "{} N", scene.force_n);
+    scene.run(&hand, 3000);
+    assert_eq!(scene.said.name(), "stopped");
+}
+
+/// Regression: a push beyond the torque that a joint's motor can hold was taken for a broken arm, which stands.
+#[test]
+fn a_push_that_is_stronger_than_a_joint_is_given_way_to() {
+    let guard = GuardLimits {
+        // The wrist of a Panda.
+        torque_n_m: [87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0],
+        ..GuardLimits::of_arm(&iiwa())
+    };
+    let config = SupervisorConfig {
+        guard: Some(guard),
+        ..SupervisorConfig::default()
+    };
+    let mut scene = Scene::with(home(), config);
+    scene.is_touched = true;
+    let face = scene.arm.forward(&home());
+    let across = face.rotation().y_axis;
+    let mut hand = Hand {
+        point: FACE,
+        at_m: face.position_m() - 0.01 * across,
+        pushes: across,
+        n_per_m: 2e3,
+    };
+    scene.run(&hand, 100);
+    hand.at_m += 0.07 * across;
+    scene.run(&hand, 2);
+    assert_eq!(
+        scene.said.reason().map(|reason| reason.name()),
+        Some("joint_limit")
+    );
+    scene.run(&hand, 1000);
+    println!("{:.1} N, {}", scene.force_n, scene.said);
+    assert!(scene.force_n < 65.0, "{} N", scene.force_n);
 }
 
 /// The person's torso is so close to the board that no other motion is allowed.

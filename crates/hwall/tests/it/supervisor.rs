@@ -151,6 +151,20 @@ fn a_touched_board_stands_whatever_the_tracker_does() {
     assert_eq!(bench.servo.q(), q);
 }
 
+/// Regression: an arm that was pushed at a link during a touch stood still.
+#[test]
+fn a_push_at_a_link_during_a_touch_is_given_way_to() {
+    let (mut session, mut bench) = touched();
+    let before = bench.state().external_torque.unwrap_or_default();
+    let names = spoiled(&mut session, &mut bench, 1.0, |state| {
+        let mut torque = state.external_torque.unwrap_or(before);
+        torque[0] += 30.0;
+        torque[2] += 15.0;
+        state.external_torque = Some(torque);
+    });
+    assert_eq!(names, ["touched", "holding", "retreating"]);
+}
+
 #[test]
 fn a_hand_that_presses_too_hard_is_let_go_and_that_is_latched() {
     let (mut session, mut bench) = touched();

@@ -17,6 +17,7 @@ use hwall_sim::{HandBody, HandBodyConfig, HandDrive};
 use hwall_stage::input::arms::BoardArm;
 use hwall_stage::input::counted::{Asked, asked_in};
 use hwall_stage::run::simulated_arm::{ArmLevel, SimulatedArm};
+use hwall_stage::run::stage::HEAD_FROZEN_S;
 use hwall_testkit::Sampler;
 use std::sync::Arc;
 
@@ -29,8 +30,6 @@ const SPIKE_N: f64 = 400.0;
 const IMPLAUSIBLE_N: f64 = 1500.0;
 /// Standard deviation of the tracker's noise, m.
 const NOISE_M: f64 = 3e-4;
-/// A head without tremor counts as frozen after this, s.
-pub(super) const HEAD_FROZEN_S: f64 = 0.5;
 
 /// For a hurried hand: least delay after its look and least duration of its reach, s, and largest delay.
 const LEAST_S: f64 = 0.2;

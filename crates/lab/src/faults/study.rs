@@ -1,6 +1,6 @@
 //! All combinations, on all cores.
 
-use super::bench::{HEAD_FROZEN_S, Setup};
+use super::bench::Setup;
 use super::fault::{Fault, Phase};
 use super::impact::{self, Impact, MASSES_KG, STIFFNESSES_N_PER_M};
 use super::outcome::{Bounds, Outcome};
@@ -9,6 +9,7 @@ use anyhow::bail;
 use hwall::haptics::ContactLimits;
 use hwall::session_supervisor;
 use hwall_stage::run::simulated_arm::ArmLevel;
+use hwall_stage::run::stage::HEAD_FROZEN_S;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 

@@ -81,7 +81,7 @@ pub struct LedArmFlags {
     /// Which hand the board serves
     #[arg(long, value_enum, default_value_t)]
     pub hand: HandChoice,
-    /// A hand that stands quite still counts as lost: for a headset that repeats its last pose when it loses a hand
+    /// A hand or head that stands quite still counts as lost: for a headset that repeats its last pose
     #[arg(long)]
     pub watch_frozen: bool,
     /// The person's head is not tracked: the arm does not wait for it, and nothing keeps the arm away from head, torso and arms
@@ -146,6 +146,7 @@ impl LedArmFlags {
                 false => HandFilterConfig::simulated(),
             },
             sees_head: !self.no_head,
+            watches_head: self.watch_frozen,
             ..SessionSettings::of(scenery)
         }
     }

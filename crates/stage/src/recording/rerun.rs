@@ -1,6 +1,6 @@
 //! Rebuilds the sessions of a recording.
 
-use super::runs::run_from;
+use super::runs::set_from;
 use super::setup::Options;
 use crate::input::arms::{BoardArm, NamedArm};
 use crate::person::predictors::Predictors;
@@ -59,17 +59,14 @@ impl Rebuilt {
     /// # Errors
     /// A run without a required option.
     pub fn session(&self, run: &Run) -> anyhow::Result<Session<Predictors>> {
-        let (filter, sees_head, arm_minus_tracker_s) = run_from(run)?;
         let people = &self.options.training_people;
         let scenery = Scenery::of(&self.scene, &self.arm, &self.walls, people);
-        let settings = SessionSettings {
+        let mut settings = SessionSettings {
             room: self.options.room.as_ref().map(|read| &read.room),
             level: self.options.level,
-            filter,
-            sees_head,
-            arm_minus_tracker_s,
             ..SessionSettings::of(scenery.textured(self.options.textured))
         };
+        set_from(run, &mut settings)?;
         settings.session(self.predictors.for_another_person())
     }
 }

@@ -21,6 +21,7 @@ pub fn run_of(number: usize, settings: &SessionSettings<'_>) -> anyhow::Result<R
         ("hand_value_step_m", numbers(&[value_step_m])),
         ("hand_filter", (*filter).to_owned()),
         ("sees_head", settings.sees_head.to_string()),
+        ("watches_head", settings.watches_head.to_string()),
         (
             "arm_minus_tracker_s",
             numbers(&[settings.arm_minus_tracker_s]),
@@ -39,18 +40,21 @@ const FILTERS: [Filter; 2] = [
     ("usual", HandFilterConfig::default),
 ];
 
-/// The filter, whether the head is tracked, and the clock's offset, s, of a run.
-pub(super) fn run_from(run: &Run) -> anyhow::Result<(HandFilterConfig, bool, f64)> {
+/// Sets what a run records of a session's settings.
+pub(super) fn set_from(run: &Run, settings: &mut SessionSettings<'_>) -> anyhow::Result<()> {
     let name = wanted(run.option("hand_filter"), "hand_filter")?;
     let filter = FILTERS.iter().find(|(known, _)| *known == name);
     let (_, filter) = filter.with_context(|| format!("hand_filter: {name:?} is not known"))?;
     // Older recordings lack this option: the step was unknown.
     let step = run.option("hand_value_step_m").unwrap_or("0");
     let [value_step_m] = numbers_of("hand_value_step_m", step)?;
+    settings.filter = filter().with_value_step(value_step_m);
     let sees_head = wanted(run.option("sees_head"), "sees_head")?;
-    let sees_head = flag_of("sees_head", sees_head)?;
+    settings.sees_head = flag_of("sees_head", sees_head)?;
+    // Older recordings lack this option: no head was watched.
+    let watches_head = run.option("watches_head").unwrap_or("false");
+    settings.watches_head = flag_of("watches_head", watches_head)?;
     let offset = wanted(run.option("arm_minus_tracker_s"), "arm_minus_tracker_s")?;
-    let [offset_s] = numbers_of("arm_minus_tracker_s", offset)?;
-    let filter = filter().with_value_step(value_step_m);
-    Ok((filter, sees_head, offset_s))
+    [settings.arm_minus_tracker_s] = numbers_of("arm_minus_tracker_s", offset)?;
+    Ok(())
 }

@@ -249,7 +249,7 @@ fn touches_of(text: &str) -> anyhow::Result<LikelyTouches> {
 mod tests {
     use super::*;
     use crate::input::arms::BoardArm;
-    use crate::recording::runs::{run_from, run_of};
+    use crate::recording::runs::{run_of, set_from};
     use crate::run::stage::SessionSettings;
     use hwall::Walls;
     use hwall::haptics::Board;
@@ -342,6 +342,7 @@ mod tests {
             level: source.level,
             filter: HandFilterConfig::default(),
             sees_head: false,
+            watches_head: true,
             arm_minus_tracker_s: -0.1,
             ..SessionSettings::of(source.scenery)
         };
@@ -349,14 +350,22 @@ mod tests {
         for value_step_m in [0.0, 0.01, 0.1 + 0.2] {
             let filter = settings.filter.with_value_step(value_step_m);
             let run = run_of(3, &SessionSettings { filter, ..settings }).unwrap();
-            assert_eq!(run_from(&run).unwrap(), (filter, false, -0.1));
+            let mut read = SessionSettings::of(source.scenery);
+            set_from(&run, &mut read).unwrap();
+            assert_eq!(read.filter, filter);
+            let others = (read.sees_head, read.watches_head, read.arm_minus_tracker_s);
+            assert_eq!(others, (false, true, -0.1));
         }
         let mut others = settings;
         others.filter.max_gap_s += 0.1;
         assert!(run_of(3, &others).is_err());
         let mut run = run_of(3, &settings).unwrap();
-        run.options.retain(|(key, _)| key != "hand_value_step_m");
-        assert_eq!(run_from(&run).unwrap().0, settings.filter);
+        // Recordings of earlier programs.
+        run.options
+            .retain(|(key, _)| !["hand_value_step_m", "watches_head"].contains(&key.as_str()));
+        let mut read = SessionSettings::of(source.scenery);
+        set_from(&run, &mut read).unwrap();
+        assert_eq!((read.filter, read.watches_head), (settings.filter, false));
     }
 
     /// Regression: a scene and an arm in Latin-1 could be loaded but not recorded.
@@ -415,7 +424,11 @@ mod tests {
         };
         let error = Options::of(&setup).err().unwrap().to_string();
         assert!(error.contains("base"), "{error}");
-        let error = run_from(&Run::default()).unwrap_err().to_string();
+        let (built_in, people) = (Place::new(), TrainingPeople::default());
+        let mut settings = SessionSettings::of(built_in.scenery(&people, true));
+        let error = set_from(&Run::default(), &mut settings)
+            .unwrap_err()
+            .to_string();
         assert!(error.contains("hand_filter"), "{error}");
     }
 }

@@ -47,6 +47,9 @@ impl<'a> Stage<'a> {
     }
 }
 
+/// A watched head without tremor counts as lost after this, s.
+pub const HEAD_FROZEN_S: f64 = 0.5;
+
 /// Settings of a session of the main job, besides the predictor. The same settings, predictor and inputs give the
 /// same commands bit by bit.
 #[derive(Clone, Copy)]
@@ -61,6 +64,8 @@ pub struct SessionSettings<'a> {
     pub filter: HandFilterConfig,
     /// Is the head tracked? Otherwise the arm does not wait for a head, and does not avoid one.
     pub sees_head: bool,
+    /// Does a head that stands quite still count as lost? The heads of scripts and of a mouse do, those of headsets do not.
+    pub watches_head: bool,
     /// Offset from the tracker's time to the arm's, s.
     pub arm_minus_tracker_s: f64,
     /// When the board is sent.
@@ -77,6 +82,7 @@ impl<'a> SessionSettings<'a> {
             level: ArmLevel::Servo,
             filter: HandFilterConfig::simulated(),
             sees_head: true,
+            watches_head: false,
             arm_minus_tracker_s: 0.0,
             policy: PolicyConfig::default(),
         }
@@ -89,6 +95,7 @@ impl<'a> SessionSettings<'a> {
     pub fn session<P: Predictor>(&self, predictor: P) -> anyhow::Result<Session<P>> {
         let mut supervisor = session_supervisor();
         supervisor.room = self.room.cloned();
+        supervisor.head.frozen_s = self.watches_head.then_some(HEAD_FROZEN_S);
         let required = &mut supervisor.required;
         required.retain(|part| self.sees_head || *part != PersonPart::Head);
         let Scenery {

@@ -84,6 +84,14 @@ fn longest_levers_m(arm: &dyn ArmKinematics) -> [f64; MOST_JOINTS] {
     levers_m
 }
 
+const fn beyond(channel: Channel, joint: usize, value: f64) -> Result<(), SafeReason> {
+    Err(SafeReason::JointLimit {
+        channel,
+        joint,
+        value,
+    })
+}
+
 impl GuardLimits {
     /// The arm's own limits of angle, speed, torque and acceleration. An unknown torque limit is the torque of 140 N at the joint's longest
     /// lever plus 0.1 m. A stated one is cut to four times that, and to twice that of the longest lever of the arm. A sliding joint counts as a lever
@@ -152,13 +160,16 @@ impl GuardLimits {
         joints: usize,
         state: &ArmState,
     ) -> Result<(), SafeReason> {
-        let beyond = |channel, joint, value| {
-            Err(SafeReason::JointLimit {
-                channel,
-                joint,
-                value,
-            })
-        };
+        self.check_motion(joints, state)?;
+        self.check_torque(joints, state)
+    }
+
+    /// Are measured angles and velocities within the limits?
+    pub(in crate::safety) fn check_motion(
+        &self,
+        joints: usize,
+        state: &ArmState,
+    ) -> Result<(), SafeReason> {
         for joint in 0..joints.min(MOST_JOINTS) {
             let q = state.q[joint];
             let wide = self.position[joint].shrunk(-self.position_slack_rad);
@@ -169,12 +180,22 @@ impl GuardLimits {
             if qd.abs() > self.velocity_rad_per_s[joint] * (1.0 + self.velocity_slack) {
                 return beyond(Channel::Velocity, joint, qd);
             }
-            let torque = state.external_torque.map_or(0.0, |torque| torque[joint]);
-            if torque.abs() > self.torque_n_m[joint] {
-                return beyond(Channel::Torque, joint, torque);
-            }
         }
         Ok(())
+    }
+
+    /// Are the external torques within the limits?
+    pub(in crate::safety) fn check_torque(
+        &self,
+        joints: usize,
+        state: &ArmState,
+    ) -> Result<(), SafeReason> {
+        let torque = state.external_torque.unwrap_or_default();
+        let is_beyond = |joint: &usize| torque[*joint].abs() > self.torque_n_m[*joint];
+        match (0..joints.min(MOST_JOINTS)).find(is_beyond) {
+            Some(joint) => beyond(Channel::Torque, joint, torque[joint]),
+            None => Ok(()),
+        }
     }
 
     /// A commanded position clamped to the angle limits, and what was cut.

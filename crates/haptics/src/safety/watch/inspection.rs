@@ -198,7 +198,7 @@ impl Inspection {
         }
     }
 
-    /// Checks that need a sound arm state: the force, and whether the arm obeys.
+    /// Checks that need a sound arm state: torques and force, and whether the arm obeys.
     fn look_at_forces(&mut self, input: &SupervisorInput<'_>, elapsed_s: f64) -> Option<Fault> {
         let force = self.look_at_force(input, elapsed_s);
         let joints = self.arm.joint_count();
@@ -207,7 +207,13 @@ impl Inspection {
             .as_mut()
             .is_none_or(|o| o.holds(&input.state.q, joints, elapsed_s));
         let astray = Fault::new(SafeReason::NotObeyed, Severity::Broken);
-        Fault::worse(force, (!obeys).then_some(astray))
+        let found = Fault::worse(force, (!obeys).then_some(astray));
+        // Whatever turns a joint harder than its own motor can may clamp a person.
+        let beyond = self.guard.check_torque(joints, input.state).err();
+        Fault::worse(
+            beyond.map(|reason| Fault::new(reason, Severity::Caught)),
+            found,
+        )
     }
 
     fn look_at_arm(&mut self, input: &SupervisorInput<'_>) -> Option<Fault> {
@@ -261,7 +267,7 @@ impl Inspection {
         let joints = self.arm.joint_count();
         if let Err(doubt) = self.consistency.find(state) {
             let channel = Channel::Position;
-            let beyond = self.guard.check_state(joints, state).err();
+            let beyond = self.guard.check_motion(joints, state).err();
             let reason = beyond.unwrap_or(match doubt {
                 Doubt::StillFrozen(for_s) => SafeReason::Frozen { channel, for_s },
                 Doubt::Elsewhere(by) => SafeReason::Jump { channel, by },
@@ -282,7 +288,7 @@ impl Inspection {
             let reason = reason_of(fault, Channel::Torque);
             return Some(Fault::new(reason, Severity::Unsure));
         }
-        let beyond = self.guard.check_state(joints, state).err();
+        let beyond = self.guard.check_motion(joints, state).err();
         beyond.map(|reason| Fault::new(reason, Severity::Broken))
     }
 

@@ -65,14 +65,17 @@ impl Safety {
     }
 
     /// What the renderer is asked to do in the coming step. A touched board stands still instead of withdrawing from under a hand, unless
-    /// that hand presses too hard.
+    /// that hand presses too hard or something else pushes the arm.
     pub(super) fn request(&self, is_touched: bool) -> Option<SafeRequest> {
         let last = self.last?;
         let withdraws = matches!(last.request, SafeRequest::Retreat { .. });
-        Some(match withdraws && is_touched && !last.latched {
-            true => SafeRequest::Hold,
-            false => last.request,
-        })
+        let is_pushed = self.supervisor().is_some_and(Supervisor::is_pushed);
+        Some(
+            match withdraws && is_touched && !last.latched && !is_pushed {
+                true => SafeRequest::Hold,
+                false => last.request,
+            },
+        )
     }
 
     pub(super) const fn state(&self) -> SafeState {
