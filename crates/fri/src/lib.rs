@@ -8,7 +8,9 @@ mod error;
 mod limits;
 mod wrench;
 
-pub use client::{ClientStatistics, FriClient, FriClientConfig, Transport, UdpTransport, Unfit};
+pub use client::{
+    ClientStatistics, FriClient, FriClientConfig, MOST_BEHIND_S, Transport, UdpTransport, Unfit,
+};
 pub use codec::{Codec, FriVersion};
 pub use error::{ControllerError, FriError};
 pub use limits::LimitViolation;

@@ -8,9 +8,10 @@ use crate::limits::CommandLimits;
 
 /// Number of path points stored: more than [`MOST_BEHIND_NS`] at 1 ms.
 const POINTS: usize = 256;
-/// Largest delay of the arm, ns. With a larger one it brakes, and the program has to begin again from where it rests. A joint at full speed, 1.7
-/// rad/s, is 0.3 rad from where the session's supervisor expects it only after 0.33 s.
+/// Largest delay of the arm, ns. With a larger one it brakes, and the program has to begin again from where it rests.
 pub(super) const MOST_BEHIND_NS: u64 = 200_000_000;
+/// The same, s. Whoever checks that the arm obeys must allow for it (`ObedienceConfig::delay_s` of `hwall-haptics`).
+pub const MOST_BEHIND_S: f64 = MOST_BEHIND_NS as f64 * 1e-9;
 /// Catching up adds at most this share to the speed. That exceeds the loss from bursts of one to four answers in 5 % of the cycles (12.5 %), and
 /// accelerations grow by at most 32 % while it fades.
 const MOST_CATCHING: f64 = 0.15;

@@ -12,6 +12,7 @@ mod transport;
 pub(crate) mod unfit;
 mod velocity;
 
+pub use asked_path::MOST_BEHIND_S;
 pub(crate) use braking::CommandedMotion;
 pub use config::{ClientStatistics, FriClientConfig};
 pub use fri_client::FriClient;

@@ -126,7 +126,7 @@ impl WaitingArm {
         let people = TrainingPeople::default();
         let scenery = Scenery::of(&scene, &arm, &walls, &people);
         let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led())?;
-        let settings = flags.led.session(scenery, room.as_ref());
+        let settings = flags.led.session(scenery, room.as_ref(), true);
         let session = settings.session(predictor)?;
         let client = FriClient::bind(session.control().arm(), flags.led.client(listen))?;
         Ok(Self {

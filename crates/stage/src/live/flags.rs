@@ -17,7 +17,7 @@ use clap::ValueEnum;
 use hwall::geometry::Pose;
 use hwall::hand::HandFilterConfig;
 use hwall_bridge::{BridgeConfig, Certificate, FollowedHand};
-use hwall_fri::{FriClientConfig, FriVersion};
+use hwall_fri::{FriClientConfig, FriVersion, MOST_BEHIND_S};
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
 
@@ -137,8 +137,10 @@ impl LedArmFlags {
         &self,
         scenery: Scenery<'a>,
         room: Option<&'a RealRoom>,
+        is_behind_fri: bool,
     ) -> SessionSettings<'a> {
         SessionSettings {
+            link_s: if is_behind_fri { MOST_BEHIND_S } else { 0.0 },
             room: room.map(|read| &read.room),
             level: self.arm_level,
             filter: match self.watch_frozen {

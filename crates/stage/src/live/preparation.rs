@@ -68,7 +68,9 @@ pub fn prepare(server: &BridgeServer, flags: &LiveFlags) -> anyhow::Result<Prepa
     remarks.push(learnt);
     remarks.extend(flags.led.warning());
     let room = flags.led.real_room()?;
-    let settings = flags.led.session(scenery, room.as_ref());
+    let settings = flags
+        .led
+        .session(scenery, room.as_ref(), flags.fri.is_some());
     let session = settings.session(predictor)?;
     let source = SessionSource {
         scene: flags.scene.file(),

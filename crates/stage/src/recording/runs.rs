@@ -22,6 +22,7 @@ pub fn run_of(number: usize, settings: &SessionSettings<'_>) -> anyhow::Result<R
         ("hand_filter", (*filter).to_owned()),
         ("sees_head", settings.sees_head.to_string()),
         ("watches_head", settings.watches_head.to_string()),
+        ("link_s", numbers(&[settings.link_s])),
         (
             "arm_minus_tracker_s",
             numbers(&[settings.arm_minus_tracker_s]),
@@ -51,9 +52,11 @@ pub(super) fn set_from(run: &Run, settings: &mut SessionSettings<'_>) -> anyhow:
     settings.filter = filter().with_value_step(value_step_m);
     let sees_head = wanted(run.option("sees_head"), "sees_head")?;
     settings.sees_head = flag_of("sees_head", sees_head)?;
-    // Older recordings lack this option: no head was watched.
+    // Older recordings lack these options: no head was watched, and no link was allowed for.
     let watches_head = run.option("watches_head").unwrap_or("false");
     settings.watches_head = flag_of("watches_head", watches_head)?;
+    let link = run.option("link_s").unwrap_or("0");
+    [settings.link_s] = numbers_of("link_s", link)?;
     let offset = wanted(run.option("arm_minus_tracker_s"), "arm_minus_tracker_s")?;
     [settings.arm_minus_tracker_s] = numbers_of("arm_minus_tracker_s", offset)?;
     Ok(())

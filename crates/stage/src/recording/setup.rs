@@ -343,6 +343,7 @@ mod tests {
             filter: HandFilterConfig::default(),
             sees_head: false,
             watches_head: true,
+            link_s: 0.2,
             arm_minus_tracker_s: -0.1,
             ..SessionSettings::of(source.scenery)
         };
@@ -353,8 +354,10 @@ mod tests {
             let mut read = SessionSettings::of(source.scenery);
             set_from(&run, &mut read).unwrap();
             assert_eq!(read.filter, filter);
-            let others = (read.sees_head, read.watches_head, read.arm_minus_tracker_s);
-            assert_eq!(others, (false, true, -0.1));
+            let others = (read.sees_head, read.watches_head);
+            assert_eq!(others, (false, true));
+            let times_s = (read.link_s, read.arm_minus_tracker_s);
+            assert_eq!(times_s, (0.2, -0.1));
         }
         let mut others = settings;
         others.filter.max_gap_s += 0.1;

@@ -16,6 +16,7 @@ use glam::DVec3;
 use hwall::haptics::{ArmCommand, ArmState};
 use hwall::{Controller, EventKind, Explanations, Surroundings, WorldPose, drive};
 use hwall_contact::Predictor;
+use hwall_fri::MOST_BEHIND_S;
 use hwall_fri::controller::FaultConfig;
 use hwall_hand::{HandFrame, Tracking};
 use hwall_record::{Recorded, Recorder};
@@ -42,6 +43,7 @@ pub fn run(
         level: stage.level,
         filter: hand.filter(),
         sees_head: hand.sees_head(),
+        link_s: stage.fri.map_or(0.0, |_| MOST_BEHIND_S),
         arm_minus_tracker_s: -start_s,
         policy: stage.policy,
         ..SessionSettings::of(scenery)

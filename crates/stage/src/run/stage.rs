@@ -66,6 +66,8 @@ pub struct SessionSettings<'a> {
     pub sees_head: bool,
     /// Does a head that stands quite still count as lost? The heads of scripts and of a mouse do, those of headsets do not.
     pub watches_head: bool,
+    /// Longest time by which the link to the arm delays a command, s.
+    pub link_s: f64,
     /// Offset from the tracker's time to the arm's, s.
     pub arm_minus_tracker_s: f64,
     /// When the board is sent.
@@ -83,6 +85,7 @@ impl<'a> SessionSettings<'a> {
             filter: HandFilterConfig::simulated(),
             sees_head: true,
             watches_head: false,
+            link_s: 0.0,
             arm_minus_tracker_s: 0.0,
             policy: PolicyConfig::default(),
         }
@@ -95,6 +98,9 @@ impl<'a> SessionSettings<'a> {
     pub fn session<P: Predictor>(&self, predictor: P) -> anyhow::Result<Session<P>> {
         let mut supervisor = session_supervisor();
         supervisor.room = self.room.cloned();
+        if let Some(obedience) = &mut supervisor.obedience {
+            obedience.delay_s += self.link_s;
+        }
         supervisor.head.frozen_s = self.watches_head.then_some(HEAD_FROZEN_S);
         let required = &mut supervisor.required;
         required.retain(|part| self.sees_head || *part != PersonPart::Head);
