@@ -4,7 +4,7 @@
 
 use anyhow::{Context, bail, ensure};
 use clap::Parser;
-use hwall_lab::documents::Destination;
+use hwall_lab::documents::{Destination, show};
 use hwall_lab::feel::document;
 use hwall_lab::feel::rig::{Render, Rig, Way};
 use hwall_lab::feel::single::{HandKind, SinglePush, report};
@@ -110,5 +110,5 @@ fn identify(args: &Args) -> anyhow::Result<()> {
     bar.finish_and_clear();
     let path = document::write(args.seed, &results, &documents)?;
     let text = document::text(&results)?;
-    writeln!(io::stdout(), "{text}\nwrote {}", path.display()).context("standard output")
+    show(text, &path)
 }

@@ -2,15 +2,13 @@
 //!
 //! `cargo run --release --example end_to_end`
 
-use anyhow::Context;
 use clap::Parser;
-use hwall_lab::documents::Destination;
+use hwall_lab::documents::{Destination, show};
 use hwall_lab::end_to_end::document;
 use hwall_lab::end_to_end::study::{self, Request};
-use hwall_stage::numbers::whole_within;
 use hwall_stage::{exit, note};
 use indicatif::{ProgressBar, ProgressStyle};
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::process::ExitCode;
 
 /// Judges joints that are inferred from the hand by centimetres, by tasks told apart and by touches in time; writes END-TO-END.md.
@@ -18,12 +16,8 @@ use std::process::ExitCode;
 struct Args {
     #[command(flatten)]
     destination: Destination,
-    /// Touches of each kind of people, a dozen for each person
-    #[arg(long, default_value_t = 240, value_parser = whole_within::<1, 100_000>, allow_negative_numbers = true)]
-    touches: u64,
-    /// Seed of the people who touch and of the sensors' noise
-    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
-    seed: u64,
+    #[command(flatten)]
+    request: Request,
 }
 
 fn main() -> ExitCode {
@@ -32,16 +26,12 @@ fn main() -> ExitCode {
 
 fn run(args: &Args) -> anyhow::Result<()> {
     let documents = args.destination.open("out/end_to_end")?;
-    let request = Request {
-        touches: args.touches as usize,
-        seed: args.seed,
-    };
     let style = ProgressStyle::with_template("{msg:15} {wide_bar} {percent} %")?;
     let bar = ProgressBar::new(1000).with_style(style);
     // Where no bar can be drawn, a line for every tenth of a chapter says that something is done.
     let is_drawn = io::stderr().is_terminal();
     let mut noted = (String::new(), 0);
-    let results = study::run(&request, |chapter, share| {
+    let results = study::run(&args.request, |chapter, share| {
         bar.set_message(chapter.to_owned());
         bar.set_position((1000.0 * share) as u64);
         let tenth = (10.0 * share) as u32;
@@ -51,7 +41,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         }
     })?;
     bar.finish_and_clear();
-    let path = document::write(&request, &results, &documents)?;
-    let text = document::text(&request, &results)?;
-    writeln!(io::stdout(), "{text}\nwrote {}", path.display()).context("standard output")
+    let path = document::write(&args.request, &results, &documents)?;
+    let text = document::text(&args.request, &results)?;
+    show(text, &path)
 }

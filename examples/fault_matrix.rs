@@ -2,15 +2,13 @@
 //!
 //! `cargo run --release --example fault_matrix`
 
-use anyhow::{Context, ensure};
+use anyhow::ensure;
 use clap::Parser;
-use hwall_lab::documents::Destination;
+use hwall_lab::documents::{Destination, show};
 use hwall_lab::faults::document;
 use hwall_lab::faults::study::{self, Request};
 use hwall_stage::exit;
-use hwall_stage::run::simulated_arm::ArmLevel;
 use indicatif::{ProgressBar, ProgressStyle};
-use std::io::{self, Write};
 use std::process::ExitCode;
 
 /// Injects every fault in every phase of a touch at both arm levels, and lets hands hit the board; writes FAULTS.md.
@@ -20,20 +18,8 @@ use std::process::ExitCode;
 struct Args {
     #[command(flatten)]
     destination: Destination,
-    /// Seeds of the sensors' noise; the worst of all runs counts
-    #[arg(
-        long,
-        value_delimiter = ',',
-        default_value = "1",
-        allow_negative_numbers = true
-    )]
-    seeds: Vec<u64>,
-    /// How much of the arm is simulated; default both
-    #[arg(long)]
-    arm_level: Option<ArmLevel>,
-    /// Only faults whose names contain this
-    #[arg(long)]
-    only: Option<String>,
+    #[command(flatten)]
+    request: Request,
 }
 
 fn main() -> ExitCode {
@@ -42,24 +28,16 @@ fn main() -> ExitCode {
 
 fn run(args: &Args) -> anyhow::Result<()> {
     let documents = args.destination.open("out/faults")?;
-    let request = Request {
-        seeds: args.seeds.clone(),
-        levels: match args.arm_level {
-            Some(level) => vec![level],
-            None => vec![ArmLevel::Servo, ArmLevel::Torque],
-        },
-        only: args.only.clone(),
-    };
     let style = ProgressStyle::with_template("combinations {pos}/{len} {wide_bar} {eta}")?;
     let bar = ProgressBar::new(0).with_style(style);
-    let results = study::run(&request, |done, all| {
+    let results = study::run(&args.request, |done, all| {
         bar.set_length(all as u64);
         bar.set_position(done as u64);
     })?;
     bar.finish_and_clear();
-    let path = document::write(&request, &results, &documents)?;
-    let text = document::text(&request, &results);
-    writeln!(io::stdout(), "{text}\nwrote {}", path.display()).context("standard output")?;
+    let path = document::write(&args.request, &results, &documents)?;
+    let text = document::text(&args.request, &results);
+    show(text, &path)?;
     let bad = results.unsafe_ones().count();
     ensure!(
         bad == 0,

@@ -2,19 +2,15 @@
 //!
 //! `cargo run --release --example in_time`
 
-use anyhow::Context;
 use clap::Parser;
-use hwall::PolicyConfig;
 use hwall_contact::LearnedConfig;
 use hwall_lab::contact::panels;
-use hwall_lab::documents::Destination;
+use hwall_lab::documents::{Destination, show};
 use hwall_lab::in_time::study::{self, Request};
 use hwall_lab::in_time::{document, recorded, trade_off};
 use hwall_stage::exit;
 use hwall_stage::input::file_plan::FilePlan;
-use hwall_stage::numbers::whole_within;
 use hwall_stage::person::kinds::PersonKind;
-use hwall_stage::person::predictors::PredictorKind;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -26,21 +22,8 @@ use std::process::ExitCode;
 struct Args {
     #[command(flatten)]
     destination: Destination,
-    /// Kinds of people [default: all]
-    #[arg(long, value_enum, num_args = 1..)]
-    person: Vec<PersonKind>,
-    /// Touches of each kind, a dozen for each person
-    #[arg(long, default_value_t = 1200, value_parser = whole_within::<1, 100_000>, allow_negative_numbers = true)]
-    touches: u64,
-    /// Seed of the people and the sensors' noise
-    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
-    seed: u64,
-    /// Who leads the board [default: fused]
-    #[arg(long, value_enum)]
-    predictor: Option<PredictorKind>,
-    /// The board presents no roughness
-    #[arg(long)]
-    plain: bool,
+    #[command(flatten)]
+    request: Request,
     /// The study at each of these losses of a board that is sent for nothing, in missed touches; writes TRADE-OFF.md instead
     #[arg(long, value_name = "TOUCHES", num_args = 1.., conflicts_with = "recordings")]
     false_dispatch: Vec<f64>,
@@ -65,18 +48,6 @@ fn run(args: &Args) -> anyhow::Result<()> {
         return run_recorded(args, stream, trials);
     }
     let documents = args.destination.open("out/in_time")?;
-    let kinds = match &args.person[..] {
-        [] => PersonKind::ALL.to_vec(),
-        chosen => chosen.to_vec(),
-    };
-    let request = Request {
-        kinds,
-        touches: args.touches as usize,
-        seed: args.seed,
-        leader: args.predictor,
-        textured: !args.plain,
-        policy: PolicyConfig::default(),
-    };
     let style = ProgressStyle::with_template("{msg:10} {wide_bar} {percent} %")?;
     let bar = ProgressBar::new(1000).with_style(style);
     let progress = |kind: PersonKind, share: f64| {
@@ -84,18 +55,16 @@ fn run(args: &Args) -> anyhow::Result<()> {
         bar.set_position((1000.0 * share) as u64);
     };
     if !args.false_dispatch.is_empty() {
-        let points = trade_off::run(&request, &args.false_dispatch, progress)?;
+        let points = trade_off::run(&args.request, &args.false_dispatch, progress)?;
         bar.finish_and_clear();
-        let path = trade_off::write(args.seed, request.touches, &points, &documents)?;
-        let table = trade_off::table(&points);
-        return writeln!(io::stdout(), "{table}\nwrote {}", path.display())
-            .context("standard output");
+        let path = trade_off::write(args.request.seed, args.request.touches, &points, &documents)?;
+        return show(trade_off::table(&points), &path);
     }
-    let results = study::run(&request, progress)?;
+    let results = study::run(&args.request, progress)?;
     bar.finish_and_clear();
-    let path = document::write(&request, &results, &documents)?;
-    let text = document::text(&request, &results);
-    writeln!(io::stdout(), "{text}\nwrote {}", path.display()).context("standard output")
+    let path = document::write(&args.request, &results, &documents)?;
+    let text = document::text(&args.request, &results);
+    show(text, &path)
 }
 
 fn run_recorded(args: &Args, stream: &Path, trials: &Path) -> anyhow::Result<()> {
@@ -107,7 +76,7 @@ fn run_recorded(args: &Args, stream: &Path, trials: &Path) -> anyhow::Result<()>
     let request = recorded::Request {
         trials: &trials,
         learned: LearnedConfig::default(),
-        seed: args.seed,
+        seed: args.request.seed,
         explain: args.explain.as_deref(),
     };
     let documents = match args.explain {
@@ -121,7 +90,7 @@ fn run_recorded(args: &Args, stream: &Path, trials: &Path) -> anyhow::Result<()>
         bar.inc(1);
     })?;
     bar.finish_and_clear();
-    let text = document::recorded_text(args.seed, &results)?;
+    let text = document::recorded_text(args.request.seed, &results)?;
     let mut out = io::stdout();
     writeln!(out, "{text}")?;
     for (reach, why) in &results.missed {

@@ -23,45 +23,8 @@ struct Args {
     /// What moves; or --scene and --surface
     #[arg(long, value_enum, required_unless_present = "scene")]
     object: Option<ObjectKind>,
-    /// Of a door about its hinge, kg m²
-    #[arg(long, allow_hyphen_values = true)]
-    inertia: Option<f64>,
-    /// Of a panel, drawer or button, kg
-    #[arg(long, allow_hyphen_values = true)]
-    mass: Option<f64>,
-    /// Spring, N m/rad or N/m
-    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
-    stiffness: f64,
-    /// Where the spring is relaxed, degrees (door)
-    #[arg(long, allow_hyphen_values = true)]
-    rest_deg: Option<f64>,
-    /// Where the spring is relaxed, m (not a door)
-    #[arg(long, allow_hyphen_values = true)]
-    rest_m: Option<f64>,
-    /// Damping, N m s/rad or N s/m
-    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
-    damping: f64,
-    /// Coulomb friction, N m or N
-    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
-    friction: f64,
-    /// Distance from a door's hinge at which the force acts, at right angles, m [default: 1]
-    #[arg(long, allow_hyphen_values = true)]
-    radius: Option<f64>,
-    /// Stops of a door, degrees: lo,hi around zero [default: none]
-    #[arg(long, value_parser = numbers::<2>, allow_hyphen_values = true)]
-    range_deg: Option<[f64; 2]>,
-    /// Stops of anything else, m: lo,hi around zero [default: none]
-    #[arg(long, value_parser = numbers::<2>, allow_hyphen_values = true)]
-    range_m: Option<[f64; 2]>,
-    /// Share of the speed with which stops throw back, 0 to 1
-    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
-    restitution: f64,
-    /// A latch: middle,half width,largest pull; deg,deg,N m for a door, m,m,N otherwise; may be repeated
-    #[arg(long, value_parser = numbers::<3>, allow_hyphen_values = true)]
-    detent: Vec<[f64; 3]>,
-    /// The click of a button: start,snap,release,force in m,m,m,N
-    #[arg(long, value_parser = numbers::<4>, allow_hyphen_values = true)]
-    click: Option<[f64; 4]>,
+    #[command(flatten)]
+    options: ObjectOptions,
     /// An OBJ file with its sidecar, whose surface moves
     #[arg(long, requires = "surface", conflicts_with_all = ["object", "inertia", "mass", "stiffness", "rest_deg", "rest_m",
         "damping", "friction", "range_deg", "range_m", "restitution", "detent", "click"])]
@@ -81,43 +44,17 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let files = args.files.plan();
     files.read_scene("--scene", args.scene.as_deref()).check()?;
     let object = match args.object {
-        Some(kind) => PushedObject::from_options(kind, &options(args))?,
+        Some(kind) => PushedObject::from_options(kind, &args.options)?,
         None => PushedObject::from_scene(
             args.scene.as_deref().context("--object or --scene")?,
             args.surface.as_deref().context("--surface")?,
         )?,
     };
-    let object = match args.radius {
+    let object = match args.options.radius {
         Some(radius_m) => object.with_radius(radius_m)?,
         None => object,
     };
     let mut input = ForceRows::open(args.files.input().path())?;
     let output = args.files.writer()?;
     output.fill(|rows| object.write(&mut input, rows))
-}
-
-fn options(args: &Args) -> ObjectOptions<'_> {
-    ObjectOptions {
-        inertia: args.inertia,
-        mass: args.mass,
-        stiffness: args.stiffness,
-        rest_deg: args.rest_deg,
-        rest_m: args.rest_m,
-        damping: args.damping,
-        friction: args.friction,
-        range_deg: args.range_deg,
-        range_m: args.range_m,
-        restitution: args.restitution,
-        detents: &args.detent,
-        click: args.click,
-    }
-}
-
-/// `N` numbers with commas between them.
-fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
-    let numbers: Result<Vec<f64>, _> = text.split(',').map(|cell| cell.trim().parse()).collect();
-    let numbers = numbers.map_err(|e| format!("{text:?}: {e}"))?;
-    numbers
-        .try_into()
-        .map_err(|_| format!("{text:?} are not {N} numbers"))
 }

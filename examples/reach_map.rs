@@ -5,9 +5,8 @@
 use anyhow::Context;
 use clap::Parser;
 use hwall_lab::reach::in_space::InSpaceArgs;
-use hwall_lab::reach::maps::{self, Grid, Request, Solver};
+use hwall_lab::reach::maps::{self, Grid, Request};
 use hwall_lab::reach::{orientation_rows, published};
-use hwall_stage::arms::NamedArm;
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::{exit, numbers};
 use std::path::PathBuf;
@@ -34,19 +33,7 @@ struct Args {
     #[arg(long, allow_hyphen_values = true)]
     heights: Option<String>,
     #[command(flatten)]
-    arm: NamedArm,
-    /// exact: interval sets with proof; optimization: one interval a line, the dissertation's way
-    #[arg(long, value_enum, default_value = "exact")]
-    solver: Solver,
-    /// Starts of the optimization on each line
-    #[arg(long, default_value_t = 5, value_parser = numbers::count_within::<1, 10_000>, allow_negative_numbers = true)]
-    starts: usize,
-    /// Accuracy of the ends, m (exact solver)
-    #[arg(long, default_value_t = 1e-6, allow_negative_numbers = true)]
-    accuracy_m: f64,
-    /// How the board may be turned about the normal: degrees, `quarter` or `free`
-    #[arg(long, default_value = "0", allow_hyphen_values = true)]
-    roll: String,
+    request: Request,
     /// Compare with the published files ori_1.txt .. ori_7.txt in this folder (needs --published)
     #[arg(long, requires = "published")]
     compare: Option<PathBuf>,
@@ -56,15 +43,6 @@ struct Args {
     /// Folder for figures: the planes of each orientation, and the comparison
     #[arg(long)]
     figures: Option<PathBuf>,
-    /// Write the map's own CSV: heading, distance, height, ends along the wall in m, branches (exact solver)
-    #[arg(long)]
-    map_csv: Option<PathBuf>,
-    /// Save the map as a file that the library loads (exact solver)
-    #[arg(long)]
-    save: Option<PathBuf>,
-    /// Save the map as a multi-layer EXR picture, a layer a plane (exact solver)
-    #[arg(long)]
-    exr: Option<PathBuf>,
     #[command(flatten)]
     in_space: InSpaceArgs,
 }
@@ -74,12 +52,12 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
-    let mut files = FilePlan::default().read_arm("--arm", &args.arm.name);
+    let mut files = FilePlan::default().read_arm("--arm", &args.request.arm.name);
     for (flag, path) in [
         ("--out", &args.out),
-        ("--map-csv", &args.map_csv),
-        ("--save", &args.save),
-        ("--exr", &args.exr),
+        ("--map-csv", &args.request.map_csv),
+        ("--save", &args.request.save),
+        ("--exr", &args.request.exr),
         ("--html", &args.in_space.html),
         ("--svg-3d", &args.in_space.svg_3d),
     ] {
@@ -103,17 +81,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let shown = (published.as_ref())
         .map(|published| args.in_space.orientation(published.len()))
         .transpose()?;
-    let solved = maps::solve(&Request {
-        arm: &args.arm,
-        solver: args.solver,
-        starts: args.starts,
-        accuracy_m: args.accuracy_m,
-        roll: &args.roll,
-        map_csv: args.map_csv.as_deref(),
-        save: args.save.as_deref(),
-        exr: args.exr.as_deref(),
-        grid: &grid,
-    })?;
+    let solved = maps::solve(&args.request, &grid)?;
     let mut output = numbers::output(args.out.as_deref())?;
     published::write_rows(&solved.rows, &mut output).context("writing the intervals")?;
     output.finish()?;

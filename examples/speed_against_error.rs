@@ -7,7 +7,6 @@ use clap::Parser;
 use hwall_lab::documents::Destination;
 use hwall_lab::speed::control_step;
 use hwall_lab::speed::document::{self, Request};
-use hwall_stage::numbers::whole_within;
 use hwall_stage::{exit, printed};
 use std::io::Write;
 use std::path::PathBuf;
@@ -21,15 +20,8 @@ use std::process::ExitCode;
 struct Args {
     #[command(flatten)]
     destination: Destination,
-    /// Seed of every target
-    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
-    seed: u64,
-    /// Targets per row
-    #[arg(long, default_value_t = 10_000, value_parser = whole_within::<100, 1_000_000>, allow_negative_numbers = true)]
-    targets: u64,
-    /// OBJ file for the ray casts and closest points; default: the built-in room full of bumpy balls
-    #[arg(long)]
-    scene: Option<PathBuf>,
+    #[command(flatten)]
+    request: Request,
     /// Measure only this many steps of the control loop in either room, and print their section
     #[arg(long, conflicts_with_all = ["targets", "scene", "readme"], allow_negative_numbers = true)]
     control_steps: Option<u64>,
@@ -45,15 +37,10 @@ fn main() -> ExitCode {
 
 fn run(args: &Args, out: &mut impl Write) -> anyhow::Result<()> {
     if let Some(steps) = args.control_steps {
-        let section = control_step::control_step(args.seed, steps as usize)?;
+        let section = control_step::control_step(args.request.seed, steps as usize)?;
         return writeln!(out, "{}", section.text).context("standard output");
     }
     let documents = args.destination.open("out/speed_against_error")?;
-    let request = Request {
-        seed: args.seed,
-        targets: args.targets as usize,
-        scene: args.scene.as_deref(),
-    };
-    let path = document::write(&request, &documents, args.readme.as_deref(), out)?;
+    let path = document::write(&args.request, &documents, args.readme.as_deref(), out)?;
     writeln!(out, "wrote {}, figures beside it", path.display()).context("standard output")
 }

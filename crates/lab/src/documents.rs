@@ -1,6 +1,8 @@
 //! Destination of the documents of studies and measurements: `out/`, or on request the tracked documents.
 
 use anyhow::{Context, ensure};
+use std::fmt::Display;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// The folder of the tracked documents, from the root of the project.
@@ -109,6 +111,14 @@ impl Documents {
         hwall_files::write(&path, text).with_context(|| path.display().to_string())?;
         Ok(path)
     }
+}
+
+/// Prints the text of a document, and where it was written.
+///
+/// # Errors
+/// Standard output that cannot be written.
+pub fn show(text: impl Display, path: &Path) -> anyhow::Result<()> {
+    writeln!(io::stdout(), "{text}\nwrote {}", path.display()).context("standard output")
 }
 
 /// The sentence in a document about the command that wrote it: the running program.

@@ -1,7 +1,7 @@
 //! Command lines that lost data, ended in a panic or said nothing, and a shell that runs them.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 
 const ROWS: usize = 3000;
 
@@ -14,6 +14,16 @@ fn example(name: &str) -> Option<Command> {
     }
     println!("skipped: the example {name} is not built");
     None
+}
+
+/// A built example; the test ends where there is none.
+macro_rules! built {
+    ($name:expr) => {
+        match example($name) {
+            Some(command) => command,
+            None => return,
+        }
+    };
 }
 
 fn scratch(name: &str) -> PathBuf {
@@ -29,16 +39,27 @@ fn table(header: &str, row: &str) -> String {
     format!("{header}\n{}", format!("{row}\n").repeat(ROWS))
 }
 
-fn refused(command: &mut Command, because: &[&str]) -> Output {
+/// What a command prints on standard output and on standard error; it ends with a status.
+fn ended(command: &mut Command, status: i32) -> [String; 2] {
     let output = command.stdin(Stdio::null()).output().unwrap();
-    let error = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{error}");
+    let texts = [output.stdout, output.stderr];
+    let [out, error] = texts.map(|text| String::from_utf8_lossy(&text).into_owned());
+    assert_eq!(output.status.code(), Some(status), "{command:?}: {error}");
+    [out, error]
+}
+
+fn refused(command: &mut Command, because: &[&str]) {
+    let [_, error] = ended(command, 2);
     assert_eq!(error.lines().count(), 1, "{error}");
     assert!(error.len() < 1200, "{} bytes", error.len());
     for word in because {
         assert!(error.contains(word), "{word}: {error}");
     }
-    output
+}
+
+/// The words of a command line without quotes.
+fn words(line: &str) -> impl Iterator<Item = &str> {
+    line.split_whitespace()
 }
 
 const JOINTS: &str = "q1,q2,q3,q4,q5,q6,q7";
@@ -47,9 +68,7 @@ const POSE: &str = "0.1,0.2,0.3,0.4,0.5,0.6,0.7";
 /// A chapter alone would have replaced the whole document.
 #[test]
 fn one_chapter_is_not_written_over_the_tracked_document() {
-    let Some(mut thesis) = example("thesis") else {
-        return;
-    };
+    let mut thesis = built!("thesis");
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     thesis.current_dir(root).args(["--docs", "--chapter", "4"]);
     refused(&mut thesis, &["--chapter", "--docs"]);
@@ -58,9 +77,7 @@ fn one_chapter_is_not_written_over_the_tracked_document() {
 /// 5,000 rows were 390 afterwards.
 #[test]
 fn an_output_that_is_the_input_is_refused_and_nothing_is_lost() {
-    let Some(mut arm_state) = example("arm_state") else {
-        return;
-    };
+    let mut arm_state = built!("arm_state");
     let file = scratch("same").join("z.csv");
     let text = table(JOINTS, POSE);
     std::fs::write(&file, &text).unwrap();
@@ -72,9 +89,7 @@ fn an_output_that_is_the_input_is_refused_and_nothing_is_lost() {
 /// A row that cannot be read destroyed what stood there before.
 #[test]
 fn a_failing_run_leaves_the_good_file() {
-    let Some(mut arm_state) = example("arm_state") else {
-        return;
-    };
+    let mut arm_state = built!("arm_state");
     let folder = scratch("failing");
     let (bad, out) = (folder.join("bad.csv"), folder.join("out.csv"));
     std::fs::write(&bad, table(JOINTS, POSE) + "1,2\n").unwrap();
@@ -93,9 +108,7 @@ fn a_reader_that_goes_away_is_no_error() {
         ("arm_state", JOINTS, POSE),
         ("reach_check", poses, "0.5,0,0.6,0.7071,0,0.7071,0"),
     ] {
-        let Some(mut command) = example(name) else {
-            return;
-        };
+        let mut command = built!(name);
         let file = scratch(name).join("in.csv");
         std::fs::write(&file, table(header, row)).unwrap();
         command.arg("--in").arg(&file);
@@ -108,9 +121,7 @@ fn a_reader_that_goes_away_is_no_error() {
 /// `qd2` without `qd1` was passed over.
 #[test]
 fn rates_of_some_joints_only_are_named() {
-    let Some(mut arm_state) = example("arm_state") else {
-        return;
-    };
+    let mut arm_state = built!("arm_state");
     let file = scratch("rates").join("in.csv");
     std::fs::write(&file, format!("{JOINTS},qd2\n{POSE},1\n")).unwrap();
     arm_state.arg("--dynamics").arg("--in").arg(&file);
@@ -120,9 +131,7 @@ fn rates_of_some_joints_only_are_named() {
 /// Lines of a megabyte were repeated.
 #[test]
 fn long_inputs_are_cut_in_messages() {
-    let Some(mut arm_state) = example("arm_state") else {
-        return;
-    };
+    let mut arm_state = built!("arm_state");
     let file = scratch("long").join("in.csv");
     std::fs::write(
         &file,
@@ -136,17 +145,13 @@ fn long_inputs_are_cut_in_messages() {
 /// The output folder was looked at after minutes of work.
 #[test]
 fn outputs_that_cannot_be_written_are_named_first() {
-    let Some(mut hwall) = example("hwall") else {
-        return;
-    };
+    let mut hwall = built!("hwall");
     let folder = scratch("outputs");
     let file = folder.join("file");
     std::fs::write(&file, "").unwrap();
     hwall.arg("--out").arg(&file);
     refused(&mut hwall, &["--out"]);
-    let Some(mut hwall) = example("hwall") else {
-        return;
-    };
+    let mut hwall = built!("hwall");
     hwall
         .args(["--hand", "touches.csv", "--out", "."])
         .current_dir(&folder);
@@ -162,32 +167,18 @@ fn recordings_are_looked_at_before_the_run() {
     std::fs::write(folder.join("hand.csv"), good).unwrap();
     std::fs::write(folder.join("arm.urdf"), good).unwrap();
     std::fs::create_dir(folder.join("taken")).unwrap();
-    for (words, because) in [
-        (
-            &["--hand", "hand.csv", "--mcap", "hand.csv"][..],
-            &["--mcap", "--hand"],
-        ),
+    for (line, because) in [
+        ("--hand hand.csv --mcap hand.csv", ["--mcap", "--hand"]),
         // The arm's capsules go beside the recording.
-        (
-            &["--arm", "arm.urdf", "--mcap", "arm.mcap"],
-            &["--mcap", "--arm"],
-        ),
-        (
-            &["--mcap", "missing/run.mcap"],
-            &["--mcap", "missing/run.mcap"],
-        ),
-        (&["--mcap", "taken"], &["--mcap", "folder"]),
-        (&["--mcap", "run.urdf"], &["--mcap", "beside"]),
-        (
-            &["--json", "run.mcap", "--mcap", "run.mcap"],
-            &["--mcap", "--json"],
-        ),
-        (&["--replay", "missing.mcap"], &["missing.mcap", "No such"]),
+        ("--arm arm.urdf --mcap arm.mcap", ["--mcap", "--arm"]),
+        ("--mcap missing/run.mcap", ["--mcap", "missing/run.mcap"]),
+        ("--mcap taken", ["--mcap", "folder"]),
+        ("--mcap run.urdf", ["--mcap", "beside"]),
+        ("--json run.mcap --mcap run.mcap", ["--mcap", "--json"]),
+        ("--replay missing.mcap", ["missing.mcap", "No such"]),
     ] {
-        let Some(mut hwall) = example("hwall") else {
-            return;
-        };
-        refused(hwall.args(words).current_dir(&folder), because);
+        let mut hwall = built!("hwall");
+        refused(hwall.args(words(line)).current_dir(&folder), &because);
     }
     for name in ["hand.csv", "arm.urdf"] {
         assert_eq!(std::fs::read_to_string(folder.join(name)).unwrap(), good);
@@ -198,42 +189,27 @@ fn recordings_are_looked_at_before_the_run() {
 /// `ensemble:99999999999` aborted, other counts never ended; 1e-320 printed NaN; flags of an arm that is not led meant nothing.
 #[test]
 fn flags_have_bounds() {
-    for (name, words) in [
-        ("bip_filter", &["--mode", "ensemble:99999999999"][..]),
-        ("contact_study", &["--people", "99999999999"]),
-        ("contact_study", &["--reaches", "0"]),
+    for (name, line) in [
+        ("bip_filter", "--mode ensemble:99999999999"),
+        ("contact_study", "--people 99999999999"),
+        ("contact_study", "--reaches 0"),
         (
             "psychophysics",
-            &["design", "--factors", "2x2", "--subjects", "99999999999"],
+            "design --factors 2x2 --subjects 99999999999",
         ),
         (
             "psychophysics",
-            &[
-                "power",
-                "--factors",
-                "2x2",
-                "--subjects",
-                "10",
-                "--studies",
-                "99999999999",
-            ],
+            "power --factors 2x2 --subjects 10 --studies 99999999999",
         ),
-        ("reach_map", &["--starts", "99999999999"]),
-        ("arm_simulate", &["--gravity-only", "--step", "1e-12"]),
-        ("validation", &["--poses", "99999999999"]),
-        ("study", &["--simulate", "2", "--room", "room.toml"]),
-        ("study", &["--run", "study", "--watch-frozen"]),
+        ("reach_map", "--starts 99999999999"),
+        ("arm_simulate", "--gravity-only --step 1e-12"),
+        ("validation", "--poses 99999999999"),
+        ("study", "--simulate 2 --room room.toml"),
+        ("study", "--run study --watch-frozen"),
     ] {
-        let Some(mut command) = example(name) else {
-            return;
-        };
-        let output = command.args(words).stdin(Stdio::null()).output().unwrap();
-        let error = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{name}: {error}");
+        ended(built!(name).args(words(line)), 2);
     }
-    let Some(mut analyse) = example("psychophysics") else {
-        return;
-    };
+    let mut analyse = built!("psychophysics");
     let file = scratch("flags").join("study.csv");
     let rows =
         (0..6).flat_map(|s| [0, 1].map(|level| format!("s{s},{level},{}\n", s * 3 % 5 + level)));
@@ -242,16 +218,9 @@ fn flags_have_bounds() {
         .collect();
     std::fs::write(&file, text).unwrap();
     analyse.arg("analyse").arg(&file);
-    analyse.args([
-        "--subject",
-        "subject",
-        "--factors",
-        "a",
-        "--value",
-        "value",
-        "--confidence",
-        "1e-320",
-    ]);
+    analyse.args(words(
+        "--subject subject --factors a --value value --confidence 1e-320",
+    ));
     refused(&mut analyse, &["confidence"]);
 }
 
@@ -259,36 +228,20 @@ fn flags_have_bounds() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_device_is_an_error_and_no_panic() {
-    for (name, words) in [
-        ("arm_state", &["--in", "in.csv"][..]),
-        (
-            "psychophysics",
-            &["design", "--factors", "2x2", "--subjects", "4"],
-        ),
-        ("texture_patch", &["--preset", "released"]),
-        (
-            "study",
-            &[
-                "--simulate",
-                "2",
-                "--factors",
-                "angle",
-                "--levels",
-                "0,90",
-                "--once",
-            ],
-        ),
+    for (name, line) in [
+        ("arm_state", "--in in.csv"),
+        ("psychophysics", "design --factors 2x2 --subjects 4"),
+        ("texture_patch", "--preset released"),
+        ("study", "--simulate 2 --factors angle --levels 0,90 --once"),
     ] {
-        let Some(mut command) = example(name) else {
-            return;
-        };
+        let mut command = built!(name);
         let folder = scratch("full");
         std::fs::write(folder.join("in.csv"), table(JOINTS, POSE)).unwrap();
         let full = std::fs::File::options()
             .write(true)
             .open("/dev/full")
             .unwrap();
-        command.args(words).current_dir(&folder);
+        command.args(words(line)).current_dir(&folder);
         let status = command.stdout(full).stderr(Stdio::null()).status().unwrap();
         assert_eq!(status.code(), Some(2), "{name}");
     }
@@ -298,20 +251,9 @@ fn a_full_device_is_an_error_and_no_panic() {
 #[test]
 fn files_are_written_whoever_reads_what_is_printed() {
     let folder = scratch("read-by-nobody");
-    let words = [
-        "--size-mm",
-        "20",
-        "--stl",
-        "patch.stl",
-        "--obj",
-        "patch.obj",
-        "--out",
-        "figures",
-    ];
-    let Some(mut command) = example("texture_patch") else {
-        return;
-    };
-    command.args(words).current_dir(&folder);
+    let line = "--size-mm 20 --stl patch.stl --obj patch.obj --out figures";
+    let mut command = built!("texture_patch");
+    command.args(words(line)).current_dir(&folder);
     let mut child = command.stdout(Stdio::piped()).spawn().unwrap();
     drop(child.stdout.take());
     assert_eq!(child.wait().unwrap().code(), Some(0));
@@ -329,7 +271,7 @@ fn files_are_written_whoever_reads_what_is_printed() {
 /// Each of these said nothing, named no flag, or not the bound.
 #[test]
 fn refusals_name_the_flag_and_the_bound() {
-    for (name, words, because) in [
+    for (name, line, because) in [
         (
             "hwall",
             "--hand a.csv --touches 5",
@@ -400,15 +342,10 @@ fn refusals_name_the_flag_and_the_bound() {
             &["--published missing", "not part of the project"],
         ),
     ] {
-        let Some(mut command) = example(name) else {
-            return;
-        };
-        let words = words.split(' ');
-        command.args(words).current_dir(scratch("refusals"));
-        let output = command.stdin(Stdio::null()).output().unwrap();
-        let error = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{name}: {error}");
-        assert!(output.stdout.is_empty(), "{name} printed before it refused");
+        let mut command = built!(name);
+        command.args(words(line)).current_dir(scratch("refusals"));
+        let [printed, error] = ended(&mut command, 2);
+        assert!(printed.is_empty(), "{name} printed before it refused");
         for word in because {
             assert!(error.contains(word), "{name}: no {word:?} in {error}");
         }
@@ -419,12 +356,11 @@ fn refusals_name_the_flag_and_the_bound() {
 #[cfg(unix)]
 #[test]
 fn a_bridge_that_is_stopped_before_it_recorded_says_so() {
-    let Some(mut bridge) = example("bridge") else {
-        return;
-    };
+    let mut bridge = built!("bridge");
     let folder = scratch("stopped");
-    let words = ["--listen", "127.0.0.1:0", "--record", "a.mcap"];
-    bridge.args(words).current_dir(&folder);
+    bridge
+        .args(words("--listen 127.0.0.1:0 --record a.mcap"))
+        .current_dir(&folder);
     bridge.stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = bridge.spawn().unwrap();
     let mut first = String::new();
@@ -432,13 +368,7 @@ fn a_bridge_that_is_stopped_before_it_recorded_says_so() {
     std::io::BufRead::read_line(&mut std::io::BufReader::new(out), &mut first).unwrap();
     assert!(first.starts_with("open http://"), "{first}");
     let number = child.id().to_string();
-    assert!(
-        Command::new("kill")
-            .args(["-INT", &number])
-            .status()
-            .unwrap()
-            .success()
-    );
+    ended(Command::new("kill").args(["-INT", &number]), 0);
     let output = child.wait_with_output().unwrap();
     let error = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(130), "{error}");
@@ -452,37 +382,24 @@ fn the_base_stands_behind_the_walls_it_serves() {
     let folder = scratch("placement");
     let wall = "o wall\nv 0.6 -1 0\nv 0.6 1 0\nv 0.6 1 1.5\nv 0.6 -1 1.5\nf 1 2 3 4\n";
     std::fs::write(folder.join("wall.obj"), wall).unwrap();
-    let best_x = |words: &[&str]| {
+    let best_x = |more: &str| {
         let mut command = example("base_placement")?;
-        let words = [
-            "--scene",
-            "wall.obj",
-            "--grid-m",
-            "0.05",
-            "--spacing-m",
-            "0.3",
-        ]
-        .iter()
-        .chain(words);
-        command
-            .args(words)
-            .args(["--headings", "2", "--out", "out"]);
-        let output = command.current_dir(&folder).output().unwrap();
-        let error = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(0), "{error}");
+        let line = "--scene wall.obj --grid-m 0.05 --spacing-m 0.3 --headings 2 --out out";
+        command.args(words(line)).args(words(more));
+        ended(command.current_dir(&folder), 0);
         let table = std::fs::read_to_string(folder.join("out/placements.csv")).unwrap();
         let rows = table.lines().skip(1);
         let xs = rows.map(|row| row.split(',').next().unwrap().parse::<f64>().unwrap());
         Some(xs.fold(f64::NEG_INFINITY, f64::max))
     };
     // The wall faces +x: behind it is where x is smaller.
-    let Some(usual) = best_x(&[]) else {
+    let Some(usual) = best_x("") else {
         return;
     };
     assert!(usual <= 0.4 + 1e-9, "{usual}");
-    let far = best_x(&["--behind-m", "0.5"]).unwrap();
+    let far = best_x("--behind-m 0.5").unwrap();
     assert!(far <= 0.1 + 1e-9, "{far}");
-    let any = best_x(&["--behind-m", "any"]).unwrap();
+    let any = best_x("--behind-m any").unwrap();
     assert!(any > 0.6, "{any}");
 }
 
@@ -500,14 +417,11 @@ fn tables_of_studies_are_analysed_as_they_are_written() {
     }
     std::fs::write(folder.join("long.csv"), long).unwrap();
     std::fs::write(folder.join("wide.csv"), wide).unwrap();
-    let said = |words: &str| {
+    let said = |table: &str| {
         let mut command = example("psychophysics")?;
-        let words = format!("analyse {words} --subject subject --factors angle");
-        let output = command.args(words.split(' ')).current_dir(&folder).output();
-        let output = output.unwrap();
-        let error = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(0), "{error}");
-        Some(String::from_utf8(output.stdout).unwrap())
+        let line = format!("analyse {table} --subject subject --factors angle");
+        let [text, _] = ended(command.args(words(&line)).current_dir(&folder), 0);
+        Some(text)
     };
     let Some(long) = said("long.csv --value answer") else {
         return;
@@ -533,21 +447,11 @@ fn a_column_that_says_nothing_of_rows_can_be_refused() {
         table += &format!("{subject},0,{a},0.93\n{subject},90,{b},ok\n");
     }
     std::fs::write(folder.join("study.csv"), table).unwrap();
-    let analyse = |valid: &[&str]| {
-        let mut command = example("psychophysics")?;
-        let words = "analyse study.csv --value answer --subject subject --factors angle";
-        command.args(words.split(' ')).args(valid);
-        command.current_dir(&folder);
-        Some(command)
-    };
-    let Some(mut unasked) = analyse(&[]) else {
-        return;
-    };
-    refused(&mut unasked, &["\"0.93\"", "--valid none"]);
-    let output = analyse(&["--valid", "none"]).unwrap().output().unwrap();
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{error}");
-    let text = String::from_utf8(output.stdout).unwrap();
+    let mut analyse = built!("psychophysics");
+    let line = "analyse study.csv --value answer --subject subject --factors angle";
+    analyse.args(words(line)).current_dir(&folder);
+    refused(&mut analyse, &["\"0.93\"", "--valid none"]);
+    let [text, _] = ended(analyse.args(["--valid", "none"]), 0);
     assert!(!text.contains("left out"), "{text}");
 }
 
@@ -561,7 +465,7 @@ fn tables_come_by_flag_by_name_and_by_standard_input() {
         path
     };
     let answers = "s,a,y\n1,x,1\n1,z,2\n2,x,2\n2,z,4\n3,x,1\n3,z,5\n";
-    for (name, words, table) in [
+    for (name, line, table) in [
         ("arm_state", "", format!("{JOINTS}\n{POSE}\n")),
         (
             "reach_check",
@@ -587,8 +491,7 @@ fn tables_come_by_flag_by_name_and_by_standard_input() {
         let file = put(name, &table);
         let said = |more: &[&str], input: Stdio| {
             let mut command = example(name)?;
-            let words = words.split_whitespace();
-            let output = command.args(words).args(more).stdin(input).output();
+            let output = command.args(words(line)).args(more).stdin(input).output();
             let output = output.unwrap();
             let error = String::from_utf8_lossy(&output.stderr);
             assert!(output.status.success(), "{name} {more:?}: {error}");
@@ -605,23 +508,18 @@ fn tables_come_by_flag_by_name_and_by_standard_input() {
             assert_eq!(by_file.as_ref(), Some(&by_standard_input), "{name}");
         }
         let mut both = example(name).unwrap();
-        both.args(words.split_whitespace());
-        both.args(["--in", path, path]).stdin(Stdio::null());
-        assert_eq!(both.output().unwrap().status.code(), Some(2), "{name}");
+        ended(both.args(words(line)).args(["--in", path, path]), 2);
     }
 }
 
 /// `--out` of the one tool that had none.
 #[test]
 fn a_simulated_motion_goes_to_a_file() {
-    let Some(mut arm_simulate) = example("arm_simulate") else {
-        return;
-    };
+    let mut arm_simulate = built!("arm_simulate");
     let out = scratch("motion").join("out.csv");
     arm_simulate.args(["--gravity-only", "--duration", "0.02", "--out"]);
-    let output = arm_simulate.arg(&out).stdin(Stdio::null()).output();
-    let output = output.unwrap();
-    assert!(output.status.success() && output.stdout.is_empty());
+    let [printed, _] = ended(arm_simulate.arg(&out), 0);
+    assert!(printed.is_empty());
     assert_eq!(std::fs::read_to_string(&out).unwrap().lines().count(), 4);
 }
 
@@ -636,9 +534,7 @@ fn a_study_that_cannot_begin_leaves_no_folder() {
         &["--factors", "angle,angle"],
         &["--fri", "127.0.0.1:0", "--hands", &address],
     ] {
-        let Some(mut study) = example("study") else {
-            return;
-        };
+        let mut study = built!("study");
         study.arg("--run").arg(&folder).args(more);
         refused(&mut study, &[]);
         assert!(!folder.exists(), "{more:?}");
@@ -646,35 +542,28 @@ fn a_study_that_cannot_begin_leaves_no_folder() {
     // One that can says that it is new, in case its name was mistyped.
     let mut study = example("study").unwrap();
     study.arg("--run").arg(&folder).args(["--subjects", "2"]);
-    let output = study.stdin(Stdio::null()).output().unwrap();
-    let text = String::from_utf8_lossy(&output.stdout);
+    let text = study.stdin(Stdio::null()).output().unwrap().stdout;
+    let text = String::from_utf8_lossy(&text);
     assert!(text.contains("a new study begins, of 2 subjects"), "{text}");
 }
 
 /// Files of a search by arrival stayed beside those of one by coverage.
 #[test]
 fn a_search_by_coverage_leaves_nothing_by_arrival() {
-    let Some(mut base_placement) = example("base_placement") else {
-        return;
-    };
+    let mut base_placement = built!("base_placement");
     let out = scratch("coverage");
     for name in ["arrival.svg", "placements_by_arrival.csv", "mine.svg"] {
         std::fs::write(out.join(name), "old").unwrap();
     }
-    base_placement.args(["--spacing-m", "0.5", "--grid-m", "0.5", "--out"]);
-    let output = base_placement.arg(&out).output().unwrap();
-    let said = String::from_utf8_lossy(&output.stdout);
-    assert!(
-        output.status.success() && said.contains("removed"),
-        "{said}"
-    );
+    let line = "--spacing-m 0.5 --grid-m 0.5 --out";
+    let [said, _] = ended(base_placement.args(words(line)).arg(&out), 0);
+    assert!(said.contains("removed"), "{said}");
     let left = |name: &str| out.join(name).exists();
     assert!(left("placements.csv") && left("mine.svg"));
     assert!(!left("arrival.svg") && !left("placements_by_arrival.csv"));
     // Without such placements the figure is that of `arrival_map`, and stays.
     std::fs::write(out.join("arrival.svg"), "of the map").unwrap();
     let mut again = example("base_placement").unwrap();
-    again.args(["--spacing-m", "0.5", "--grid-m", "0.5", "--out"]);
-    assert!(again.arg(&out).output().unwrap().status.success());
+    ended(again.args(words(line)).arg(&out), 0);
     assert!(left("arrival.svg"));
 }

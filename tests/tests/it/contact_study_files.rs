@@ -37,7 +37,7 @@ fn empty_folder(name: &str) -> PathBuf {
 }
 
 /// What a study may leave out.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Kept {
     palm: bool,
     head: bool,
@@ -46,6 +46,16 @@ struct Kept {
     person: bool,
     trial: bool,
 }
+
+/// Index and palm of named people and trials.
+const PALM: Kept = Kept {
+    palm: true,
+    head: false,
+    target: false,
+    contact: false,
+    person: true,
+    trial: true,
+};
 
 fn thinned(made: &[SimulatedReach], kept: Kept) -> Vec<Recording> {
     let mut all: Vec<Recording> = made.iter().map(|d| d.recording.clone()).collect();
@@ -100,9 +110,8 @@ fn study(dir: &Path) -> (usize, String, String) {
 fn the_tip_of_one_finger_is_enough() {
     let dir = empty_folder("index");
     let kept = Kept {
-        person: true,
-        trial: true,
-        ..Kept::default()
+        palm: false,
+        ..PALM
     };
     let made = people();
     write(&dir.join("all.csv"), &thinned(&made, kept));
@@ -126,12 +135,10 @@ fn the_tip_of_one_finger_is_enough() {
 fn targets_and_contacts_are_the_labels_where_there_are_any() {
     let dir = empty_folder("labelled");
     let kept = Kept {
-        palm: true,
         head: true,
         target: true,
         contact: true,
-        person: true,
-        trial: true,
+        ..PALM
     };
     let made = people();
     write(&dir.join("all.csv"), &thinned(&made, kept));
@@ -153,9 +160,8 @@ fn people_need_no_names() {
     // Trials without people: recordings are held out. Neither, a file a trial: the same.
     let made = people();
     let kept = Kept {
-        palm: true,
-        trial: true,
-        ..Kept::default()
+        person: false,
+        ..PALM
     };
     let dir = empty_folder("trials");
     let mut trials = thinned(&made, kept);
@@ -188,13 +194,7 @@ fn people_need_no_names() {
 #[test]
 fn empty_cells_are_gaps_and_no_more() {
     let dir = empty_folder("gaps");
-    let kept = Kept {
-        palm: true,
-        head: true,
-        person: true,
-        trial: true,
-        ..Kept::default()
-    };
+    let kept = Kept { head: true, ..PALM };
     let mut all = thinned(&people(), kept);
     for recording in &mut all {
         let n = recording.samples.len();
@@ -225,13 +225,7 @@ fn empty_cells_are_gaps_and_no_more() {
 #[test]
 fn predictions_are_written_at_the_moments_and_every_fifty_ms() {
     let dir = empty_folder("rows");
-    let kept = Kept {
-        palm: true,
-        person: true,
-        trial: true,
-        ..Kept::default()
-    };
-    write(&dir.join("all.csv"), &thinned(&people(), kept));
+    palms(&dir.join("all.csv"));
     study(&dir);
     let rows = fs::read_to_string(dir.with_extension("out").join("all_predictions.csv")).unwrap();
     let per_reach = (rows.lines().count() - 1) as f64 / (2 * REACHES) as f64;
@@ -255,13 +249,7 @@ fn text_of(path: &Path) -> &str {
 
 /// All reaches, with the palm alone.
 fn palms(path: &Path) {
-    let kept = Kept {
-        palm: true,
-        person: true,
-        trial: true,
-        ..Kept::default()
-    };
-    write(path, &thinned(&people(), kept));
+    write(path, &thinned(&people(), PALM));
 }
 
 #[test]

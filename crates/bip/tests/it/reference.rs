@@ -1,14 +1,11 @@
 //! Agreement with the published implementation and with an independent exact filter.
 
 use crate::common::{
-    HAND, cases, csv, floats, groups, json, moments, reference, step, training_set,
+    HAND, cases, csv, excerpt, floats, groups, json, moments, reference, step, training_set,
 };
-use hwall_bip::{
-    Basis, Filter, FilterConfig, Model, NoiseSource, PhaseVelocity, Prior, TrainingConfig,
-};
+use hwall_bip::{Filter, FilterConfig, Model, NoiseSource, TrainingConfig};
 use hwall_testkit::ErrorStats;
 use serde_json::Value;
-use std::path::Path;
 
 const ARM: [usize; 7] = [18, 19, 20, 21, 22, 23, 24];
 
@@ -85,27 +82,6 @@ fn run_exact(model: &Model, samples: &[Vec<f64>], expected: &Value, out: &mut Di
             out.palm.push((got - want).abs());
         }
     }
-}
-
-/// Prior and test runs of the excerpt in `tests/data`, rounded to 13 digits. The excerpt's other filter, with the published convention, is for
-/// `hwall-lab`.
-fn excerpt() -> (Prior, Value) {
-    let data = json(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/poly_b4.json"));
-    let number = |key: &str| data[key].as_f64().unwrap();
-    let prior = Prior {
-        offset: vec![0.0; 25],
-        groups: groups(Basis::Polynomial { count: 4 }),
-        mean: floats(&data["mean"]),
-        factor: floats(&data["factor"]),
-        rank: data["rank"].as_u64().unwrap() as usize,
-        noise: floats(&data["noise"]),
-        phase_velocity: PhaseVelocity {
-            mean: number("velocity_mean"),
-            variance: number("velocity_variance"),
-        },
-        sampling_period: 1.0,
-    };
-    (prior, data["tests"].clone())
 }
 
 #[test]

@@ -29,7 +29,7 @@ fn led_by_gaze(scene: Scene) -> GazeSession {
 
 /// How far the furthest corner of the face is in front of the wall, m.
 fn in_front_m(bench: &Bench) -> f64 {
-    let corners_m = corners_m(&bench.servo.pose());
+    let corners_m = corners_m(&bench.arm.pose());
     let in_front_m = corners_m.map(|corner_m| corner_m.x - WALL_M);
     in_front_m.into_iter().fold(f64::NEG_INFINITY, f64::max)
 }
@@ -48,7 +48,7 @@ fn run<P: Predictor>(
 }
 
 fn stands<P: Predictor>(bench: &Bench, _: &Session<P>) {
-    let moved_rad = bench.servo.q().max_abs_difference(&home());
+    let moved_rad = bench.arm.q().max_abs_difference(&home());
     assert!(moved_rad < 1e-3, "{moved_rad} rad at {}", bench.now_s());
 }
 

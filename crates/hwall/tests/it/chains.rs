@@ -50,11 +50,11 @@ fn serves(name: &str, arm: &Arc<dyn ArmKinematics>) {
         bench.obey(command);
         match session.state() {
             SessionState::InPlace if arrived_s.is_none() => arrived_s = Some(now_s),
-            SessionState::Touched => touched.push(bench.servo.q()),
+            SessionState::Touched => touched.push(bench.arm.q()),
             _ => {}
         }
         if (hand.press_s - 0.4..hand.press_s - 0.3).contains(&now_s) {
-            let board = bench.servo.pose();
+            let board = bench.arm.pose();
             let tolerance = PlaceTolerance::default();
             let placed = tolerance.holds(&Board::default(), &board, hand.target_m, DVec3::X);
             assert!(placed, "{name}: {board:?} at {now_s} s");

@@ -73,12 +73,12 @@ fn states(q: JointPositions, sd_m: f64) -> (Vec<SessionState>, f64, DVec3) {
         bench.step_apart(&mut control, &mut planner, |_| {});
         while control.next_event().is_some() {}
         seen.push(control.state());
-        for corner_m in corners_m(&bench.servo.pose()) {
+        for corner_m in corners_m(&bench.arm.pose()) {
             most_m = most_m.max(corner_m.x - WALL_X_M);
         }
     }
     assert!(seen.len() as f64 > 1.0 / DT_S);
-    let face_m = bench.servo.pose().position_m();
+    let face_m = bench.arm.pose().position_m();
     (seen, most_m, face_m)
 }
 

@@ -185,7 +185,7 @@ fn s2_an_arm_that_does_not_move_for_three_seconds_is_noticed_and_does_not_leap()
         let began_s = bench.now_s();
         let (mut held, mut most_rad) = (0, 0.0_f64);
         let mut last: Option<JointPositions> = None;
-        let stood = bench.servo.q();
+        let stood = bench.arm.q();
         // Its drives are off: it stands still and reports this.
         for k in 0..3000 {
             let trembles = noise * f64::from(k % 7);
@@ -214,7 +214,7 @@ fn s2_an_arm_that_does_not_move_for_three_seconds_is_noticed_and_does_not_leap()
                 last = None;
                 continue;
             };
-            let (from, most) = last.map_or((bench.servo.q(), 0.06), |last| (last, 3.2 * DT_S));
+            let (from, most) = last.map_or((bench.arm.q(), 0.06), |last| (last, 3.2 * DT_S));
             assert!(q.max_abs_difference(&from) <= most);
             last = Some(q);
         }
@@ -228,13 +228,13 @@ fn s4_after_a_stall_the_first_command_is_no_leap() {
         let (mut session, mut bench) = rig();
         to_the_approach(&mut session, &mut bench);
         // Until it moves fast.
-        while bench.servo.twist().linear_m_per_s.length() < 0.5 {
+        while bench.arm.twist().linear_m_per_s.length() < 0.5 {
             bench.cycle(&mut session);
         }
         let ArmCommand::Position(mut last) = bench.cycle(&mut session) else {
             panic!("not on its way");
         };
-        bench.servo.advance(stall_s).unwrap();
+        bench.arm.advance(stall_s).unwrap();
         let mut state = bench.state();
         let (mut most_rad, began_s) = (0.0_f64, bench.now_s() + stall_s);
         for k in 0..500 {
@@ -317,7 +317,7 @@ fn s6_no_corner_comes_near_a_hand_faster_than_it_can_stop() {
             let mut bench = Bench::new(Hand::reaching_in(reach_s, target_m));
             while bench.now_s() < bench.hand.press_s {
                 bench.cycle(&mut session);
-                let (pose, twist) = (bench.servo.pose(), bench.servo.twist());
+                let (pose, twist) = (bench.arm.pose(), bench.arm.twist());
                 let tip_m = bench.hand.tip_m(bench.now_s());
                 for corner_m in corners_m(&pose) {
                     let lever_m = corner_m - pose.position_m();
@@ -359,7 +359,7 @@ fn lost_commands_are_noticed_before_the_arm_is_far_off() {
             }
             // After a lost command, the last one stays in force.
             if k % 10 < lost_of_ten {
-                bench.servo.advance(DT_S).unwrap();
+                bench.arm.advance(DT_S).unwrap();
                 bench.skip();
             } else {
                 bench.obey(command);

@@ -84,11 +84,11 @@ fn surfaces_that_nobody_knows_are_told_and_the_board_holds() {
     let unknown = SessionState::Holding(HoldReason::UnknownSurfaces);
     let holds = [unknown, SessionState::Holding(HoldReason::NoTarget)];
     assert!(holds.contains(&session.state()), "{:?}", session.state());
-    let stood = bench.servo.q();
+    let stood = bench.arm.q();
     for _ in 0..300 {
         bench.cycle(&mut session);
     }
-    assert!(bench.servo.q().max_abs_difference(&stood) < 0.2);
+    assert!(bench.arm.q().max_abs_difference(&stood) < 0.2);
     session
         .world(&at(bench.now_s(), DVec3::ZERO))
         .expect("in order");
@@ -134,7 +134,7 @@ fn a_shaking_world_neither_stops_the_board_nor_makes_it_wander() {
     for (shakes_m, hz) in [(0.002, 4.0), (0.005, 7.0), (0.01, 3.0)] {
         let mut session = session(wall(0.6));
         let mut bench = Bench::new(Hand::reaching_in(2.5, TARGET_M));
-        let (mut way_m, mut last_m) = (0.0, bench.servo.pose().position_m());
+        let (mut way_m, mut last_m) = (0.0, bench.arm.pose().position_m());
         let start_m = last_m;
         let (mut gap_m, mut states) = (0.0_f64, Vec::new());
         while bench.now_s() < 2.5 {
@@ -142,7 +142,7 @@ fn a_shaking_world_neither_stops_the_board_nor_makes_it_wander() {
             let by_m = DVec3::X * shakes_m * (std::f64::consts::TAU * hz * t_s).sin();
             session.world(&at(t_s, by_m)).expect("in order");
             bench.cycle(&mut session);
-            let here_m = bench.servo.pose().position_m();
+            let here_m = bench.arm.pose().position_m();
             way_m += here_m.distance(last_m);
             last_m = here_m;
             if t_s > 1.8 {

@@ -1,9 +1,9 @@
 //! An arm at torque level that does not follow commands: detected, named, held, and released without a jump.
 
-use crate::common::{DT_S, GazeSession, Hand, TRACKER_S, home, iiwa, session, wall};
+use crate::common::{Bench, DT_S, GazeSession, Hand, home, iiwa, session, wall};
 use hwall::glam::DVec3;
 use hwall::haptics::safety::{SafeReason, SafeState};
-use hwall::haptics::{Arm, ArmCommand, ArmState};
+use hwall::haptics::{ArmCommand, ArmState};
 use hwall::kinematics::{Chain, ChainDynamics, JointPositions};
 use hwall::{EventKind, SessionState};
 use hwall_sim::{TorqueArm, TorqueConfig};
@@ -21,10 +21,7 @@ enum Way {
 
 struct Run {
     session: GazeSession,
-    arm: TorqueArm,
-    hand: Hand,
-    cycles: u32,
-    frames: u32,
+    bench: Bench<TorqueArm>,
     drifted_rad: f64,
     stuck_at: Option<JointPositions>,
     /// The last command, and what the arm measured.
@@ -36,38 +33,33 @@ impl Run {
     fn new() -> Self {
         let dynamics = ChainDynamics::new(&Chain::iiwa7()).unwrap();
         let config = TorqueConfig::default();
-        let mut arm = TorqueArm::new(Arc::new(iiwa()), dynamics, home(), config).unwrap();
+        let arm = TorqueArm::new(Arc::new(iiwa()), dynamics, home(), config).unwrap();
+        let hand = Hand::reaching_in(3.0, DVec3::new(0.6, -0.25, 0.7));
+        let mut bench = Bench::of(arm, hand);
         Self {
             session: session(wall(0.6)),
-            hand: Hand::reaching_in(3.0, DVec3::new(0.6, -0.25, 0.7)),
-            cycles: 0,
-            frames: 0,
             drifted_rad: 0.0,
             stuck_at: None,
             command: ArmCommand::Hold,
-            state: arm.state().unwrap(),
-            arm,
+            state: bench.state(),
+            bench,
         }
     }
 
     fn now_s(&self) -> f64 {
-        f64::from(self.cycles) * DT_S
+        self.bench.now_s()
     }
 
     fn cycle(&mut self, way: Way) -> SessionState {
-        while f64::from(self.frames) * TRACKER_S <= self.now_s() {
-            let frame = self.hand.frame(f64::from(self.frames) * TRACKER_S);
-            self.session.frame(&frame);
-            self.frames += 1;
-        }
-        let mut state = self.arm.state().unwrap();
+        self.bench.show_frames(&mut self.session);
+        let mut state = self.bench.state();
         // Encoders have noise: an arm at rest is not frozen.
-        let noise = 1e-9 * f64::from(self.cycles % 7);
+        let noise = 1e-9 * ((self.now_s() / DT_S).round() % 7.0);
         state.q[6] += noise;
         state.qd[6] += noise;
         let command = self.session.step(self.now_s(), &state);
         self.session.plan();
-        let held = *self.stuck_at.get_or_insert(self.arm.q());
+        let held = *self.stuck_at.get_or_insert(self.bench.arm.q());
         let sent = match way {
             Way::Through => {
                 (self.stuck_at, self.drifted_rad) = (None, 0.0);
@@ -81,16 +73,14 @@ impl Run {
                 ArmCommand::Position(q)
             }
         };
-        self.arm.command(sent).unwrap();
-        self.arm.advance(DT_S).unwrap();
-        self.cycles += 1;
+        self.bench.send(sent);
         (self.command, self.state) = (command, state);
         self.session.state()
     }
 
     /// Largest joint speed relative to its limit.
     fn speed_share(&self) -> f64 {
-        let (qd, model) = (self.arm.qd(), iiwa());
+        let (qd, model) = (self.bench.arm.qd(), iiwa());
         let most = model.max_velocity_rad_per_s();
         (0..7).fold(0.0, |share: f64, i| share.max(qd[i].abs() / most[i]))
     }
@@ -143,7 +133,7 @@ fn an_arm_that_stands_whatever_it_is_told_is_held_and_goes_on_after_a_reset() {
     while !is_not_obeyed(run.session.state()) {
         run.cycle(Way::Stuck);
         if let ArmCommand::Position(q) = run.command {
-            apart_rad = apart_rad.max(q.max_abs_difference(&run.arm.q()));
+            apart_rad = apart_rad.max(q.max_abs_difference(&run.bench.arm.q()));
         }
         while let Some(event) = run.session.next_event() {
             named += usize::from(matches!(event.kind, EventKind::Safe(safe)

@@ -80,7 +80,7 @@ impl Person {
     }
 
     fn rests_at(&self, posture: &JointPositions) -> bool {
-        let off_rad = self.bench.servo.q().max_abs_difference(posture);
+        let off_rad = self.bench.arm.q().max_abs_difference(posture);
         self.control.state() == SessionState::Waiting && off_rad < 0.02
     }
 }

@@ -50,7 +50,7 @@ fn a_pushed_door_opens_turns_the_board_and_closes() {
         if door.touched && door.position > most {
             most = door.position;
             // The face lies on the door at its current opening.
-            let pose = bench.servo.pose();
+            let pose = bench.arm.pose();
             let perception = session.perception();
             let closest = perception
                 .scene()
@@ -88,9 +88,9 @@ fn without_objects_a_door_stands_like_a_wall() {
     assert_eq!(session.state(), SessionState::Touched);
     assert!(session.control().moving().next().is_none());
     assert_eq!(session.perception().scene().opening(DOOR), Some(0.0));
-    let held = bench.servo.pose();
+    let held = bench.arm.pose();
     bench.run(&mut session, hand.leave_s - 0.1);
-    assert_eq!(bench.servo.pose(), held);
+    assert_eq!(bench.arm.pose(), held);
 }
 
 #[test]
@@ -121,7 +121,7 @@ fn after_a_fault_the_door_goes_on_from_where_the_arm_is() {
     }
     assert!(!moving(&session).touched);
     // No command jumps.
-    let mut last = bench.servo.q();
+    let mut last = bench.arm.q();
     for _ in 0..400 {
         let command = bench.cycle(&mut session);
         if let ArmCommand::Position(q) = command {
@@ -129,7 +129,7 @@ fn after_a_fault_the_door_goes_on_from_where_the_arm_is() {
             assert!(leap_rad < 0.01, "{leap_rad} rad at {}", bench.now_s());
             last = q;
         } else {
-            last = bench.servo.q();
+            last = bench.arm.q();
         }
     }
 }

@@ -74,7 +74,7 @@ fn headless(
 #[test]
 fn a_head_that_is_no_longer_seen_makes_the_board_stand_then_withdraw_then_come_back() {
     let (mut session, mut bench) = in_place();
-    let from_m = bench.servo.pose().position_m();
+    let from_m = bench.arm.pose().position_m();
     let mut told = Vec::new();
     headless(&mut session, &mut bench, 2.3, |session, _| {
         while let Some(event) = session.next_event() {
@@ -85,7 +85,7 @@ fn a_head_that_is_no_longer_seen_makes_the_board_stand_then_withdraw_then_come_b
     });
     let head = Some(Channel::Head);
     assert_eq!(told, [("holding", head), ("retreating", head)]);
-    let way_m = bench.servo.pose().position_m() - from_m;
+    let way_m = bench.arm.pose().position_m() - from_m;
     assert!((-0.03..-0.005).contains(&way_m.x), "{way_m}");
     assert!(way_m.with_x(0.0).length() < 2e-3, "{way_m}");
     let until_s = bench.now_s() + 0.15;
@@ -98,13 +98,13 @@ fn a_head_that_is_no_longer_seen_makes_the_board_stand_then_withdraw_then_come_b
 #[test]
 fn a_retreat_is_no_faster_than_asked_for_and_ends_behind_the_surface() {
     let (mut session, mut bench) = in_place();
-    let from_m = bench.servo.pose().position_m();
+    let from_m = bench.arm.pose().position_m();
     let mut fastest: f64 = 0.0;
     headless(&mut session, &mut bench, 3.4, |_, bench| {
-        fastest = fastest.max(bench.servo.twist().linear_m_per_s.length());
+        fastest = fastest.max(bench.arm.twist().linear_m_per_s.length());
     });
     assert!(fastest < 0.11, "{fastest} m/s");
-    let way_m = bench.servo.pose().position_m() - from_m;
+    let way_m = bench.arm.pose().position_m() - from_m;
     assert!((-0.105..-0.08).contains(&way_m.x), "{way_m}");
     assert_eq!(session.control().safety().name(), "retreating");
 }
@@ -127,7 +127,7 @@ fn a_fault_that_the_renderer_has_named_keeps_that_name() {
 #[test]
 fn a_touched_board_stands_whatever_the_tracker_does() {
     let (mut session, mut bench) = touched();
-    let q = bench.servo.q();
+    let q = bench.arm.q();
     // No frame at all.
     let until_s = bench.now_s() + 0.3;
     while bench.now_s() < until_s {
@@ -144,11 +144,11 @@ fn a_touched_board_stands_whatever_the_tracker_does() {
         assert!(state == SessionState::Touched || head_is_lost, "{state:?}");
     }
     assert_eq!(session.control().safety().name(), "holding");
-    assert_eq!(bench.servo.q(), q);
+    assert_eq!(bench.arm.q(), q);
     let until_s = bench.now_s() + 0.35;
     bench.run(&mut session, until_s);
     assert_eq!(session.state(), SessionState::Touched);
-    assert_eq!(bench.servo.q(), q);
+    assert_eq!(bench.arm.q(), q);
 }
 
 /// Regression: an arm that was pushed at a link during a touch stood still.
@@ -168,16 +168,16 @@ fn a_push_at_a_link_during_a_touch_is_given_way_to() {
 #[test]
 fn a_hand_that_presses_too_hard_is_let_go_and_that_is_latched() {
     let (mut session, mut bench) = touched();
-    let from_m = bench.servo.pose().position_m();
+    let from_m = bench.arm.pose().position_m();
     // 300 N against the face.
     let push = hwall::geometry::Wrench {
-        force_n: bench.servo.pose().rotation().z_axis * -300.0,
+        force_n: bench.arm.pose().rotation().z_axis * -300.0,
         moment_n_m: DVec3::ZERO,
     };
     let torque = session
         .control()
         .arm()
-        .jacobian(&bench.servo.q())
+        .jacobian(&bench.arm.q())
         .torques(&push);
     let names = spoiled(&mut session, &mut bench, 0.3, |state| {
         state.external_torque = Some(torque);
@@ -187,7 +187,7 @@ fn a_hand_that_presses_too_hard_is_let_go_and_that_is_latched() {
         panic!("{:?}", session.control().safety())
     };
     assert!(matches!(reason, SafeReason::Force { limit_n, .. } if limit_n == 280.0));
-    assert!(bench.servo.pose().position_m().x < from_m.x - 0.01);
+    assert!(bench.arm.pose().position_m().x < from_m.x - 0.01);
     // The fault is gone, but latched.
     spoiled(&mut session, &mut bench, 0.5, |_| {});
     assert!(session.control().is_latched());
@@ -406,7 +406,7 @@ fn the_board_does_not_come_through_a_bystander() {
     let [nobody, somebody] = [&[] as &[_], &[Some(stands_m)]].map(|heads_m| {
         let (mut session, mut bench) = (session(wall(0.6)), Bench::new(hand));
         with_bystanders(&mut session, &mut bench, 1.6, Some(heads_m));
-        let away_m = bench.servo.pose().position_m().distance(TARGET_M);
+        let away_m = bench.arm.pose().position_m().distance(TARGET_M);
         (session.state() == SessionState::InPlace, away_m)
     });
     assert!(nobody.0 && !somebody.0, "{nobody:?} {somebody:?}");

@@ -2,20 +2,17 @@
 //! while the texture moves along its face.
 
 use crate::common::{
-    DT_S, GazeSession, TRACKER_S, by_gaze, config, home, iiwa, session_on, with_room,
+    DT_S, GazeSession, Plant, TRACKER_S, by_gaze, config, home, iiwa, session_on, with_room,
 };
-use hwall::geometry::{Pose, Twist, Wrench};
 use hwall::glam::DVec3;
 use hwall::hand::HandFrame;
-use hwall::haptics::{
-    Arm, ArmCommand, ArmState, ImpedanceConfig, MovingObject, ObjectCommand, ObjectPath,
-};
+use hwall::haptics::{ArmCommand, ImpedanceConfig, MovingObject, ObjectCommand, ObjectPath};
 use hwall::kinematics::{Chain, ChainDynamics, Inertial, JointPositions};
 use hwall::scene::{Scene, SurfaceId};
 use hwall::texture::TexturedTouch;
 use hwall::{EventKind, MovingSurface, SessionConfig, SessionState, Walls, maps_of, object_of};
 use hwall_sim::{
-    HandBody, HandBodyConfig, HandDrive, ServoArm, ServoConfig, SimError, TorqueArm, TorqueConfig,
+    HandBody, HandBodyConfig, HandDrive, ServoArm, ServoConfig, TorqueArm, TorqueConfig,
     minimum_jerk,
 };
 use std::sync::Arc;
@@ -66,18 +63,6 @@ fn aim_m(t_s: f64) -> DVec3 {
     rest_m.lerp(TARGET_M - DVec3::X * 0.01 - pressed, out)
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Level {
-    Servo,
-    Torque,
-}
-
-/// The simulated arm, at one of the two levels.
-enum Simulated {
-    Servo(Box<ServoArm>),
-    Torque(Box<TorqueArm>),
-}
-
 /// Dynamics of the arm with a board of 0.6 kg.
 fn dynamics() -> ChainDynamics {
     let size_m = DVec3::new(0.2, 0.2, 0.02);
@@ -86,88 +71,46 @@ fn dynamics() -> ChainDynamics {
     arm.with_payload(&board).unwrap()
 }
 
-impl Simulated {
-    fn new(level: Level, home: JointPositions) -> Self {
-        let arm = Arc::new(iiwa());
-        match level {
-            Level::Servo => {
-                let config = ServoConfig::default();
-                Self::Servo(Box::new(ServoArm::new(arm, home, config).unwrap()))
-            }
-            Level::Torque => {
-                let config = TorqueConfig::default();
-                let arm = TorqueArm::new(arm, dynamics(), home, config).unwrap();
-                Self::Torque(Box::new(arm))
-            }
-        }
-    }
-
-    fn state(&mut self) -> Result<ArmState, SimError> {
-        match self {
-            Self::Servo(arm) => arm.state(),
-            Self::Torque(arm) => arm.state(),
-        }
-    }
-
-    fn cycle(&mut self, command: ArmCommand) -> Result<(), SimError> {
-        match self {
-            Self::Servo(arm) => arm.command(command).and_then(|()| arm.advance(DT_S)),
-            Self::Torque(arm) => arm.command(command).and_then(|()| arm.advance(DT_S)),
-        }
-    }
-
-    fn push(&mut self, wrench: Wrench) -> Result<(), SimError> {
-        match self {
-            Self::Servo(arm) => arm.apply_wrench(wrench),
-            Self::Torque(arm) => arm.apply_wrench(wrench),
-        }
-    }
-
-    fn pose(&self) -> Pose {
-        match self {
-            Self::Servo(arm) => arm.pose(),
-            Self::Torque(arm) => arm.pose(),
-        }
-    }
-
-    fn twist(&self) -> Twist {
-        match self {
-            Self::Servo(arm) => arm.twist(),
-            Self::Torque(arm) => arm.twist(),
-        }
-    }
+/// An arm at servo level, and how it renders a door.
+fn by_servo(home: JointPositions) -> (ServoArm, ObjectCommand) {
+    let arm = ServoArm::new(Arc::new(iiwa()), home, ServoConfig::default()).unwrap();
+    (arm, ObjectCommand::Position)
 }
 
-struct Run {
+/// The same at torque level.
+fn by_torque(home: JointPositions) -> (TorqueArm, ObjectCommand) {
+    let config = TorqueConfig::default();
+    let rendering = ObjectCommand::Torque {
+        dynamics: Box::new(dynamics()),
+        config: ImpedanceConfig {
+            rotor_inertia_kg_m2: config.felt_rotor_inertia_kg_m2(),
+            ..ImpedanceConfig::default()
+        },
+    };
+    let arm = TorqueArm::new(Arc::new(iiwa()), dynamics(), home, config).unwrap();
+    (arm, rendering)
+}
+
+struct Run<A> {
     session: GazeSession,
-    arm: Simulated,
+    arm: A,
     hand: HandBody,
     cycles: u32,
     frames: u32,
     torques: usize,
 }
 
-impl Run {
-    fn new(level: Level, home: JointPositions) -> Self {
+impl<A: Plant> Run<A> {
+    fn new((arm, object_command): (A, ObjectCommand), home: JointPositions) -> Self {
         let scene = door();
         let mut walls = Walls::from(maps_of(&scene, &iiwa()).unwrap());
         walls.waiting = Some(home);
-        let object_command = match level {
-            Level::Servo => ObjectCommand::Position,
-            Level::Torque => ObjectCommand::Torque {
-                dynamics: Box::new(dynamics()),
-                config: ImpedanceConfig {
-                    rotor_inertia_kg_m2: TorqueConfig::default().felt_rotor_inertia_kg_m2(),
-                    ..ImpedanceConfig::default()
-                },
-            },
-        };
         let config = SessionConfig {
             object_command,
             ..config()
         };
         Self {
-            arm: Simulated::new(level, home),
+            arm,
             session: session_on(scene, walls, by_gaze(), config),
             hand: HandBody::new(HandBodyConfig::default(), aim_m(0.0), DVec3::ZERO).unwrap(),
             cycles: 0,
@@ -203,7 +146,8 @@ impl Run {
         let command = self.session.step(self.now_s(), &state);
         self.session.plan();
         self.torques += usize::from(matches!(command, ArmCommand::Torque(_)));
-        self.arm.cycle(command).unwrap();
+        self.arm.command(command).unwrap();
+        self.arm.advance(DT_S).unwrap();
         self.cycles += 1;
         let drive = HandDrive::Aim {
             position_m: aim_m(self.now_s()),
@@ -211,7 +155,7 @@ impl Run {
         };
         let (pose, twist) = (self.arm.pose(), self.arm.twist());
         let wrench = self.hand.step(DT_S, &pose, &twist, &drive).unwrap();
-        self.arm.push(wrench).unwrap();
+        self.arm.apply_wrench(wrench).unwrap();
         let path = ObjectPath::turning(HINGE_M, DVec3::Z).unwrap();
         path.generalized_force(pose.position_m(), &wrench)
     }
@@ -223,8 +167,9 @@ impl Run {
     }
 }
 
-fn pushed(level: Level, home: JointPositions, bounds: &Bounds) {
-    let mut run = Run::new(level, home);
+fn pushed<A: Plant>(arm: (A, ObjectCommand), home: JointPositions, bounds: &Bounds) {
+    let takes_torques = matches!(arm.1, ObjectCommand::Torque { .. });
+    let mut run = Run::new(arm, home);
     let (config, _) = object_of(&door(), DOOR).unwrap().unwrap();
     let mut ideal = MovingObject::new(config).unwrap();
     let (mut texture, mut ended): (Option<TexturedTouch>, bool) = (None, false);
@@ -290,8 +235,9 @@ fn pushed(level: Level, home: JointPositions, bounds: &Bounds) {
     let median = along[along.len() / 2];
     let steady = f64::from(steady);
     let stiffness = steady_n_m / steady_rad;
+    let level = if takes_torques { "Torque" } else { "Servo" };
     println!(
-        "{level:?}: opened {most:.4} rad, off the closed form {error:.5}, the board off its door {turned:.5} rad \
+        "{level}: opened {most:.4} rad, off the closed form {error:.5}, the board off its door {turned:.5} rad \
          and {off_m:.5} m, {:.2} N m at rest, {stiffness:.2} N m/rad, slid {slid_m:.4} m at {median:.4} of {:?} mm/s, \
          {} torques",
         steady_n_m / steady,
@@ -305,7 +251,7 @@ fn pushed(level: Level, home: JointPositions, bounds: &Bounds) {
     assert!((stiffness / STIFFNESS - 1.0).abs() < bounds.opening);
     assert!(slid_m > 0.015, "{slid_m} m");
     assert!((median - 1.0).abs() < bounds.speed, "{median}");
-    assert_eq!(run.torques > 0, matches!(level, Level::Torque));
+    assert_eq!(run.torques > 0, takes_torques);
     // After release, it closes.
     let door = run.door();
     assert!(!door.touched && door.position.abs() < 0.01, "{door:?}");
@@ -319,7 +265,7 @@ fn by_positions() {
         off_m: 5e-3,
         speed: 0.05,
     };
-    pushed(Level::Servo, with_room(), &bounds);
+    pushed(by_servo(with_room()), with_room(), &bounds);
 }
 
 #[test]
@@ -331,7 +277,7 @@ fn by_torques() {
         off_m: 1e-2,
         speed: 0.15,
     };
-    pushed(Level::Torque, with_room(), &bounds);
+    pushed(by_torque(with_room()), with_room(), &bounds);
 }
 
 /// From the default posture, the fastest roll leaves joint 7 only half a radian, which door and slide together would need: other joints
@@ -344,12 +290,12 @@ fn a_joint_with_little_room_does_not_keep_the_door_shut() {
         off_m: 5e-3,
         speed: 0.3,
     };
-    pushed(Level::Servo, home(), &servo);
+    pushed(by_servo(home()), home(), &servo);
     let torque = Bounds {
         opening: 0.15,
         board_rad: 0.02,
         off_m: 8e-3,
         speed: 0.3,
     };
-    pushed(Level::Torque, home(), &torque);
+    pushed(by_torque(home()), home(), &torque);
 }

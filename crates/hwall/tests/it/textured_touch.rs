@@ -67,7 +67,7 @@ fn run(
             }
         }
         if (hand.press_s..hand.leave_s).contains(&now_s) {
-            let at_m = bench.servo.pose().position_m();
+            let at_m = bench.arm.pose().position_m();
             let off_m = at_m - *from_m.get_or_insert(at_m);
             outcome.slid_m = outcome.slid_m.max(off_m.with_x(0.0).length());
             outcome.out_m = outcome.out_m.max(off_m.x.abs());
@@ -165,13 +165,13 @@ fn a_world_that_moves_ends_the_slide() {
     session.world(&moved).expect("a first stamp");
     // It ends as gently as it began, and the servo follows.
     bench.run(&mut session, hand.press_s + 0.5);
-    let nearly = bench.servo.q();
+    let nearly = bench.arm.q();
     bench.run(&mut session, hand.press_s + 0.55);
-    let q = bench.servo.q();
+    let q = bench.arm.q();
     assert!(q.max_abs_difference(&nearly) < 1e-4);
     bench.run(&mut session, hand.leave_s);
     assert_eq!(session.state(), SessionState::TouchedInMovingWorld);
-    assert_eq!(bench.servo.q(), q);
+    assert_eq!(bench.arm.q(), q);
 }
 
 /// A study's condition is presented from the next touch on, whatever the scene contains.

@@ -87,7 +87,7 @@ fn touched() -> (GazeSession, Bench) {
 #[test]
 fn a_world_that_moves_during_a_touch_leaves_the_board_still_until_it_is_released() {
     let (mut session, mut bench) = touched();
-    let q = bench.servo.q();
+    let q = bench.arm.q();
     let away = shifted(DVec3::new(0.05, 0.2, 0.0));
     session
         .world(&at(bench.now_s(), away))
@@ -95,7 +95,7 @@ fn a_world_that_moves_during_a_touch_leaves_the_board_still_until_it_is_released
     while bench.now_s() < hand().leave_s {
         bench.cycle(&mut session);
         assert_eq!(session.state(), SessionState::TouchedInMovingWorld);
-        assert_eq!(bench.servo.q(), q);
+        assert_eq!(bench.arm.q(), q);
     }
     // Moving back does not undo the motion.
     session
@@ -116,7 +116,7 @@ fn a_world_that_moves_during_a_touch_leaves_the_board_still_until_it_is_released
     assert_eq!(count(&mut session, told), 2);
     bench.run(&mut session, hand().end_s + 2.0);
     assert_eq!(session.state(), SessionState::InPlace);
-    let moved_m = bench.servo.pose().position_m().x - (TARGET_M.x + 0.05);
+    let moved_m = bench.arm.pose().position_m().x - (TARGET_M.x + 0.05);
     assert!(moved_m.abs() < 0.005, "{moved_m} m from the wall");
 }
 

@@ -2,8 +2,8 @@
 
 use crate::bip::run::TestRun;
 use crate::bip::scores::{Accuracy, DofSet, INTERVALS, kinds};
-use hwall_stage::figures::{COLOURS, TEXT};
-use hwall_stage::report::figure::{Area, Axes, Draw, Plot, figure, log_ticks, whole};
+use hwall_stage::figures::{COLOURS, Sign, legend_beside};
+use hwall_stage::report::figure::{Area, Axes, Plot, figure, log_ticks, whole};
 use hwall_testkit::quantile;
 use plotters::prelude::*;
 use std::path::Path;
@@ -37,16 +37,11 @@ const KEY_WIDTH: u32 = 235;
 /// Names beside a chart, with their stroke or band.
 fn key(area: &Area<'_>, entries: &[(String, ShapeStyle)]) -> anyhow::Result<()> {
     let left = (area.dim_in_pixel().0 - KEY_WIDTH) as i32 + 14;
-    for (i, (name, style)) in entries.iter().enumerate() {
-        let y = 64 + 24 * i as i32;
-        let right = left + 24;
-        match style.filled {
-            true => area.put(&Rectangle::new([(left, y - 7), (right, y + 7)], *style))?,
-            false => area.put(&PathElement::new([(left, y), (right, y)], *style))?,
-        }
-        area.write(name, TEXT, (left + 32, y - 8))?;
-    }
-    Ok(())
+    let keys = entries.iter().map(|(name, style)| {
+        let width = if style.filled { 14 } else { style.stroke_width };
+        (Sign::Line(width), style.color, name.as_str())
+    });
+    legend_beside(area, (left, 64), keys)
 }
 
 fn errors_panel(area: &Area<'_>, set: &DofSet, runs: &[TestRun]) -> anyhow::Result<()> {

@@ -10,6 +10,7 @@ use hwall_contact::{ContactEstimator, LearnedConfig, LearnedModel};
 use hwall_hand::LabelledReach;
 use hwall_sim::{Gesture, PersonConfig};
 use hwall_stage::built_in_room::BuiltInRoom;
+use hwall_stage::numbers::count_within;
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::TrainingPeople;
 use hwall_stage::person::responses::{Answered, PEOPLE, Scenery, TOUCHES, answered};
@@ -17,11 +18,13 @@ use hwall_testkit::quantiles;
 use std::sync::Arc;
 
 /// Settings of the study.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, clap::Args)]
 pub struct Request {
-    /// Touches of each kind of people.
+    /// Touches of each kind of people, a dozen for each person
+    #[arg(long, default_value_t = 240, value_parser = count_within::<1, 100_000>, allow_negative_numbers = true)]
     pub touches: usize,
-    /// Seed of the people who touch.
+    /// Seed of the people who touch and of the sensors' noise
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     pub seed: u64,
 }
 

@@ -120,11 +120,11 @@ pub fn text(request: &Request, results: &Results) -> String {
         verdicts(results),
         impact_table(results)
     );
-    for level in &request.levels {
+    for level in request.levels() {
         text += &format!(
             "\n## Every fault in every phase: {} level\n\n{}",
             format!("{level:?}").to_lowercase(),
-            matrix_table(&results.outcomes, *level, &results.bounds)
+            matrix_table(&results.outcomes, level, &results.bounds)
         );
     }
     text
@@ -141,19 +141,19 @@ pub fn write(
 ) -> anyhow::Result<PathBuf> {
     let folder = documents.figures("faults")?;
     let mut figures = String::new();
-    for level in &request.levels {
+    for level in request.levels() {
         let name = format!("{level:?}").to_lowercase();
         figure::matrix(
             &folder.join(format!("{name}.svg")),
             &results.outcomes,
-            *level,
+            level,
             &results.bounds,
         )?;
         figures += &format!("![Safe states, {name} level](figures/faults/{name}.svg)\n\n");
     }
     let seeds: Vec<String> = request.seeds.iter().map(u64::to_string).collect();
     let seed = request.seeds.first().copied().unwrap_or(1);
-    let faults = results.outcomes.len() / (Phase::ALL.len() * request.levels.len().max(1));
+    let faults = results.outcomes.len() / (Phase::ALL.len() * request.levels().len());
     let gaps: [Gap<'_>; 5] = [
         ("faults", &faults),
         ("phases", &Phase::ALL.len()),

@@ -14,14 +14,32 @@ use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Settings of the study.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, clap::Args)]
 pub struct Request {
-    /// Seeds of the sensors' noise; the worst outcome counts.
+    /// Seeds of the sensors' noise; the worst of all runs counts
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "1",
+        allow_negative_numbers = true
+    )]
     pub seeds: Vec<u64>,
-    /// How much of the arm is simulated.
-    pub levels: Vec<ArmLevel>,
-    /// Only faults whose names contain this.
+    /// How much of the arm is simulated; default both
+    #[arg(long)]
+    pub arm_level: Option<ArmLevel>,
+    /// Only faults whose names contain this
+    #[arg(long)]
     pub only: Option<String>,
+}
+
+impl Request {
+    /// The levels of the arm that are simulated.
+    pub fn levels(&self) -> Vec<ArmLevel> {
+        match self.arm_level {
+            Some(level) => vec![level],
+            None => vec![ArmLevel::Servo, ArmLevel::Torque],
+        }
+    }
 }
 
 /// The whole matrix.
@@ -78,7 +96,7 @@ pub fn run(request: &Request, progress: impl Fn(usize, usize) + Sync) -> anyhow:
         let name = fault.name();
         request.only.as_ref().is_none_or(|only| name.contains(only))
     };
-    for &level in &request.levels {
+    for level in request.levels() {
         for fault in Fault::all().into_iter().filter(asked) {
             // Only a servo arm is behind FRI.
             if !matches!(fault, Fault::Link(_)) || level == ArmLevel::Servo {
@@ -103,7 +121,7 @@ pub fn run(request: &Request, progress: impl Fn(usize, usize) + Sync) -> anyhow:
     let outcomes = outcomes.collect::<anyhow::Result<Vec<Option<Outcome>>>>()?;
     let seed = request.seeds.first().copied().unwrap_or(1);
     let mut impacts = Vec::new();
-    for &level in &request.levels {
+    for level in request.levels() {
         for mass_kg in MASSES_KG {
             for stiffness in STIFFNESSES_N_PER_M {
                 impacts.push(impact::run(&setup, (level, mass_kg, stiffness), seed)?);

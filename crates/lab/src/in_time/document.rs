@@ -122,9 +122,9 @@ const CLEARLY_S: f64 = 0.05;
 /// All tables, as they are printed and written.
 pub fn text(request: &Request, results: &Results) -> String {
     let people = results.rows.iter().map(|row| row.summary.people).max();
-    let board = match request.textured {
-        true => "presents the roughness of the walls",
-        false => "presents no roughness",
+    let board = match request.plain {
+        true => "presents no roughness",
+        false => "presents the roughness of the walls",
     };
     format!(
         "{} of {} of each kind, one run a dozen, in the built-in room with an iiwa 7; the board {board}. \

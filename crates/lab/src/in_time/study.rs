@@ -2,6 +2,7 @@
 
 use hwall::PolicyConfig;
 use hwall_stage::built_in_room::BuiltInRoom;
+use hwall_stage::numbers::count_within;
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::{PREDICTORS, PredictorKind, Predictors, TrainingPeople};
 use hwall_stage::person::responses;
@@ -10,19 +11,25 @@ use hwall_stage::run::people;
 use hwall_stage::run::stage::Stage;
 
 /// Settings of the study.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, clap::Args)]
 pub struct Request {
-    /// Kinds of people, in the order of the table.
-    pub kinds: Vec<PersonKind>,
-    /// Touches of each kind; each person makes a dozen.
+    /// Kinds of people [default: all]
+    #[arg(long, value_enum, num_args = 1..)]
+    pub person: Vec<PersonKind>,
+    /// Touches of each kind, a dozen for each person
+    #[arg(long, default_value_t = 1200, value_parser = count_within::<1, 100_000>, allow_negative_numbers = true)]
     pub touches: usize,
-    /// Seed of the people.
+    /// Seed of the people and the sensors' noise
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     pub seed: u64,
-    /// The predictor that leads the board; `None`: the default.
-    pub leader: Option<PredictorKind>,
-    /// Does the board present the roughness of surfaces?
-    pub textured: bool,
+    /// Who leads the board [default: fused]
+    #[arg(long, value_enum)]
+    pub predictor: Option<PredictorKind>,
+    /// The board presents no roughness
+    #[arg(long)]
+    pub plain: bool,
     /// When the board is sent.
+    #[arg(skip)]
     pub policy: PolicyConfig,
 }
 
@@ -62,10 +69,10 @@ pub fn run(
     let room = BuiltInRoom::new()?;
     let people_like = TrainingPeople::default();
     let (predictors, learnt) =
-        Predictors::train(&room.scene, &room.arm, &people_like, request.leader)?;
+        Predictors::train(&room.scene, &room.arm, &people_like, request.predictor)?;
     let plain = room.people(PersonKind::Plain, 1, request.seed)?;
-    let walls = room.walls(&plain, request.textured)?;
-    let scenery = room.scenery(&walls, &people_like, request.textured);
+    let walls = room.walls(&plain, !request.plain)?;
+    let scenery = room.scenery(&walls, &people_like, !request.plain);
     let (predictors, also) = responses::taught(predictors, &scenery)?;
     let learnt: Vec<String> = [learnt].into_iter().chain(also).collect();
     let stage = Stage {
@@ -84,7 +91,11 @@ pub fn run(
             leads_s: leads.collect(),
         })
     };
-    let rows: anyhow::Result<Vec<Row>> = request.kinds.iter().map(&mut row).collect();
+    let kinds = match &request.person[..] {
+        [] => &PersonKind::ALL,
+        chosen => chosen,
+    };
+    let rows: anyhow::Result<Vec<Row>> = kinds.iter().map(&mut row).collect();
     Ok(Results {
         rows: rows?,
         learnt: learnt.join("; "),

@@ -4,15 +4,18 @@ use super::contact::Contact;
 use super::simulation::{self, Outcome};
 use hwall_haptics::HapticsError;
 use hwall_haptics::passivity::{Causality, PassivityMethod};
+use hwall_stage::numbers::whole_within;
 use hwall_testkit::quantile;
 use rayon::prelude::*;
 
 /// Settings of the study.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::Args)]
 pub struct Request {
-    /// Number of contacts.
+    /// Number of contacts
+    #[arg(long, default_value_t = 1_000_000, value_parser = whole_within::<1, 100_000_000>, allow_negative_numbers = true)]
     pub contacts: u64,
-    /// Seed of the contacts and of their noise.
+    /// Seed of the contacts and the sensors' noise
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     pub seed: u64,
 }
 

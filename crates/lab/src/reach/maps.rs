@@ -9,9 +9,10 @@ use hwall_reachability::{
     Progress, ReachabilityMap, Roll, Steps, WallGrid, WallLine,
 };
 use hwall_stage::arms::NamedArm;
+use hwall_stage::numbers::count_within;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// How lines are solved.
@@ -76,26 +77,33 @@ fn numbers(name: &str, text: &str, separator: char) -> anyhow::Result<Vec<f64>> 
     parsed.collect()
 }
 
-/// The request.
-pub struct Request<'a> {
-    /// `iiwa7`, `iiwa14` or a URDF file.
-    pub arm: &'a NamedArm,
-    /// How lines are solved.
+/// How to solve the lines, and what to write.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Request {
+    /// The arm.
+    #[command(flatten)]
+    pub arm: NamedArm,
+    /// exact: interval sets with proof; optimization: one interval a line, the dissertation's way
+    #[arg(long, value_enum, default_value = "exact")]
     pub solver: Solver,
-    /// Starts of the optimization on each line.
+    /// Starts of the optimization on each line
+    #[arg(long, default_value_t = 5, value_parser = count_within::<1, 10_000>, allow_negative_numbers = true)]
     pub starts: usize,
-    /// Accuracy of the exact solver, m.
+    /// Accuracy of the ends, m (exact solver)
+    #[arg(long, default_value_t = 1e-6, allow_negative_numbers = true)]
     pub accuracy_m: f64,
-    /// Degrees, `quarter` or `free`.
-    pub roll: &'a str,
-    /// Where to write the map's own CSV.
-    pub map_csv: Option<&'a Path>,
-    /// Where to save the map.
-    pub save: Option<&'a Path>,
-    /// Where to save the picture.
-    pub exr: Option<&'a Path>,
-    /// The walls.
-    pub grid: &'a [WallGrid],
+    /// How the board may be turned about the normal: degrees, `quarter` or `free`
+    #[arg(long, default_value = "0", allow_hyphen_values = true)]
+    pub roll: String,
+    /// Write the map's own CSV: heading, distance, height, ends along the wall in m, branches (exact solver)
+    #[arg(long)]
+    pub map_csv: Option<PathBuf>,
+    /// Save the map as a file that the library loads (exact solver)
+    #[arg(long)]
+    pub save: Option<PathBuf>,
+    /// Save the map as a multi-layer EXR picture, a layer a plane (exact solver)
+    #[arg(long)]
+    pub exr: Option<PathBuf>,
 }
 
 /// The solution.
@@ -111,31 +119,31 @@ pub struct Solved {
     pub took: Duration,
 }
 
-/// Solves all lines of a request.
+/// Solves all lines of the walls.
 ///
 /// # Errors
 /// An unknown arm or roll, a grid that the solver refuses, a file that cannot be written.
-pub fn solve(request: &Request) -> anyhow::Result<Solved> {
+pub fn solve(request: &Request, grid: &[WallGrid]) -> anyhow::Result<Solved> {
     match request.solver {
-        Solver::Exact => exact(request),
-        Solver::Optimization => optimization(request),
+        Solver::Exact => exact(request, grid),
+        Solver::Optimization => optimization(request, grid),
     }
 }
 
-fn exact(request: &Request) -> anyhow::Result<Solved> {
+fn exact(request: &Request, walls: &[WallGrid]) -> anyhow::Result<Solved> {
     let arm = request.arm.closed_form()?;
     let config = ExactConfig {
         accuracy_m: request.accuracy_m,
-        roll: roll(request.roll)?,
+        roll: roll(&request.roll)?,
         ..ExactConfig::default()
     };
     let bar = progress();
     let start = Instant::now();
-    let grid = request.grid.to_vec();
+    let grid = walls.to_vec();
     let map = ReachabilityMap::build_monitored(&arm, &config, grid, &|p| shown(&bar, p))?;
     let took = start.elapsed();
     bar.finish_and_clear();
-    let mut solved = Solved::new(request.grid, took);
+    let mut solved = Solved::new(walls, took);
     for index in map.lines() {
         let line = map.line(index).context("a line of the map")?;
         for interval in map.intervals(index) {
@@ -152,31 +160,31 @@ fn exact(request: &Request) -> anyhow::Result<Solved> {
         unknown / reachable.max(f64::MIN_POSITIVE),
         map.report().solved,
     ));
-    if let Some(path) = request.map_csv {
+    if let Some(path) = &request.map_csv {
         let mut file = hwall_stage::numbers::output(Some(path))?;
         map.write_csv(&mut file)?;
         file.finish()?;
         remarks.push(format!("map as CSV: {}", path.display()));
     }
-    if let Some(path) = request.save {
+    if let Some(path) = &request.save {
         map.save(path)?;
         let kilobytes = map.to_bytes().len() / 1000;
         remarks.push(format!("map saved, {kilobytes} kB: {}", path.display()));
     }
-    if let Some(path) = request.exr {
+    if let Some(path) = &request.exr {
         map.write_exr(path, &PictureConfig::default())?;
         remarks.push(format!("picture saved: {}", path.display()));
     }
     Ok(solved)
 }
 
-fn optimization(request: &Request) -> anyhow::Result<Solved> {
+fn optimization(request: &Request, walls: &[WallGrid]) -> anyhow::Result<Solved> {
     ensure!(
         request.save.is_none() && request.exr.is_none() && request.map_csv.is_none(),
         "--save, --exr and --map-csv need --solver exact: two extremes do not make a map"
     );
     let chain = request.arm.chain()?;
-    let roll_rad = match roll(request.roll)? {
+    let roll_rad = match roll(&request.roll)? {
         Roll::Fixed(roll) => Some(roll),
         Roll::Free => None,
         Roll::AnyOf(_) => bail!("--roll quarter needs --solver exact"),
@@ -189,11 +197,11 @@ fn optimization(request: &Request) -> anyhow::Result<Solved> {
     let solver = OptimizationSolver::new(&chain, config)?;
     let bar = progress();
     let start = Instant::now();
-    let map = ChainMap::build(&solver, request.grid.to_vec(), &|p| shown(&bar, p))?;
-    let mut solved = Solved::new(request.grid, start.elapsed());
+    let map = ChainMap::build(&solver, walls.to_vec(), &|p| shown(&bar, p))?;
+    let mut solved = Solved::new(walls, start.elapsed());
     bar.finish_and_clear();
     let mut lines = map.lines();
-    for (wall, grid) in request.grid.iter().enumerate() {
+    for (wall, grid) in walls.iter().enumerate() {
         for plane in 0..grid.distances.count() {
             for (height, (line, ends)) in lines.by_ref().take(grid.heights.count()).enumerate() {
                 let index = LineIndex {

@@ -6,6 +6,7 @@ use crate::speed::contact::{estimators, fusion};
 use crate::speed::section::{Section, summary_table};
 use crate::speed::{bip, control_step, feel, kinematics, reach, scene, texture};
 use anyhow::Context;
+use hwall_stage::numbers::count_within;
 use hwall_testkit::{Machine, Yardstick};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -18,14 +19,17 @@ const SUMMARY: (&str, &str) = ("CRATES.md", "speed");
 const QUOTED: (&str, &str) = ("control step, 9 upright pieces", "control-step");
 
 /// Settings of the measurements.
-#[derive(Debug, Clone)]
-pub struct Request<'a> {
-    /// Seed of everything.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Request {
+    /// Seed of every target
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     pub seed: u64,
-    /// Targets per row.
+    /// Targets per row
+    #[arg(long, default_value_t = 10_000, value_parser = count_within::<100, 1_000_000>, allow_negative_numbers = true)]
     pub targets: usize,
-    /// OBJ file for the ray casts; `None`: the built-in room full of bumpy balls.
-    pub scene: Option<&'a Path>,
+    /// OBJ file for the ray casts and closest points; default: the built-in room full of bumpy balls
+    #[arg(long)]
+    pub scene: Option<PathBuf>,
 }
 
 /// Measures everything and writes the document; shows the tables on `out`.
@@ -36,16 +40,12 @@ pub struct Request<'a> {
 /// # Errors
 /// A measurement that fails, a file that cannot be written.
 pub fn write(
-    request: &Request<'_>,
+    request: &Request,
     documents: &Documents,
     readme: Option<&Path>,
     out: &mut impl Write,
 ) -> anyhow::Result<PathBuf> {
-    let &Request {
-        seed,
-        targets: n,
-        scene,
-    } = request;
+    let (seed, n) = (request.seed, request.targets);
     let mut yardstick = Yardstick::default();
     let mut timed = |section: Section| {
         yardstick.measure();
@@ -58,7 +58,7 @@ pub fn write(
         timed(reach::maps(seed, 1_000 * n)?),
         timed(reach::queries(seed, n)?),
         timed(bip::filters(seed)?),
-        timed(scene::queries(seed, n, scene)?),
+        timed(scene::queries(seed, n, request.scene.as_deref())?),
         timed(estimators::estimators(seed)?),
         timed(fusion::fusion(seed)?),
         timed(texture::tessellation()?),

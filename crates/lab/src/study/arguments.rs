@@ -235,63 +235,50 @@ impl Arguments {
 
     /// Refuses flags that would have no effect.
     fn check(&self) -> anyhow::Result<()> {
-        const LEARNED: [&str; 6] = [
-            "--regions",
-            "--lags",
-            "--points",
-            "--frame",
-            "--gaze",
-            "--settings",
+        let learned = [
+            ("--regions", self.regions.is_some()),
+            ("--lags", self.lags.is_some()),
+            ("--points", self.points.is_some()),
+            ("--frame", self.frame.is_some()),
+            ("--gaze", self.gaze),
+            ("--settings", self.settings.is_some()),
         ];
-        let given = |flag: &str| match flag {
-            "--recordings" => self.recordings.is_some(),
-            "--report" => self.report.is_some(),
-            "--docs" => self.docs,
-            "--out" => self.out.is_some(),
-            "--protocol" => self.protocol.is_some(),
-            "--seed" => self.seed.is_some(),
-            "--people" => self.people.is_some(),
-            "--reaches" => self.reaches.is_some(),
-            "--regions" => self.regions.is_some(),
-            "--lags" => self.lags.is_some(),
-            "--points" => self.points.is_some(),
-            "--frame" => self.frame.is_some(),
-            "--gaze" => self.gaze,
-            "--settings" => self.settings.is_some(),
-            _ => false,
-        };
-        let (documents, rooms) = (
-            given("--report") || given("--docs"),
-            matches!(self.protocol, Some(Protocol::Rooms | Protocol::Objects)),
-        );
+        let protocol = ("--protocol", self.protocol.is_some());
+        let people = ("--people", self.people.is_some());
+        let reaches = ("--reaches", self.reaches.is_some());
+        let seed = ("--seed", self.seed.is_some());
+        let out = ("--out", self.out.is_some());
+        let documents = self.report.is_some() || self.docs;
+        let recorded = self.recordings.is_some() && !documents;
+        let rooms = matches!(self.protocol, Some(Protocol::Rooms | Protocol::Objects));
         for (applies, refused, why) in [
             (
                 documents,
-                &LEARNED[..],
+                &learned[..],
                 "not with --report or --docs, which show the usual estimator",
             ),
             (
                 rooms,
-                &LEARNED,
+                &learned,
                 "only where estimators are compared on reaches",
             ),
             (
                 documents,
-                &["--protocol"],
+                &[protocol],
                 "not with --report or --docs, which have their own protocols",
             ),
             (
-                given("--recordings") && !documents,
-                &["--people", "--reaches", "--seed", "--protocol"],
+                recorded,
+                &[people, reaches, seed, protocol],
                 "only for simulated people, --recordings has none (without --report or --docs)",
             ),
             (
                 rooms,
-                &["--people", "--reaches", "--out"],
+                &[people, reaches, out],
                 "--protocol rooms and objects take --seed alone",
             ),
         ] {
-            if let Some(flag) = refused.iter().find(|flag| applies && given(flag)) {
+            if let Some((flag, _)) = refused.iter().find(|(_, given)| applies && *given) {
                 bail!("{flag}: {why}");
             }
         }

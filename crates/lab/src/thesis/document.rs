@@ -3,9 +3,10 @@
 use super::chapter::{Chapter, Job};
 use super::{html, maps, outlook, prediction, roughness, system};
 use crate::documents::Documents;
+use crate::reach::published;
 use crate::report::page;
 use anyhow::{Context, ensure};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The name of the document.
 pub const NAME: &str = "THESIS.md";
@@ -13,15 +14,17 @@ pub const NAME: &str = "THESIS.md";
 pub const PAGE: &str = "thesis.html";
 
 /// Settings.
-#[derive(Debug, Clone)]
-pub struct Request<'a> {
-    /// Only this chapter; `None`: all.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Request {
+    /// Only this chapter: III, IV, V, VI or VII, or 3 to 7
+    #[arg(long, value_name = "N", value_parser = Chapter::numbered, allow_negative_numbers = true)]
     pub chapter: Option<Chapter>,
-    /// Seed of simulated people and sensors.
+    /// Seed of simulated people and sensors
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     pub seed: u64,
-    /// Folder with `ori_1.txt` to `ori_7.txt`, the maps published with the 2018 paper. `None`: [`FOLDER`](crate::reach::published::FOLDER); where
-    /// that is missing, the page says what was skipped.
-    pub published: Option<&'a Path>,
+    /// Where this folder is missing, the page says what was skipped.
+    #[arg(long, value_name = "DIR", help = format!("Folder with ori_1.txt .. ori_7.txt, the maps published with the 2018 paper [default: {}, if it is there]", published::FOLDER))]
+    pub published: Option<PathBuf>,
 }
 
 /// Redoes the chapters and writes the document with its figures; also writes a page without outside resources, unless the documents are the
@@ -31,7 +34,7 @@ pub struct Request<'a> {
 /// A single chapter that would overwrite the tracked document; a folder of published maps that is named and missing; a study that fails, a
 /// file that cannot be written.
 pub fn write(
-    request: &Request<'_>,
+    request: &Request,
     documents: &Documents,
     mut progress: impl FnMut(Chapter),
 ) -> anyhow::Result<PathBuf> {
@@ -41,7 +44,7 @@ pub fn write(
         "--chapter: the tracked document has all chapters; leave --docs out"
     );
     // Checked before the work.
-    if let Some(folder) = request.published {
+    if let Some(folder) = &request.published {
         let (is, name) = (folder.is_dir(), folder.display());
         ensure!(
             is,
@@ -50,7 +53,7 @@ pub fn write(
     }
     let job = Job {
         seed: request.seed,
-        published: request.published,
+        published: request.published.as_deref(),
         documents,
     };
     let mut chapters = String::new();

@@ -53,17 +53,17 @@ pub(super) fn section(job: &Job<'_>) -> anyhow::Result<String> {
 }
 
 fn solved(solver: Solver, grid: &[WallGrid]) -> anyhow::Result<Solved> {
-    solve(&Request {
-        arm: &"iiwa7".into(),
+    let request = Request {
+        arm: "iiwa7".into(),
         solver,
         starts: STARTS,
         accuracy_m: 1e-6,
-        roll: "0",
+        roll: "0".to_owned(),
         map_csv: None,
         save: None,
         exr: None,
-        grid,
-    })
+    };
+    solve(&request, grid)
 }
 
 /// The rows of the published file, and the contents of all files; or what was skipped.

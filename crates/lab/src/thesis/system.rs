@@ -18,11 +18,11 @@ const HEADINGS_DEG: [f64; 6] = [0.0, 7.0, 8.0, 22.0, 40.0, 60.0];
 
 pub(super) fn section(job: &Job<'_>) -> anyhow::Result<String> {
     let request = study::Request {
-        kinds: vec![PersonKind::Plain],
+        person: vec![PersonKind::Plain],
         touches: TOUCHES,
         seed: job.seed,
-        leader: None,
-        textured: true,
+        predictor: None,
+        plain: false,
         policy: PolicyConfig::default(),
     };
     let results = study::run(&request, |_, _| {})?;

@@ -117,11 +117,11 @@ fn what_is_missing_is_said_before_anything_is_learnt() {
 #[test]
 fn a_larger_loss_sends_fewer_boards() {
     let request = study::Request {
-        kinds: vec![PersonKind::Glancing],
+        person: vec![PersonKind::Glancing],
         touches: 24,
         seed: 1,
-        leader: None,
-        textured: false,
+        predictor: None,
+        plain: true,
         policy: PolicyConfig::default(),
     };
     let points = trade_off::run(&request, &[0.0, 5.0], |_, _| {}).unwrap();
@@ -149,11 +149,11 @@ fn simulated_and_recorded_people_keep_each_others_text() {
     let documents = Documents::in_folder(&folder).unwrap();
     let text = || fs::read_to_string(folder.join(document::NAME)).unwrap();
     let request = study::Request {
-        kinds: Vec::new(),
+        person: Vec::new(),
         touches: 12,
         seed: 1,
-        leader: None,
-        textured: true,
+        predictor: None,
+        plain: false,
         policy: PolicyConfig::default(),
     };
     let simulate = |learnt: &str| {

@@ -1,6 +1,10 @@
 //! Integration tests of the crate, one program.
 
 mod assign;
+// Its reference files and its motions.
+#[allow(dead_code)]
+#[path = "../../../bip/tests/it/common/mod.rs"]
+mod bip;
 mod hands_on_objects;
 mod in_space;
 mod in_time;

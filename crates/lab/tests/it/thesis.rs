@@ -61,7 +61,7 @@ fn made(name: &str, chapter: &str, published: Option<&Path>) -> anyhow::Result<[
     let request = Request {
         chapter: Some(Chapter::numbered(chapter).unwrap()),
         seed: 7,
-        published,
+        published: published.map(Path::to_owned),
     };
     let made = write(&request, &Documents::in_folder(&folder)?, |_| {});
     let texts = made.map(|_| [NAME, PAGE].map(|f| fs::read_to_string(folder.join(f)).unwrap()));

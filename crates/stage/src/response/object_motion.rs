@@ -31,32 +31,56 @@ impl ObjectKind {
 }
 
 /// Options of an object: degrees and metres.
-#[derive(Debug, Clone, Default)]
-pub struct ObjectOptions<'a> {
-    /// Of a door, kg m².
+#[derive(Debug, Clone, Default, clap::Args)]
+pub struct ObjectOptions {
+    /// Of a door about its hinge, kg m²
+    #[arg(long, allow_hyphen_values = true)]
     pub inertia: Option<f64>,
-    /// Of anything else, kg.
+    /// Of a panel, drawer or button, kg
+    #[arg(long, allow_hyphen_values = true)]
     pub mass: Option<f64>,
-    /// N m/rad or N/m.
+    /// Spring, N m/rad or N/m
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
     pub stiffness: f64,
-    /// Rest angle of a door's spring, degrees.
+    /// Where the spring is relaxed, degrees (door)
+    #[arg(long, allow_hyphen_values = true)]
     pub rest_deg: Option<f64>,
-    /// Rest position of any other spring, m.
+    /// Where the spring is relaxed, m (not a door)
+    #[arg(long, allow_hyphen_values = true)]
     pub rest_m: Option<f64>,
-    /// N m s/rad or N s/m.
+    /// Damping, N m s/rad or N s/m
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
     pub damping: f64,
-    /// N m or N.
+    /// Coulomb friction, N m or N
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
     pub friction: f64,
-    /// Stops of a door, degrees.
+    /// Distance from a door's hinge at which the force acts, at right angles, m [default: 1]
+    #[arg(long, allow_hyphen_values = true)]
+    pub radius: Option<f64>,
+    /// Stops of a door, degrees: lo,hi around zero [default: none]
+    #[arg(long, value_parser = numbers::<2>, allow_hyphen_values = true)]
     pub range_deg: Option<[f64; 2]>,
-    /// Stops of anything else, m.
+    /// Stops of anything else, m: lo,hi around zero [default: none]
+    #[arg(long, value_parser = numbers::<2>, allow_hyphen_values = true)]
     pub range_m: Option<[f64; 2]>,
-    /// Coefficient of restitution of the stops.
+    /// Share of the speed with which stops throw back, 0 to 1
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
     pub restitution: f64,
-    /// Middle, half width and largest pull of each latch.
-    pub detents: &'a [[f64; 3]],
-    /// Start, snap, release, force of a button.
+    /// A latch: middle,half width,largest pull; deg,deg,N m for a door, m,m,N otherwise; may be repeated
+    #[arg(long, value_parser = numbers::<3>, allow_hyphen_values = true)]
+    pub detent: Vec<[f64; 3]>,
+    /// The click of a button: start,snap,release,force in m,m,m,N
+    #[arg(long, value_parser = numbers::<4>, allow_hyphen_values = true)]
     pub click: Option<[f64; 4]>,
+}
+
+/// `N` numbers with commas between them.
+fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|cell| cell.trim().parse()).collect();
+    let numbers = numbers.map_err(|e| format!("{text:?}: {e}"))?;
+    numbers
+        .try_into()
+        .map_err(|_| format!("{text:?} are not {N} numbers"))
 }
 
 /// Rows `t,force_n` (s, N held until the next row), with or without that header.
@@ -99,7 +123,7 @@ impl PushedObject {
     ///
     /// # Errors
     /// Options of another kind, a missing inertia, or invalid values.
-    pub fn from_options(kind: ObjectKind, options: &ObjectOptions<'_>) -> anyhow::Result<Self> {
+    pub fn from_options(kind: ObjectKind, options: &ObjectOptions) -> anyhow::Result<Self> {
         Self::new(configured(kind, options)?, kind == ObjectKind::Door)
     }
 
@@ -190,7 +214,7 @@ impl PushedObject {
     }
 }
 
-fn configured(kind: ObjectKind, options: &ObjectOptions<'_>) -> anyhow::Result<ObjectConfig> {
+fn configured(kind: ObjectKind, options: &ObjectOptions) -> anyhow::Result<ObjectConfig> {
     let door = kind == ObjectKind::Door;
     // Options of the other kinds.
     let others = if door {
@@ -247,7 +271,7 @@ fn configured(kind: ObjectKind, options: &ObjectOptions<'_>) -> anyhow::Result<O
             .or(options.range_m)
             .map_or(free.range, |range| range.map(|v| v * scale)),
         restitution: options.restitution,
-        detents: options.detents.iter().map(detent).collect(),
+        detents: options.detent.iter().map(detent).collect(),
         click: options.click.map(click),
         ..free
     })

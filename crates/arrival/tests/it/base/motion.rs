@@ -1,6 +1,6 @@
 //! The motion itself: limits, corners, refusals.
 
-use super::{DT_S, somewhere, start};
+use super::{DT_S, driven, somewhere, start};
 use glam::{DVec2, dvec2};
 use hwall_arrival::base::{BaseDrive, BaseLimits, BasePose, BaseState};
 use hwall_testkit::Sampler;
@@ -60,11 +60,7 @@ fn the_base_keeps_its_limits_and_arrives() {
 
 #[test]
 fn a_refused_base_brakes_on_its_line_and_stands() {
-    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
-    drive.set_route(&[dvec2(3.0, 4.0)], 1.0);
-    for _ in 0..400 {
-        drive.step(DT_S, |_, _| true).unwrap();
-    }
+    let mut drive = driven(&[dvec2(3.0, 4.0)], 1.0, 400);
     let stop_s = drive.stop_s(drive.state());
     let stopping_m = drive.braked(drive.state(), stop_s).pose().at_m;
     for _ in 0..(stop_s / DT_S) as usize + 2 {
@@ -76,11 +72,7 @@ fn a_refused_base_brakes_on_its_line_and_stands() {
 
 #[test]
 fn a_base_seen_from_elsewhere_moves_alike() {
-    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
-    drive.set_route(&[dvec2(2.0, -1.0)], -2.0);
-    for _ in 0..300 {
-        drive.step(DT_S, |_, _| true).unwrap();
-    }
+    let drive = driven(&[dvec2(2.0, -1.0)], -2.0, 300);
     let frame = BasePose {
         at_m: dvec2(-3.0, 7.0),
         yaw_rad: 2.2,
@@ -96,8 +88,7 @@ fn a_base_seen_from_elsewhere_moves_alike() {
 
 #[test]
 fn times_and_places_that_are_no_numbers_are_refused() {
-    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
-    drive.set_route(&[dvec2(0.0, 2.0)], 1.0);
+    let mut drive = driven(&[dvec2(0.0, 2.0)], 1.0, 0);
     for dt_s in [f64::NAN, f64::INFINITY, -DT_S] {
         let before = *drive.state();
         let refused = drive.step(dt_s, |_, _| true).unwrap_err().to_string();

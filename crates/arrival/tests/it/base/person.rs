@@ -1,6 +1,6 @@
 //! The distance from a person.
 
-use super::{DT_S, somewhere, start};
+use super::{DT_S, driven, somewhere, start};
 use glam::{DVec2, dvec2};
 use hwall_arrival::base::{
     BaseDrive, BaseLimits, BasePart, BasePose, BaseSafety, BaseState, SeenHand, Surroundings,
@@ -33,10 +33,28 @@ fn around(person_m: DVec2, person_m_per_s: DVec2, parts: &[BasePart]) -> Surroun
     }
 }
 
-const FAR: [SeenHand; 1] = [SeenHand {
-    at_m: dvec2(-1e6, 0.0),
-    age_s: 0.0,
-}];
+const FAR: [SeenHand; 1] = [hand(-1e6, 0.0)];
+
+const fn hand(x: f64, age_s: f64) -> SeenHand {
+    SeenHand {
+        at_m: dvec2(x, 0.0),
+        age_s,
+    }
+}
+
+/// Nobody but hands.
+fn hands_alone<'a>(hands: &'a [SeenHand], parts: &'a [BasePart]) -> Surroundings<'a> {
+    Surroundings {
+        hands,
+        ..around(dvec2(1e6, 0.0), DVec2::ZERO, parts)
+    }
+}
+
+/// A step that is allowed beside a person.
+fn step_beside(drive: &mut BaseDrive, safety: &BaseSafety, seen: &Surroundings<'_>) {
+    let may = |drive: &BaseDrive, state: &BaseState| safety.allows(drive, state, seen);
+    drive.step(DT_S, may).unwrap();
+}
 
 /// A bound on the acceleration, and the error of a velocity that is the mean over 0.1 s.
 fn measured() -> BaseSafety {
@@ -92,8 +110,7 @@ fn the_base_stands_before_anybody_reaches_it() {
                 (person_m - been_m[step + 1 - lag]) / (lag as f64 * DT_S)
             };
             let seen = around(person_m, measured, &parts);
-            let may = |drive: &BaseDrive, state: &BaseState| safety.allows(drive, state, &seen);
-            drive.step(DT_S, may).unwrap();
+            step_beside(&mut drive, &safety, &seen);
             if !drive.state().is_at_rest() {
                 moved += 1;
                 let truth = around(person_m, velocity, &parts);
@@ -112,11 +129,7 @@ fn the_base_stands_before_anybody_reaches_it() {
 #[test]
 fn a_measured_velocity_leaves_more_room_than_an_unknown_one() {
     let (safety, parts) = (measured(), robot());
-    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
-    drive.set_route(&[dvec2(4.0, 0.0)], 0.0);
-    for _ in 0..200 {
-        drive.step(DT_S, |_, _| true).unwrap();
-    }
+    let mut drive = driven(&[dvec2(4.0, 0.0)], 0.0, 200);
     let left_m = |velocity| {
         let seen = around(dvec2(2.5, 1.0), velocity, &parts);
         safety.left_m(&drive, drive.state(), &seen)
@@ -131,8 +144,7 @@ fn a_measured_velocity_leaves_more_room_than_an_unknown_one() {
     let in_the_way_m = drive.state().pose().at_m + dvec2(1.6, 0.0);
     let there = around(in_the_way_m, DVec2::ZERO, &parts);
     for _ in 0..4000 {
-        let may = |drive: &BaseDrive, state: &BaseState| safety.allows(drive, state, &there);
-        drive.step(DT_S, may).unwrap();
+        step_beside(&mut drive, &safety, &there);
     }
     let gap_m = parts[1].distance_m(&drive.state().pose(), in_the_way_m) - safety.person_radius_m;
     assert!((0.0..0.4).contains(&gap_m), "{gap_m}");
@@ -165,8 +177,7 @@ fn by_default_a_person_may_have_any_velocity_at_once() {
             // Whoever runs away may turn at once.
             let away = (person_m - drive.state().pose().at_m).normalize_or_zero() * 1.6;
             let seen = around(person_m, away, &parts);
-            let may = |drive: &BaseDrive, state: &BaseState| safety.allows(drive, state, &seen);
-            drive.step(DT_S, may).unwrap();
+            step_beside(&mut drive, &safety, &seen);
             if !drive.state().is_at_rest() {
                 moved += 1;
                 least_m = least_m.min(bare.left_m(&drive, drive.state(), &seen));
@@ -189,8 +200,7 @@ fn the_base_stands_before_a_hand_reaches_it() {
         (dvec2(1.5, -2.0), 1),
         (dvec2(-1.5, 2.0), 1),
     ] {
-        let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
-        drive.set_route(&[dvec2(4.0, 0.0)], 0.0);
+        let mut drive = driven(&[dvec2(4.0, 0.0)], 0.0, 0);
         let (mut hand_m, mut fastest) = (from_m, 0.0_f64);
         for step in 0.. {
             // It rests until the base is at its fastest, and comes to the board or the platform then.
@@ -203,12 +213,8 @@ fn the_base_stands_before_a_hand_reaches_it() {
                 at_m: hand_m,
                 age_s: 0.0,
             }];
-            let seen = Surroundings {
-                hands: &hands,
-                ..around(dvec2(1e6, 0.0), DVec2::ZERO, &parts)
-            };
-            let may = |drive: &BaseDrive, state: &BaseState| safety.allows(drive, state, &seen);
-            drive.step(DT_S, may).unwrap();
+            let seen = hands_alone(&hands, &parts);
+            step_beside(&mut drive, &safety, &seen);
             fastest = fastest.max(drive.state().velocity_m_per_s().length());
             let pose = drive.state().pose();
             let gap_m = parts.map(|part| part.distance_m(&pose, hand_m));
@@ -225,27 +231,19 @@ fn the_base_stands_before_a_hand_reaches_it() {
 #[test]
 fn nothing_moves_while_the_board_is_touched_or_a_hand_is_near() {
     let (safety, parts) = (BaseSafety::default(), robot());
-    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
-    drive.set_route(&[dvec2(0.0, 2.0)], 1.0);
     let far_m = dvec2(9.0, 9.0);
-    let hand = |x: f64, age_s: f64| {
-        vec![SeenHand {
-            at_m: dvec2(x, 0.0),
-            age_s,
-        }]
-    };
     for (hands, touched, person_m, moves) in [
         (FAR.to_vec(), false, far_m, true),
         (FAR.to_vec(), true, far_m, false),
         // Beside the board; beside the platform.
-        (hand(0.55, 0.0), false, far_m, false),
-        (hand(-0.42, 0.0), false, far_m, false),
+        (vec![hand(0.55, 0.0)], false, far_m, false),
+        (vec![hand(-0.42, 0.0)], false, far_m, false),
         // Seen far away, but long ago; at an impossible time.
-        (hand(5.0, 0.0), false, far_m, true),
-        (hand(5.0, 3.0), false, far_m, false),
-        (hand(5.0, f64::NAN), false, far_m, false),
-        (hand(5.0, -9.0), false, far_m, false),
-        (hand(f64::NAN, 0.0), false, far_m, false),
+        (vec![hand(5.0, 0.0)], false, far_m, true),
+        (vec![hand(5.0, 3.0)], false, far_m, false),
+        (vec![hand(5.0, f64::NAN)], false, far_m, false),
+        (vec![hand(5.0, -9.0)], false, far_m, false),
+        (vec![hand(f64::NAN, 0.0)], false, far_m, false),
         // Never seen, of somebody who is near, and of somebody who is not.
         (vec![], false, dvec2(1.3, 0.0), false),
         (vec![], false, far_m, true),
@@ -256,10 +254,9 @@ fn nothing_moves_while_the_board_is_touched_or_a_hand_is_near() {
             touched,
             ..around(person_m, DVec2::ZERO, &parts)
         };
-        let mut drive = drive.clone();
+        let mut drive = driven(&[dvec2(0.0, 2.0)], 1.0, 0);
         for _ in 0..500 {
-            let may = |drive: &BaseDrive, state: &BaseState| safety.allows(drive, state, &seen);
-            drive.step(DT_S, may).unwrap();
+            step_beside(&mut drive, &safety, &seen);
         }
         let moved = drive.state().pose().at_m != DVec2::ZERO;
         assert_eq!(moved, moves, "{seen:?}");
@@ -275,16 +272,11 @@ fn a_base_that_a_hand_may_meet_creeps() {
         ..BaseSafety::default()
     };
     for (at_m, moves) in [(dvec2(0.5, 0.0), true), (DVec2::NAN, false)] {
-        let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
-        drive.set_route(&[dvec2(-0.3, 0.0)], 0.5);
+        let mut drive = driven(&[dvec2(-0.3, 0.0)], 0.5, 0);
         let hands = [SeenHand { at_m, age_s: 0.0 }];
-        let seen = Surroundings {
-            hands: &hands,
-            ..around(dvec2(1e6, 0.0), DVec2::ZERO, &parts)
-        };
+        let seen = hands_alone(&hands, &parts);
         for _ in 0..100 {
-            let may = |drive: &BaseDrive, state: &BaseState| safety.allows(drive, state, &seen);
-            drive.step(DT_S, may).unwrap();
+            step_beside(&mut drive, &safety, &seen);
             let state = drive.state();
             let turning = state.turning()[0].abs() * dvec2(0.45, 0.1).length();
             assert!(state.velocity_m_per_s().length() + turning <= 0.1 + 1e-9);
@@ -301,8 +293,7 @@ fn hands_count_until_the_base_is_slow_enough_and_no_longer() {
         hand_meets_m_per_s: 0.25,
         ..BaseSafety::default()
     };
-    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
-    drive.set_route(&[dvec2(0.0, 4.0)], 0.0);
+    let mut drive = driven(&[dvec2(0.0, 4.0)], 0.0, 0);
     while drive.state().velocity_m_per_s().length() < 0.4 {
         drive.step(DT_S, |_, _| true).unwrap();
     }
@@ -317,10 +308,7 @@ fn hands_count_until_the_base_is_slow_enough_and_no_longer() {
         at_m: hand_m,
         age_s: 0.0,
     }];
-    let seen = Surroundings {
-        hands: &hands,
-        ..around(dvec2(1e6, 0.0), DVec2::ZERO, &parts)
-    };
+    let seen = hands_alone(&hands, &parts);
     let left_m = safety.margins_m(&drive, state, &seen)[1];
     let pose = state.pose();
     let apart_m = parts.map(|part| part.distance_m(&pose, hand_m));
@@ -348,8 +336,7 @@ fn an_arm_that_may_swing_out_makes_a_turn_faster() {
         hand_meets_m_per_s: 0.2,
         ..BaseSafety::default()
     };
-    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
-    drive.set_route(&[], 1.0);
+    let mut drive = driven(&[], 1.0, 0);
     while drive.state().turning()[0] * 0.5 < 0.19 {
         drive
             .step(DT_S, |drive, state| drive.fastest(state).1 * 0.5 < 0.2)
@@ -366,11 +353,7 @@ fn an_arm_that_may_swing_out_makes_a_turn_faster() {
 #[test]
 fn an_old_sample_of_the_head_leaves_less() {
     let (safety, parts) = (BaseSafety::default(), robot());
-    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
-    drive.set_route(&[dvec2(4.0, 0.0)], 0.0);
-    for _ in 0..100 {
-        drive.step(DT_S, |_, _| true).unwrap();
-    }
+    let drive = driven(&[dvec2(4.0, 0.0)], 0.0, 100);
     let left_m = |person_age_s| {
         let seen = Surroundings {
             person_age_s,

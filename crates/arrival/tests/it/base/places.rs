@@ -34,6 +34,12 @@ fn room() -> Vec<WallFacet> {
     walls
 }
 
+/// The floor of the room.
+const AREA: KeepOutArea = KeepOutArea {
+    low_m: DVec2::ZERO,
+    high_m: DVec2::splat(6.0),
+};
+
 #[test]
 fn the_inversion_agrees_with_the_arm() {
     let (arm, config) = (SrsArm::iiwa7(), BaseInversionConfig::default());
@@ -120,23 +126,19 @@ fn the_middle_of_a_cell_is_in_it() {
 
 #[test]
 fn ways_stay_out_of_the_room() {
-    let area = KeepOutArea {
-        low_m: DVec2::ZERO,
-        high_m: DVec2::splat(6.0),
-    };
     let mut sampler = Sampler::new(5);
     for _ in 0..2000 {
         let [from_m, to_m] =
             [(); 2].map(|()| dvec2(sampler.uniform(-2.0, 8.0), sampler.uniform(-2.0, 8.0)));
-        let found = route(from_m, to_m, &area);
-        assert_eq!(found.is_none(), area.contains(to_m), "{from_m} {to_m}");
+        let found = route(from_m, to_m, &AREA);
+        assert_eq!(found.is_none(), AREA.contains(to_m), "{from_m} {to_m}");
         let Some(way) = found else { continue };
         assert_eq!(way.last(), Some(&to_m));
         let legs = std::iter::once(&from_m).chain(&way).zip(&way);
         // Only the leg that leaves the room is inside.
-        let outside = legs.skip(usize::from(area.contains(from_m)));
+        let outside = legs.skip(usize::from(AREA.contains(from_m)));
         for (a, b) in outside {
-            assert!(!area.is_crossed(*a, *b), "{from_m} {way:?}");
+            assert!(!AREA.is_crossed(*a, *b), "{from_m} {way:?}");
         }
         let around_m = way
             .windows(2)
@@ -151,11 +153,7 @@ fn the_base_goes_where_it_serves_what_is_probable() {
     let (arm, config) = (SrsArm::iiwa7(), BaseInversionConfig::default());
     let map = BaseInversion::map(&arm, &config).unwrap();
     let inversion = BaseInversion::of_room(&map, &room(), config).unwrap();
-    let area = KeepOutArea {
-        low_m: DVec2::ZERO,
-        high_m: DVec2::splat(6.0),
-    };
-    let chooser = BaseChooser::new(BaseChoiceConfig::default(), &inversion, area).unwrap();
+    let chooser = BaseChooser::new(BaseChoiceConfig::default(), &inversion, AREA).unwrap();
     let at = BasePose {
         at_m: dvec2(3.0, -0.62),
         yaw_rad: FRAC_PI_2,

@@ -1,6 +1,6 @@
 //! Reads the reference files and their excerpt; steps of filters.
 
-use hwall_bip::{Basis, Demonstration, Group, MotionFilter, Observation};
+use hwall_bip::{Basis, Demonstration, Group, MotionFilter, Observation, PhaseVelocity, Prior};
 use hwall_testkit::Sampler;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -53,6 +53,26 @@ pub(crate) fn groups(basis: Basis) -> Vec<Group> {
         Group::observed("hand", 18, basis),
         Group::controlled("arm", 7, basis),
     ]
+}
+
+/// Prior and test runs of the excerpt in `tests/data`, rounded to 13 digits; its filter with the published convention is for `hwall-lab`.
+pub(crate) fn excerpt() -> (Prior, Value) {
+    let data: Value = serde_json::from_str(include_str!("../../data/poly_b4.json")).unwrap();
+    let number = |key: &str| data[key].as_f64().unwrap();
+    let prior = Prior {
+        offset: vec![0.0; 25],
+        groups: groups(Basis::Polynomial { count: 4 }),
+        mean: floats(&data["mean"]),
+        factor: floats(&data["factor"]),
+        rank: data["rank"].as_u64().unwrap() as usize,
+        noise: floats(&data["noise"]),
+        phase_velocity: PhaseVelocity {
+            mean: number("velocity_mean"),
+            variance: number("velocity_variance"),
+        },
+        sampling_period: 1.0,
+    };
+    (prior, data["tests"].clone())
 }
 
 /// One sample, a unit of time after the last.

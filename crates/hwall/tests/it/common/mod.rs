@@ -1,7 +1,7 @@
 //! A session in front of a wall, a simulated arm, and a hand that touches the wall once.
 
 use hwall::contact::{DeterministicConfig, DeterministicPredictor, Predictor};
-use hwall::geometry::Pose;
+use hwall::geometry::{Pose, Twist, Wrench};
 use hwall::glam::DVec3;
 use hwall::hand::{HandFilterConfig, HandFrame};
 use hwall::haptics::{Arm, ArmCommand, ArmState, Board};
@@ -9,7 +9,7 @@ use hwall::kinematics::{ArmKinematics, JointPositions, SrsArm};
 use hwall::reachability::WallMaps;
 use hwall::scene::Scene;
 use hwall::{Control, Planner, Session, SessionConfig, Walls, maps_of};
-use hwall_sim::{HandContact, ServoArm, ServoConfig, minimum_jerk};
+use hwall_sim::{HandContact, ServoArm, ServoConfig, SimError, TorqueArm, minimum_jerk};
 use std::sync::Arc;
 
 /// Control period, s.
@@ -177,9 +177,43 @@ impl Hand {
     }
 }
 
+/// A simulated arm of either level.
+pub(crate) trait Plant: Arm<Error = SimError> {
+    fn model(&self) -> &Arc<dyn ArmKinematics>;
+    fn advance(&mut self, dt_s: f64) -> Result<(), SimError>;
+    fn apply_wrench(&mut self, wrench: Wrench) -> Result<(), SimError>;
+    fn pose(&self) -> Pose;
+    fn twist(&self) -> Twist;
+}
+
+macro_rules! plant {
+    ($arm:ty) => {
+        impl Plant for $arm {
+            fn model(&self) -> &Arc<dyn ArmKinematics> {
+                Self::model(self)
+            }
+            fn advance(&mut self, dt_s: f64) -> Result<(), SimError> {
+                Self::advance(self, dt_s)
+            }
+            fn apply_wrench(&mut self, wrench: Wrench) -> Result<(), SimError> {
+                Self::apply_wrench(self, wrench)
+            }
+            fn pose(&self) -> Pose {
+                Self::pose(self)
+            }
+            fn twist(&self) -> Twist {
+                Self::twist(self)
+            }
+        }
+    };
+}
+
+plant!(ServoArm);
+plant!(TorqueArm);
+
 /// The arm, the hand that presses its board, and the time.
-pub(crate) struct Bench {
-    pub(crate) servo: ServoArm,
+pub(crate) struct Bench<A = ServoArm> {
+    pub(crate) arm: A,
     pub(crate) hand: Hand,
     finger: HandContact,
     cycles: usize,
@@ -194,8 +228,15 @@ impl Bench {
 
     /// Any arm whose tool is the face of the board.
     pub(crate) fn with_arm(arm: Arc<dyn ArmKinematics>, start: JointPositions, hand: Hand) -> Self {
+        let config = ServoConfig::default();
+        Self::of(ServoArm::new(arm, start, config).expect("an arm"), hand)
+    }
+}
+
+impl<A: Plant> Bench<A> {
+    pub(crate) fn of(arm: A, hand: Hand) -> Self {
         Self {
-            servo: ServoArm::new(arm, start, ServoConfig::default()).expect("an arm"),
+            arm,
             hand,
             finger: HandContact::default(),
             cycles: 0,
@@ -218,28 +259,33 @@ impl Bench {
     }
 
     pub(crate) fn state(&mut self) -> ArmState {
-        self.servo.state().expect("a simulated arm has a state")
+        self.arm.state().expect("a simulated arm has a state")
     }
 
     /// Runs a cycle with a command, which must be within the limits of the arm.
     pub(crate) fn obey(&mut self, command: ArmCommand) {
         if let ArmCommand::Position(q) = command {
-            let limits = self.servo.model().limits();
+            let limits = self.arm.model().limits();
             let good = (0..7).all(|j| q[j].is_finite() && limits[j].contains(q[j]));
             assert!(good, "{q:?} at {}", self.now_s());
         }
-        self.servo.command(command).expect("within the limits");
-        self.servo.advance(DT_S).expect("a step");
-        self.cycles += 1;
+        self.send(command);
         let t_s = self.now_s();
-        let relative = self.hand.velocity_m_per_s(t_s) - self.servo.twist().linear_m_per_s;
+        let relative = self.hand.velocity_m_per_s(t_s) - self.arm.twist().linear_m_per_s;
         let wrench = self
             .finger
-            .wrench(&self.servo.pose(), self.hand.tip_m(t_s), relative)
+            .wrench(&self.arm.pose(), self.hand.tip_m(t_s), relative)
             .expect("finite");
-        self.servo
+        self.arm
             .apply_wrench(wrench.unwrap_or_default())
             .expect("finite");
+    }
+
+    /// Runs a cycle with a command, with no hand at the board.
+    pub(crate) fn send(&mut self, command: ArmCommand) {
+        self.arm.command(command).expect("within the limits");
+        self.arm.advance(DT_S).expect("a step");
+        self.cycles += 1;
     }
 
     /// Skips a cycle in which the arm got no command and was moved by the caller.
