@@ -8,7 +8,6 @@ pub mod learned;
 mod matrices;
 pub mod predict;
 mod reach_set;
-pub mod registration;
 mod regression;
 pub mod score;
 mod slope;
@@ -31,4 +30,3 @@ pub use predict::{
     PredictorInput, REGION_SHARES, ReachBeginning, ReachPhase, RegionModel, RegionSizes,
     RestingHand, SourceShares, StreamContact, StreamEstimator, StreamFilters,
 };
-pub use registration::{MeasuredTouch, RegistrationConfig, RegistrationEstimator, TouchVerdict};

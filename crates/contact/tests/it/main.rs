@@ -20,7 +20,6 @@ mod reaches;
 #[cfg(feature = "serde")]
 mod region_file;
 mod regions;
-mod registration;
 mod repeats;
 mod resting;
 mod resting_looks;

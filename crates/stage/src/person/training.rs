@@ -152,7 +152,6 @@ pub fn region_model(
     let contacts: Vec<Vec<_>> = streams.iter().map(Stream::contacts).collect();
     let labelled = labelled(streams, &contacts);
     let exact = FusedConfig {
-        registration: None,
         registration_sd_m: 0.0,
         ..config.clone()
     };

@@ -15,7 +15,7 @@ const OFFSET_M: f64 = 5e-3;
 /// informative than the learned covariance assumes. The remaining distance distinguishes the phases of a reach better than the remaining time,
 /// which is itself an estimate.
 ///
-/// The sizes do not include the registration error of the tracker, which is added as configured or as left after touches. So the model may be
+/// The sizes do not include the registration error of the tracker, which is added as configured. So the model may be
 /// trained on simulated people, whose tracker is exact, and used with a real tracker.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RegionModel {
