@@ -38,7 +38,7 @@ pub(in crate::learned) struct Inputs {
     pub(in crate::learned) lags: usize,
     /// Mean offset of the touching point from every point, m; used early in a reach if one of them is missing.
     pub(in crate::learned) offsets_m: [Option<DVec3>; NamedPoint::COUNT],
-    /// Detects the onset of a reach independently of the segmentation; `None` in old files, where a reach starts at its first sample.
+    /// Detects the onset of a reach independently of the segmentation; `None` if no training reach has a speed; a reach then starts at its first sample.
     pub(in crate::learned) onset: Option<ReachOnset>,
     /// Mean head position relative to the touching point, and mean gaze; used until they are seen.
     pub(in crate::learned) head_m: DVec3,
