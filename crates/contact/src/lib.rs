@@ -21,7 +21,7 @@ pub use hwall_hand;
 pub use hwall_numeric::ArgumentError;
 pub use hwall_scene;
 pub use learned::{
-    Account, Combination, Frame, HeldOutEstimator, HeldOutReach, LearnedConfig, LearnedEstimator,
+    Combination, Frame, HeldOutEstimator, HeldOutReach, LearnedConfig, LearnedEstimator,
     LearnedModel,
 };
 pub use predict::{

@@ -4,10 +4,8 @@ use super::input_file::FileInputs;
 use super::length;
 use super::tree_file::FileCorrection;
 use crate::error::ContactError;
-use crate::learned::account::{Account, InputUse, StageAccount};
-use crate::learned::blend::combination::{Axes, Blend};
+use crate::learned::blend::combination::Blend;
 use crate::learned::blend::places::Places;
-use crate::learned::blend::sources::{SOURCES, Source};
 use crate::learned::config::{Combination, Frame};
 use crate::learned::estimator::{Learnt, Origin};
 use crate::learned::model::LearnedModel;
@@ -52,7 +50,7 @@ struct File {
     blend: Blend,
     places: Option<Places>,
     primitive: Option<FilePrimitive>,
-    account: FileAccount,
+    relied_on: Vec<bool>,
     /// The smaller model; its own digest is empty, as the digest of the file covers it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     alone: Option<Box<File>>,
@@ -66,23 +64,6 @@ struct FileRidge {
     outputs: usize,
     /// By region, feature (the constant last) and output.
     coefficients: Vec<f64>,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FileAccount {
-    inputs: Vec<(String, [f64; 2])>,
-    stages: Vec<FileStage>,
-}
-
-/// A stage without samples has no median.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FileStage {
-    from_s: f64,
-    median_m: Option<f64>,
-    weights: [f64; SOURCES],
-    places: f64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -167,14 +148,6 @@ impl File {
             outputs: ridge.outputs(),
             coefficients: ridge.coefficients().collect(),
         };
-        let weights =
-            |weights: &[(&str, f64)]| std::array::from_fn(|k| weights.get(k).map_or(0.0, |w| w.1));
-        let stage = |s: &StageAccount| FileStage {
-            from_s: s.from_s,
-            median_m: Some(s.median_m).filter(|m| m.is_finite()),
-            weights: weights(&s.weights),
-            places: s.places,
-        };
         Self {
             alone: None,
             format: FORMAT.name.to_owned(),
@@ -193,15 +166,7 @@ impl File {
             correction: FileCorrection::of(&learnt.correction),
             blend: learnt.blend.clone(),
             places: learnt.places.clone(),
-            account: FileAccount {
-                inputs: learnt
-                    .account
-                    .inputs
-                    .iter()
-                    .map(|i| (i.name.clone(), i.used))
-                    .collect(),
-                stages: learnt.account.stages.iter().map(stage).collect(),
-            },
+            relied_on: learnt.relied_on.clone(),
             primitive: learnt.primitive.as_ref().map(|p| FilePrimitive {
                 label_offset_m: p.label_offset_m,
                 model: serde_json::from_str(&p.model.to_json()).unwrap_or_default(),
@@ -213,6 +178,8 @@ impl File {
     fn validate(&self) -> Result<(), ContactError> {
         let within = |what, value: usize, ok: bool, wanted| that(ok, what, value as f64, wanted);
         self.inputs.validate()?;
+        let cues = self.inputs.to_inputs().cues().count();
+        length("relied_on", cues, self.relied_on.len())?;
         let regions = self.gates.centres.len();
         within("gates", regions, regions > 0, "at least 1 region")?;
         positive("width of the gates", self.gates.width)?;
@@ -270,23 +237,6 @@ impl File {
                 Some(Primitive::new(model, file.label_offset_m)?)
             }
         };
-        let blend = self.blend;
-        let stage = |s: FileStage| StageAccount {
-            from_s: s.from_s,
-            median_m: s.median_m.unwrap_or(f64::NAN),
-            weights: Source::ALL
-                .map(|k| (k.name(), s.weights[k as usize]))
-                .to_vec(),
-            places: s.places,
-        };
-        let input = |(name, used)| InputUse { name, used };
-        let account = Account {
-            regions: blend.regions.len(),
-            inputs: self.account.inputs.into_iter().map(input).collect(),
-            along_the_way: blend.axes == Axes::Way,
-            place_scatter_m: self.places.as_ref().map_or(0.0, |p| p.scatter_m),
-            stages: self.account.stages.into_iter().map(stage).collect(),
-        };
         let ridges = self
             .ridges
             .map(|r| LocalRidge::from_parts(r.centre, r.scale, r.outputs, &r.coefficients));
@@ -302,8 +252,8 @@ impl File {
             normal_from: self.normal_from,
             correction: self.correction.into_correction(),
             places: self.places,
-            blend,
-            account,
+            blend: self.blend,
+            relied_on: self.relied_on,
             combination: self.combination,
             frame: self.frame,
             inputs,
