@@ -27,6 +27,6 @@ pub use learned::{
 pub use predict::{
     ContactPrediction, DeterministicConfig, DeterministicPredictor, EvidenceModel, EvidenceSource,
     Experience, FusedConfig, FusedPredictor, LabelledStream, PredictionSource, Predictor,
-    PredictorInput, REGION_SHARES, ReachBeginning, ReachPhase, RegionModel, RegionSizes,
-    RestingHand, SourceShares, StreamContact, StreamEstimator, StreamFilters,
+    PredictorInput, ReachBeginning, ReachPhase, RestingHand, SourceShares, StreamContact,
+    StreamEstimator, StreamFilters,
 };

@@ -38,7 +38,7 @@
 //! The time of a step depends on `LearnedConfig::rank` (the rank of the primitive, which costs most with all points of the hand), on the number of
 //! regions and on the number of tracked points. It hardly depends on `lags` (the window of the regression).
 //!
-//! With the feature `serde` (on by default) `write_json` and `read_json` of `LearnedModel` and of `RegionModel` store a model in a file with
+//! With the feature `serde` (on by default) `write_json` and `read_json` of `LearnedModel` store a model in a file with
 //! version and digest. The model read back gives bit-identical estimates; a truncated or edited file is an error. `LearnedModel` also has
 //! `reaches()`, `people()`, `median_duration_s()`, `touching_point()` and `combination()`.
 

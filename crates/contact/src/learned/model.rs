@@ -59,7 +59,7 @@ impl LearnedModel {
     }
 
     /// As [`train`](Self::train), and also returns the held-out estimates of each reach, in the order of the reaches. Models built on this one
-    /// learn from the errors of these estimates, e.g. [`RegionModel::fit_streams`](crate::RegionModel::fit_streams).
+    /// learn from the errors of these estimates, e.g. [`EvidenceModel::fit_streams`](crate::EvidenceModel::fit_streams).
     ///
     /// # Errors
     /// As [`train`](Self::train).

@@ -2,7 +2,6 @@
 
 use super::belief::EvidenceModel;
 use super::deterministic::DeterministicConfig;
-use super::regions::RegionModel;
 use crate::error::ContactError;
 use hwall_hand::WatchConfig;
 use hwall_numeric::check::{non_negative, positive, that};
@@ -32,10 +31,6 @@ pub struct FusedConfig {
     /// ([`FusedPredictor::experience`](super::FusedPredictor::experience)). Default 30: training needs at least eight, and about fifty make a good
     /// model.
     pub least_reaches: usize,
-    /// Sizes of the regions of predictions ([`ContactPrediction::regions`](super::ContactPrediction::regions)). Default `None`: those of a normal
-    /// distribution; its regions of 50 and 70 % contain more contacts than stated, and the region of 90 % is right. The model describes the error
-    /// of the prediction; the registration error is added unchanged.
-    pub regions: Option<RegionModel>,
     /// The predictor for an estimator with fewer than `least_reaches`, and for evidence that points at no surface.
     pub fallback: DeterministicConfig,
 }
@@ -51,7 +46,6 @@ impl Default for FusedConfig {
             rays: 19,
             min_probability: 0.005,
             least_reaches: 30,
-            regions: None,
             fallback: DeterministicConfig::ray_led(),
         }
     }

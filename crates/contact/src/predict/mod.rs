@@ -51,7 +51,6 @@ mod gaussian;
 mod gaze;
 mod hand;
 mod prediction;
-mod regions;
 mod stream;
 mod surface_shares;
 
@@ -63,5 +62,4 @@ pub use deterministic::{DeterministicConfig, DeterministicPredictor};
 pub use fused_config::FusedConfig;
 pub use hand::phase::ReachPhase;
 pub use prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
-pub use regions::{REGION_SHARES, RegionModel, RegionSizes};
 pub use stream::{ReachBeginning, StreamEstimator};

@@ -6,9 +6,8 @@ use crate::matrices::{isotropic, square};
 use crate::predict::face_moments::Moments;
 use crate::predict::hand::resting::SurfacePlace;
 use crate::predict::prediction::{ContactPrediction, PredictionSource};
-use crate::predict::regions::{InPlaneError, RegionSizes};
 use crate::predict::surface_shares::Face;
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use hwall_hand::HandState;
 use hwall_scene::Scene;
 
@@ -95,7 +94,6 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                 surface: face.surface,
                 point_m,
                 covariance_m2: Some(covariance_m2),
-                regions: self.regions(hand.point_m.distance(point_m), &covariance_m2, normal),
                 normal,
                 roughness: scene.surface(face.surface).roughness,
                 distance_m,
@@ -136,32 +134,6 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             .for_each(|a| a.probability /= probability);
         self.ranked
             .sort_unstable_by(|a, b| b.probability.total_cmp(&a.probability));
-    }
-
-    /// Region sizes: learned for reaching hands, combined with the registration error.
-    fn regions(&self, way_m: f64, covariance_m2: &DMat3, normal: DVec3) -> RegionSizes {
-        let Some(model) = self.config.regions.filter(|_| self.estimate.is_some()) else {
-            return RegionSizes::NORMAL;
-        };
-        InPlaneError::new(
-            covariance_m2,
-            &isotropic(self.config.registration_sd_m),
-            normal,
-        )
-        .sizes(&model.at(way_m))
-    }
-
-    /// The in-plane error of a prediction of the last sample, by itself and by the registration; `None` without a covariance.
-    pub(in crate::predict) fn in_plane_error(
-        &self,
-        prediction: &ContactPrediction,
-    ) -> Option<InPlaneError> {
-        let covariance_m2 = prediction.covariance_m2?;
-        Some(InPlaneError::new(
-            &covariance_m2,
-            &isotropic(self.config.registration_sd_m),
-            prediction.normal,
-        ))
     }
 
     /// The estimator's time; otherwise distance over closing speed, if the hand clearly approaches.
