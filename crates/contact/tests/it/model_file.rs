@@ -165,6 +165,8 @@ fn each_damage_has_its_error() {
         ("ridges.0.scale", vec![1.0; 3].into()),
         ("ridges.0.coefficients", vec![1.0; 7].into()),
         ("inputs.offsets_m", Vec::<f64>::new().into()),
+        ("inputs.head", true.into()),
+        ("relied_on", vec![true].into()),
         ("primitive", Value::Null),
         ("combination", "regression".into()),
     ] {
@@ -177,7 +179,6 @@ fn each_damage_has_its_error() {
         ("inputs.others", vec![0, 0].into()),
         ("inputs.lags", 9.into()),
         ("inputs.lags", 3.into()),
-        ("inputs.head", true.into()),
         ("gates.centres", Value::Array(Vec::new())),
         ("gates.width", 0.0.into()),
         ("ridges.0.outputs", 0.into()),
