@@ -10,8 +10,7 @@ mod training;
 
 use super::deterministic::DeterministicPredictor;
 use super::fused_config::FusedConfig;
-use super::gaze::idle::IdlePlaces;
-use super::gaze::memory::GazeMemory;
+use super::gaze_memory::GazeMemory;
 use super::hand::free_side::{FreeSide, SideWatch};
 use super::hand::resting::{RestWatch, SurfacePlace, facing};
 use super::prediction::{ContactPrediction, Predictor, PredictorInput};
@@ -62,7 +61,6 @@ pub struct FusedPredictor<E> {
     stream: StreamEstimator<E>,
     config: FusedConfig,
     gaze: GazeMemory,
-    idle: IdlePlaces,
     shares: SurfaceShares,
     side: SideWatch,
     rest: RestWatch,
@@ -91,7 +89,6 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             felt: None,
             config,
             gaze: GazeMemory::default(),
-            idle: IdlePlaces::default(),
             side: SideWatch::default(),
             rest: RestWatch::default(),
             touch: TouchWatch::default(),
@@ -153,9 +150,9 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         self.shares.clear();
         let registration_m2 = isotropic(self.config.registration_sd_m);
         let settings = (&self.config.watch, self.config.default_sd_m);
-        let (looks, any) = ((&self.gaze, &self.idle), self.places.any());
+        let any = self.places.any();
         let model = self.config.evidence;
-        let sample = Sample::new(hand, &self.stream, looks, any, &model, settings);
+        let sample = Sample::new(hand, &self.stream, &self.gaze, any, &model, settings);
         let Some(sample) = sample else { return false };
         let weights = self.person.shares(&sample, &model);
         let sights = sample.looks.map(|look| {
@@ -328,8 +325,6 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
         self.estimate = self.stream.step(input.frame, input.hand).filter(finite);
         let apart_rad = self.config.evidence.apart_rad();
         self.gaze.step(input.frame.t_s, &input.gaze, apart_rad);
-        let (reaching, hand_m) = (self.stream.reaching(), input.hand.map(|hand| hand.point_m));
-        self.idle.step(&self.gaze, reaching, hand_m, apart_rad);
         // Follow every sample, so that the fallback can take over at any time.
         let followed = self.fallback.follow(scene, input);
         let usable = |h: &&HandState| {
@@ -373,7 +368,6 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
     fn reset(&mut self) {
         self.stream.reset();
         self.gaze.forget();
-        self.idle.forget();
         self.side.forget();
         self.rest.forget();
         self.touch = TouchWatch::default();
