@@ -8,7 +8,6 @@ pub mod learned;
 mod matrices;
 pub mod predict;
 mod reach_set;
-pub mod registration;
 mod regression;
 pub mod score;
 mod slope;
@@ -22,13 +21,12 @@ pub use hwall_hand;
 pub use hwall_numeric::ArgumentError;
 pub use hwall_scene;
 pub use learned::{
-    Account, Combination, Frame, HeldOutEstimator, HeldOutReach, LearnedConfig, LearnedEstimator,
+    Combination, Frame, HeldOutEstimator, HeldOutReach, LearnedConfig, LearnedEstimator,
     LearnedModel,
 };
 pub use predict::{
     ContactPrediction, DeterministicConfig, DeterministicPredictor, EvidenceModel, EvidenceSource,
     Experience, FusedConfig, FusedPredictor, LabelledStream, PredictionSource, Predictor,
-    PredictorInput, REGION_SHARES, ReachBeginning, ReachPhase, RegionModel, RegionSizes,
-    RestingHand, SourceShares, StreamContact, StreamEstimator, StreamFilters,
+    PredictorInput, ReachBeginning, ReachPhase, RestingHand, SourceShares, StreamContact,
+    StreamEstimator, StreamFilters,
 };
-pub use registration::{MeasuredTouch, RegistrationConfig, RegistrationEstimator, TouchVerdict};

@@ -41,12 +41,6 @@ pub(crate) struct Plane {
 }
 
 impl Plane {
-    pub(crate) const ZERO: Self = Self {
-        uu: 0.0,
-        uv: 0.0,
-        vv: 0.0,
-    };
-
     /// A matrix of space, restricted to these axes.
     pub(crate) fn of(m: &DMat3, [u, v]: [DVec3; 2]) -> Self {
         let mv = *m * v;

@@ -143,7 +143,13 @@ pub(crate) fn prediction<'py>(
     )?;
     found.set_item(
         "region_deviations",
-        array(py, of.regions.squared().map(f64::sqrt).to_vec(), &[3])?,
+        array(
+            py,
+            [0.5, 0.7, 0.9]
+                .map(|p| ContactPrediction::region_squared(p).sqrt())
+                .to_vec(),
+            &[3],
+        )?,
     )?;
     found.set_item("distance", of.distance_m)?;
     set_time(&found, of.time_to_contact_s)?;

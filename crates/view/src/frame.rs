@@ -35,7 +35,7 @@ impl ViewPrediction {
             normal: contact.normal,
             surface: u32::try_from(contact.surface.0).ok(),
             region_m: contact.covariance_m2.and_then(|covariance| {
-                let [.., ninety] = contact.regions.squared();
+                let ninety = ContactPrediction::region_squared(0.9);
                 region_m(&covariance, contact.normal, ninety)
             }),
             contact_s: contact.time_to_contact_s.map(|time| time.mean_s),

@@ -1,6 +1,5 @@
 //! Estimates for a running reach by a learned model.
 
-use super::account::Account;
 use super::blend::adaptation::{Adaptation, Pending};
 use super::blend::combination::{Blend, Region, combine, placed};
 use super::blend::habit::WayLeft;
@@ -42,7 +41,8 @@ pub(super) struct Learnt {
     pub(super) blend: Blend,
     pub(super) combination: Combination,
     pub(super) frame: Frame,
-    pub(super) account: Account,
+    /// Does the model rely on each of the [`cues`](Inputs::cues)?
+    pub(super) relied_on: Vec<bool>,
 }
 
 /// Training data of a model.
@@ -156,9 +156,11 @@ impl ContactEstimator for LearnedEstimator {
 impl LearnedEstimator {
     /// `alone`: takes over while a required input is missing.
     pub(super) fn new(learnt: &Arc<Learnt>, alone: Option<Self>) -> Self {
-        let relies_on = |cue: &Cue| learnt.account.relies_on(*cue);
+        let cues = learnt.inputs.cues().zip(&learnt.relied_on);
         Self {
-            relied_on: learnt.inputs.cues().filter(relies_on).collect(),
+            relied_on: cues
+                .filter_map(|(cue, relied)| relied.then_some(cue))
+                .collect(),
             alone: alone.map(Box::new),
             answered_alone: false,
             before_alone: None,

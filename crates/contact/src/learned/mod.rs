@@ -13,7 +13,7 @@
 //! A reach starts at its onset (`ReachOnset` of `hwall-hand`), so a rest before it, or a different segmentation, changes little.
 //!
 //! The number of regions is chosen on held-out groups, as are the inputs in each region: place in the room, place and motion of the head, place
-//! and motion of every other point of the hand, gaze. `LearnedModel::account` returns these choices and their errors as tables.
+//! and motion of every other point of the hand, gaze.
 //!
 //! The stated covariance is that of the combination, times factors that make 90 % regions contain 90 % of held-out ends in every region of
 //! progress. (A 90 % region is the ellipsoid with `ContactEstimate::distance_squared` at most 6.251.) As far as progress and the estimated time
@@ -38,11 +38,10 @@
 //! The time of a step depends on `LearnedConfig::rank` (the rank of the primitive, which costs most with all points of the hand), on the number of
 //! regions and on the number of tracked points. It hardly depends on `lags` (the window of the regression).
 //!
-//! With the feature `serde` (on by default) `write_json` and `read_json` of `LearnedModel` and of `RegionModel` store a model in a file with
+//! With the feature `serde` (on by default) `write_json` and `read_json` of `LearnedModel` store a model in a file with
 //! version and digest. The model read back gives bit-identical estimates; a truncated or edited file is an error. `LearnedModel` also has
 //! `reaches()`, `people()`, `median_duration_s()`, `touching_point()` and `combination()`.
 
-mod account;
 mod alone;
 mod blend;
 mod config;
@@ -56,7 +55,6 @@ mod quantiles;
 mod reaches;
 mod regression;
 
-pub use account::{Account, InputUse, StageAccount};
 pub use config::{Combination, Frame, LearnedConfig};
 pub use estimator::LearnedEstimator;
 pub use held_out::{HeldOutEstimator, HeldOutReach};

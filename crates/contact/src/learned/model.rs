@@ -1,6 +1,5 @@
 //! A learned model: regressions of the end, trees and an interaction primitive.
 
-use super::account::Account;
 use super::alone;
 use super::blend::combination::Blend;
 use super::blend::evidence::{Evidence, Witness, near};
@@ -60,7 +59,7 @@ impl LearnedModel {
     }
 
     /// As [`train`](Self::train), and also returns the held-out estimates of each reach, in the order of the reaches. Models built on this one
-    /// learn from the errors of these estimates, e.g. [`RegionModel::fit_streams`](crate::RegionModel::fit_streams).
+    /// learn from the errors of these estimates, e.g. [`EvidenceModel::fit_streams`](crate::EvidenceModel::fit_streams).
     ///
     /// # Errors
     /// As [`train`](Self::train).
@@ -146,7 +145,7 @@ impl LearnedModel {
         };
         let (blend, held_out) = Blend::of(&evidence);
         let held_out = held_out_reaches(&evidence, &blend, &held_out, made);
-        let account = Account::of(&evidence, &blend, &inputs, &fitted, made.len());
+        let relied_on = relied_on(&inputs, &fitted);
         let [room, start] = fitted;
         let alone = inputs.cues().next().and_then(|_| {
             let (reaches, config) = alone::stripped(made, &inputs, config);
@@ -167,7 +166,7 @@ impl LearnedModel {
                 blend,
                 combination: config.combination,
                 frame: config.frame,
-                account,
+                relied_on,
             }),
         };
         Ok((model, held_out))
@@ -203,17 +202,28 @@ impl LearnedModel {
         self.learnt.combination
     }
 
-    /// The choices of training and their errors on held-out reaches; prints as tables.
-    #[must_use]
-    pub fn account(&self) -> &Account {
-        &self.learnt.account
-    }
-
     /// A new estimator. Estimators share the learned parameters.
     #[must_use]
     pub fn estimator(&self) -> LearnedEstimator {
         LearnedEstimator::new(&self.learnt, self.alone.as_deref().map(Self::estimator))
     }
+}
+
+/// A model relies on an input that a regression uses in more than this share of the regions.
+const RELIED_ON: f64 = 0.25;
+
+/// Does the model rely on each of the [`cues`](Inputs::cues)?
+fn relied_on(inputs: &Inputs, fitted: &[Fitted; 2]) -> Vec<bool> {
+    let blocks = inputs.blocks();
+    let is_used = |fitted: &Fitted, block: usize| {
+        let using = fitted.used.iter().filter(|used| used[block]).count();
+        using as f64 > RELIED_ON * fitted.used.len() as f64
+    };
+    let relies_on = |cue| {
+        let mut of_cue = (0..blocks.len()).filter(|block| blocks[*block].kind.cue() == Some(cue));
+        of_cue.any(|block| fitted.iter().any(|fitted| is_used(fitted, block)))
+    };
+    inputs.cues().map(relies_on).collect()
 }
 
 fn origin(reaches: &[&LabelledReach]) -> Origin {

@@ -3,7 +3,6 @@
 use super::hand::free_side::{FreeSide, SideWatch};
 use super::hand::resting::facing;
 use super::prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
-use super::regions::RegionSizes;
 use crate::error::ContactError;
 use crate::estimate::TimeToContact;
 use crate::matrices::{axes_across, isotropic, square};
@@ -172,7 +171,6 @@ impl DeterministicPredictor {
             surface,
             point_m,
             covariance_m2,
-            regions: RegionSizes::NORMAL,
             normal,
             roughness: scene.surface(surface).roughness,
             distance_m,

@@ -2,9 +2,7 @@
 
 use super::belief::EvidenceModel;
 use super::deterministic::DeterministicConfig;
-use super::regions::RegionModel;
 use crate::error::ContactError;
-use crate::registration::RegistrationConfig;
 use hwall_hand::WatchConfig;
 use hwall_numeric::check::{non_negative, positive, that};
 
@@ -21,13 +19,6 @@ pub struct FusedConfig {
     /// within a few of it from a surface counts as on that surface. Default 0.008; measure it with [`RigidFit`](hwall_hand::RigidFit), and use 0 in
     /// simulation. The error shifts hand, gaze and estimate by the same amount, so they stay consistent with each other.
     pub registration_sd_m: f64,
-    /// Settings to learn the registration error from touches ([`RegistrationEstimator`](crate::RegistrationEstimator)); its covariance then
-    /// replaces `registration_sd_m`. Touches must be reported ([`Predictor::touched`](super::Predictor::touched)), and the scene must match the
-    /// real surfaces within millimetres where they are touched. It corrects hand, gaze and head relative to the scene; if the headset that tracks
-    /// the hand also draws the scene, both have the same error, and the correction belongs in the pose of the world instead. Do not use it in a
-    /// world that is turned or moved under the user (redirection): the predictor sees the moved world, in which a tracker-fixed error moves along,
-    /// so a correction learned before a move is wrong after it. Default `None`: not learned.
-    pub registration: Option<RegistrationConfig>,
     /// Surfaces further than this from the hand are ignored, m. Default 1.5.
     pub max_distance_m: f64,
     /// Largest number of rays per hypothesis; a hypothesis with little weight, or a narrow one that meets a single plane, gets only seven. Default
@@ -40,10 +31,6 @@ pub struct FusedConfig {
     /// ([`FusedPredictor::experience`](super::FusedPredictor::experience)). Default 30: training needs at least eight, and about fifty make a good
     /// model.
     pub least_reaches: usize,
-    /// Sizes of the regions of predictions ([`ContactPrediction::regions`](super::ContactPrediction::regions)). Default `None`: those of a normal
-    /// distribution; its regions of 50 and 70 % contain more contacts than stated, and the region of 90 % is right. The model describes the error
-    /// of the prediction; the registration error is added unchanged.
-    pub regions: Option<RegionModel>,
     /// The predictor for an estimator with fewer than `least_reaches`, and for evidence that points at no surface.
     pub fallback: DeterministicConfig,
 }
@@ -55,12 +42,10 @@ impl Default for FusedConfig {
             watch: WatchConfig::default(),
             default_sd_m: 0.1,
             registration_sd_m: 0.008,
-            registration: None,
             max_distance_m: 1.5,
             rays: 19,
             min_probability: 0.005,
             least_reaches: 30,
-            regions: None,
             fallback: DeterministicConfig::ray_led(),
         }
     }

@@ -5,8 +5,7 @@
 //! `FusedPredictor` keeps a mixture over the sources of the next contact: the motion of the hand, the present and the previous fixation, the places
 //! this person has touched, and anywhere else (`EvidenceSource`). `EvidenceModel::fit_streams` learns from whole streams and their contacts
 //! (`LabelledStream`) how often each source is right, depending on the phase of the hand (`ReachPhase`: at rest, starting to move, onset, under
-//! way, near the end), the age of the fixation, and a cue. While the hand moves, the cue is the agreement of fixation and motion; at rest, it is
-//! whether this person also fixates there in pauses. It also learns how far a fixation is from its target, and where people touch relative to their
+//! way, near the end), the age of the fixation, and, while the hand moves, the agreement of fixation and motion. It also learns how far a fixation is from its target, and where people touch relative to their
 //! resting hand. Each touch updates the reliability of each source for this person. `ContactPrediction::looked_at_since_s` is the start of the
 //! fixation on the predicted place. The covariance lies in the plane of the surface, so it is wide along a surface seen at a slant. During
 //! saccades, and for 0.3 s after the gaze is lost, the last fixation is used.
@@ -48,10 +47,9 @@ mod deterministic;
 mod face_moments;
 mod fused_config;
 mod gaussian;
-mod gaze;
+mod gaze_memory;
 mod hand;
 mod prediction;
-mod regions;
 mod stream;
 mod surface_shares;
 
@@ -63,5 +61,4 @@ pub use deterministic::{DeterministicConfig, DeterministicPredictor};
 pub use fused_config::FusedConfig;
 pub use hand::phase::ReachPhase;
 pub use prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
-pub use regions::{REGION_SHARES, RegionModel, RegionSizes};
 pub use stream::{ReachBeginning, StreamEstimator};

@@ -1,6 +1,5 @@
 //! Predictions of contact in a scene, and the trait of all predictors.
 
-use super::regions::RegionSizes;
 use crate::estimate::TimeToContact;
 use crate::matrices::{Plane, axes_across};
 use glam::{DMat3, DVec3};
@@ -27,8 +26,6 @@ pub struct ContactPrediction {
     pub point_m: DVec3,
     /// Covariance of the error of `point_m`, given that this surface is touched, symmetric, m²; `None` if the predictor states none.
     pub covariance_m2: Option<DMat3>,
-    /// Sizes of the regions of 50, 70 and 90 %, in standard deviations of this covariance; those of a normal distribution unless learned.
-    pub regions: RegionSizes,
     /// Unit normal of the surface there, on the person's side.
     pub normal: DVec3,
     /// Roughness level of the surface, on the scale of the scene, if it has one.
@@ -55,7 +52,6 @@ impl ContactPrediction {
             surface,
             point_m,
             covariance_m2: None,
-            regions: RegionSizes::NORMAL,
             normal,
             roughness: None,
             distance_m: 0.0,
@@ -79,13 +75,20 @@ impl ContactPrediction {
     }
 
     /// Squared Mahalanobis distance of a point of the surface from the predicted one, in the plane of the surface; `None` without a covariance.
-    /// Compare it with [`regions`](Self::regions).
+    /// Compare it with [`region_squared`](Self::region_squared).
     #[must_use]
     pub fn squared_deviations(&self, point_m: DVec3) -> Option<f64> {
         let axes = axes_across(self.normal);
         let covariance_m2 = Plane::of(&self.covariance_m2?, axes);
         let off_m = point_m - self.point_m;
         Some(covariance_m2.squared(axes.map(|axis| off_m.dot(axis))))
+    }
+
+    /// Squared deviations of the region that contains the contact with this probability, 0 to below 1. Exact for normal errors; the errors of
+    /// predictions have heavier tails, so regions of 50 and 70 % contain more contacts than stated.
+    #[must_use]
+    pub fn region_squared(probability: f64) -> f64 {
+        -2.0 * (1.0 - probability).ln()
     }
 }
 

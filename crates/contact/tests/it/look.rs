@@ -123,22 +123,22 @@ fn how_long_a_look_precedes_a_reach_is_learnt() {
     let steady = model_of(&STEADY);
     assert_eq!(steady.touches, 96);
     // If a person looks at one thing and touches it, a recent fixation is on the target and an old one is straight ahead.
-    let now = |model: &EvidenceModel, age_s: f64, cue: Option<f64>| {
-        model.shares(ReachPhase::Rest, Some(age_s), cue)[EvidenceSource::Look as usize]
+    let now = |model: &EvidenceModel, age_s: f64| {
+        model.shares(ReachPhase::Rest, Some(age_s), None)[EvidenceSource::Look as usize]
     };
     assert!(
-        now(&steady, 0.15, Some(0.0)) > 0.85 && now(&steady, 0.3, Some(0.0)) > 0.85,
+        now(&steady, 0.15) > 0.85 && now(&steady, 0.3) > 0.85,
         "{steady:?}"
     );
-    assert!(now(&steady, 1.5, Some(1.0)) < 0.1);
+    assert!(now(&steady, 1.5) < 0.1);
     // If a person glances around, the longest of four fixations is on the target. The oldest are straight ahead.
     let glancing = model_of(&GLANCING);
-    assert!(now(&glancing, 0.05, Some(0.0)) < 0.4, "{glancing:?}");
+    assert!(now(&glancing, 0.05) < 0.4, "{glancing:?}");
     assert!(
-        now(&glancing, 0.6, Some(0.0)) > now(&glancing, 0.15, Some(0.0)) + 0.3,
+        now(&glancing, 0.6) > now(&glancing, 0.15) + 0.3,
         "{glancing:?}"
     );
-    assert!(now(&glancing, 1.5, Some(1.0)) < 0.2, "{glancing:?}");
+    assert!(now(&glancing, 1.5) < 0.2, "{glancing:?}");
     // While moving, the hand follows the fixated place.
     for model in [&steady, &glancing] {
         let on_the_way = model.shares(ReachPhase::UnderWay, Some(0.8), Some(0.0));

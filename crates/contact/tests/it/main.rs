@@ -17,10 +17,6 @@ mod model_file;
 mod predict;
 #[path = "../../benches/reaches/mod.rs"]
 mod reaches;
-#[cfg(feature = "serde")]
-mod region_file;
-mod regions;
-mod registration;
 mod repeats;
 mod resting;
 mod resting_looks;

@@ -157,7 +157,7 @@ fn each_damage_has_its_error() {
     let other = error(r#"{"format": "hwall-bip model", "version": 1}"#);
     assert_eq!(other, E::File(F::Format { expected, found }));
     // A newer version may differ in every other field.
-    let (newest, found) = (7, 9);
+    let (newest, found) = (8, 9);
     let new = format!(r#"{{"format": "{expected}", "version": 9, "x": 1}}"#);
     assert_eq!(error(&new), E::File(F::Version { newest, found }));
     for (path, value) in [
@@ -165,10 +165,10 @@ fn each_damage_has_its_error() {
         ("ridges.0.scale", vec![1.0; 3].into()),
         ("ridges.0.coefficients", vec![1.0; 7].into()),
         ("inputs.offsets_m", Vec::<f64>::new().into()),
+        ("inputs.head", true.into()),
+        ("relied_on", vec![true].into()),
         ("primitive", Value::Null),
         ("combination", "regression".into()),
-        ("blend.own", Value::Null),
-        ("blend.own.habits", Value::Null),
     ] {
         let error = error_with(path, value);
         assert!(matches!(error, E::FileLength { .. }), "{path}: {error}");
@@ -179,16 +179,15 @@ fn each_damage_has_its_error() {
         ("inputs.others", vec![0, 0].into()),
         ("inputs.lags", 9.into()),
         ("inputs.lags", 3.into()),
-        ("inputs.head", true.into()),
         ("gates.centres", Value::Array(Vec::new())),
         ("gates.width", 0.0.into()),
         ("ridges.0.outputs", 0.into()),
         ("ridges.0.outputs", usize::MAX.into()),
-        ("blend.own.sources.0.0", 1.0.into()),
-        ("blend.own.time.5", (-0.1).into()),
-        ("blend.own.habits.2.slope", (-0.1).into()),
-        ("blend.own.habits.3.offset", (-0.1).into()),
-        ("blend.own.habits.0.scatter_m", 0.0.into()),
+        ("blend.personal.sources.0.0", 1.0.into()),
+        ("blend.personal.time.5", (-0.1).into()),
+        ("blend.personal.habits.2.slope", (-0.1).into()),
+        ("blend.personal.habits.3.offset", (-0.1).into()),
+        ("blend.personal.habits.0.scatter_m", 0.0.into()),
     ] {
         let error = error_with(path, value);
         assert!(matches!(error, E::Argument(_)), "{path}: {error}");
@@ -213,6 +212,8 @@ fn each_damage_has_its_error() {
     for (path, value) in [
         ("ridges.0.coefficients.2", Value::Null),
         ("gates.scale", vec![1.0; 3].into()),
+        ("blend.personal", Value::Null),
+        ("blend.personal.habits", Value::Null),
         ("people", (-1).into()),
         ("more", 1.into()),
     ] {

@@ -58,7 +58,7 @@ impl Target {
 /// Creates a reader; some of its good inputs take time to create.
 type Prepare = fn() -> anyhow::Result<Reader>;
 
-const READERS: [(&str, Prepare); 15] = [
+const READERS: [(&str, Prepare); 14] = [
     ("scene", text::scene),
     ("hand", text::hand),
     ("urdf", text::urdf),
@@ -67,7 +67,6 @@ const READERS: [(&str, Prepare); 15] = [
     ("calibration", text::calibration),
     ("headset", text::headset),
     ("model", text::model),
-    ("regions", text::regions),
     ("map", binary::map),
     ("atlas", binary::atlas),
     ("stl", binary::stl),

@@ -6,7 +6,6 @@ use hwall_bip::model_file::ModelFileError;
 use hwall_bip::{
     Basis, BipError, Demonstration, Filter, FilterConfig, Group, Model, Observation, TrainingConfig,
 };
-use hwall_contact::{ContactError, RegionModel};
 use hwall_hand::{LabelConfig, PointPair, Pose, Recording, labelled_reaches, read_recordings};
 use hwall_kinematics::{Chain, KinematicsError};
 use hwall_psychophysics::{AnalysisConfig, Columns, Study, analyse};
@@ -292,33 +291,5 @@ fn read_model(bytes: &[u8]) -> Verdict {
             let _ = filter.observe(&Observation::new(&[0], &[value]));
         }
         promise(filter.phase().is_finite(), "a phase that is not finite")
-    })
-}
-
-/// A model learnt from a few touches; [`forged`] corrects its digest.
-const REGIONS: &[u8] = include_bytes!("regions.json");
-
-pub(super) fn regions() -> anyhow::Result<Reader> {
-    Reader::new(vec![REGIONS.to_vec()], read_regions)
-}
-
-fn read_regions(bytes: &[u8]) -> Verdict {
-    fn file_error(error: &ContactError) -> Option<&ModelFileError> {
-        match error {
-            ContactError::File(error) => Some(error),
-            _ => None,
-        }
-    }
-    let read = |text: &str| forged(text, RegionModel::from_json, file_error);
-    judged_text(bytes, read, |model| {
-        let again = RegionModel::from_json(&model.to_json());
-        let same = again.is_ok_and(|again| again == model);
-        promise(same, "regions that cannot read their own file")?;
-        for way_m in [0.0, 0.02, 0.3, 9.0] {
-            let [a, b, c] = model.at(way_m).squared();
-            let rises = a > 0.0 && a <= b && b <= c && c.is_finite();
-            promise(rises, "a size that is none")?;
-        }
-        Ok(())
     })
 }

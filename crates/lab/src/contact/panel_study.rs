@@ -222,7 +222,7 @@ fn follow(
         let squared = place.squared_deviations(reach.contact_m);
         Judged {
             off_m: Some(off_m.reject_from_normalized(normal).length()),
-            in_region: squared.map(|squared| squared <= place.regions.squared()[2]),
+            in_region: squared.map(|squared| squared <= ContactPrediction::region_squared(0.9)),
             first,
         }
     };

@@ -150,7 +150,7 @@ impl Objects {
             training,
             participants,
         } = people::people(&room, &Condition::usual(), size)?;
-        let shared = SharedTraining::new(&room.scene, &training)?;
+        let shared = SharedTraining::new(&training)?;
         let objects = objects_of(&room.scene)?;
         let feel = |surface, point_m| feel(&room.scene, &objects, surface, point_m);
         let touches = || {

@@ -52,14 +52,6 @@ impl TouchPredictions {
         prediction.surface == self.touch.surface
     }
 
-    /// Do the regions of 50, 70 and 90 % contain the target, in the plane of the surface? `None` on a wrong surface or without a
-    /// covariance.
-    fn within(&self, prediction: &ContactPrediction) -> Option<[bool; 3]> {
-        let right = Some(prediction).filter(|p| self.right(p));
-        let squared = right?.squared_deviations(self.touch.target_m)?;
-        Some(prediction.regions.squared().map(|most| squared <= most))
-    }
-
     /// Time before contact from which the predictions stay right, s.
     pub fn lead_s(&self) -> f64 {
         let right = |sample: &&TimedPrediction| {
@@ -78,8 +70,6 @@ pub struct Summary {
     pub median_m: f64,
     /// Share with the right surface; a missing prediction counts as wrong.
     pub right: f64,
-    /// Shares of the regions of [`REGION_SHARES`](hwall_contact::REGION_SHARES) in the plane of the right surface that contain the target.
-    pub within: [f64; 3],
 }
 
 /// Over all touches at a moment.
@@ -90,12 +80,10 @@ pub fn summary<'a>(
     let at = |t: &'a TouchPredictions| Some((t, t.at(moment)?));
     let all: Vec<_> = touches.into_iter().filter_map(at).collect();
     let predicted = || all.iter().filter_map(|(t, s)| Some((*t, s.first?)));
-    let held: Vec<[bool; 3]> = predicted().filter_map(|(t, p)| t.within(&p)).collect();
     let share = |count: usize, of: usize| count as f64 / of as f64;
     Summary {
         median_m: quantiles(predicted().map(|(t, p)| t.off_m(&p).length()), [0.5])[0],
         right: share(predicted().filter(|(t, p)| t.right(p)).count(), all.len()),
-        within: [0, 1, 2].map(|k| share(held.iter().filter(|h| h[k]).count(), held.len())),
     }
 }
 

@@ -43,7 +43,7 @@ impl Setting {
             training,
             participants,
         } = people::people(&room, &condition, size).with_context(name)?;
-        let training = SharedTraining::new(&room.scene, &training).with_context(name)?;
+        let training = SharedTraining::new(&training).with_context(name)?;
         let predicted =
             |predictor: &mut dyn Predictor| people::predictions(predictor, &room, &participants);
         Ok(Self {

@@ -9,8 +9,8 @@ use clap::ValueEnum;
 use glam::DVec3;
 use hwall::response::EndToEnd;
 use hwall_contact::{
-    ContactError, ContactPrediction, DeterministicConfig, DeterministicPredictor, FusedConfig,
-    FusedPredictor, LearnedConfig, LearnedEstimator, LearnedModel, Predictor, PredictorInput,
+    ContactPrediction, DeterministicConfig, DeterministicPredictor, FusedConfig, FusedPredictor,
+    LearnedConfig, LearnedEstimator, LearnedModel, Predictor, PredictorInput,
 };
 use hwall_hand::{HandFrame, HandPoint};
 use hwall_scene::{Scene, SurfaceId};
@@ -369,18 +369,11 @@ pub fn fused(
         gaze: people.gaze,
         ..LearnedConfig::default()
     };
-    let (model, held_out) = LearnedModel::train_and_hold_out(&reaches, &config)?;
+    let model = LearnedModel::train(&reaches, &config)?;
     let evidence = training::evidence_model(&streams, |_| model.estimator())?;
-    let mut config = FusedConfig {
+    let config = FusedConfig {
         evidence,
         ..FusedConfig::default()
-    };
-    let held_out = (&reaches[..], &held_out[..]);
-    config.regions = match training::region_model(scene, &streams, held_out, &config) {
-        Ok(regions) => Some(regions),
-        // With too few predicted touches the region model cannot be learnt, and regions stay Gaussian.
-        Err(error) if is_too_few(&error) => None,
-        Err(error) => return Err(error),
     };
     let trained = people.elsewhere.then_some(Standing {
         head_m: people.person.head_m,
@@ -425,12 +418,6 @@ pub fn streams_of(
             stream(scene, &person.plan(&plans)?, people)
         })
         .collect()
-}
-
-/// Is the error only a lack of training data?
-fn is_too_few(error: &anyhow::Error) -> bool {
-    let found = error.downcast_ref();
-    matches!(found, Some(ContactError::TooFewReaches { .. }))
 }
 
 fn stream(scene: &Scene, hand: &TouchSequence, people: &TrainingPeople) -> anyhow::Result<Stream> {

@@ -2,14 +2,13 @@
 
 use glam::DVec3;
 use hwall_contact::{
-    ContactEstimator, EvidenceModel, FusedConfig, FusedPredictor, HeldOutEstimator, HeldOutReach,
-    LabelledStream, RegionModel, StreamContact, StreamFilters,
+    ContactEstimator, EvidenceModel, LabelledStream, StreamContact, StreamFilters,
 };
 use hwall_hand::{
     GazeFilter, HandFilter, HandFilterConfig, HandFrame, HandPoint, LabelledReach, ReachWatch,
     WatchConfig, WatchUpdate,
 };
-use hwall_scene::{Scene, SurfaceId};
+use hwall_scene::SurfaceId;
 use hwall_sim::{TouchSequence, TouchTruth};
 
 /// One evaluated touch.
@@ -135,40 +134,6 @@ pub fn evidence_model<E: ContactEstimator>(
     let contacts: Vec<Vec<_>> = streams.iter().map(Stream::contacts).collect();
     let labelled = labelled(streams, &contacts);
     Ok(EvidenceModel::default().fit_streams(&labelled, estimator, &filters())?)
-}
-
-/// Size of the regions of fused predictions, learnt from the errors of an estimator that was not trained on the same person.
-/// Trackers of simulated people have no pose error, whatever `config` assumes. `reaches`: those of [`reaches`]; `held_out`: the
-/// estimator's predictions for them.
-///
-/// # Errors
-/// Too few touches; settings that the predictor refuses.
-pub fn region_model(
-    scene: &Scene,
-    streams: &[Stream],
-    (reaches, held_out): (&[LabelledReach], &[HeldOutReach]),
-    config: &FusedConfig,
-) -> anyhow::Result<RegionModel> {
-    let contacts: Vec<Vec<_>> = streams.iter().map(Stream::contacts).collect();
-    let labelled = labelled(streams, &contacts);
-    let exact = FusedConfig {
-        registration: None,
-        registration_sd_m: 0.0,
-        ..config.clone()
-    };
-    let predictor = |number: usize| {
-        let person = Some(number.to_string());
-        let of_stream = reaches.iter().zip(held_out);
-        let of_stream = of_stream.filter(|(reach, _)| reach.person == person);
-        let estimator = HeldOutEstimator::new(of_stream.map(|(_, held)| held), reaches.len());
-        FusedPredictor::new(estimator, exact.clone())
-    };
-    Ok(RegionModel::fit_streams(
-        scene,
-        &labelled,
-        predictor,
-        &filters(),
-    )?)
 }
 
 fn labelled<'a>(

@@ -25,6 +25,8 @@ const SHARES: [f64; 9] = [1.0, 0.875, 0.75, 0.625, 0.5, 0.375, 0.25, 0.125, 0.0]
 /// A regression is linear in the speed, but the end of a motion is not: the mean remaining displacement is positive although most slow hands have
 /// none. A hand that rests far from its predicted end is pausing; the share does not apply to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub(in crate::learned) struct Arrival {
     /// Ascending speeds, as [`key`].
     pub(in crate::learned) keys: [f64; KNOTS],

@@ -198,6 +198,8 @@ fn weighted(moments: &Pairs, ends: &Ends, there: [bool; SOURCES]) -> Option<Comb
 
 /// Between-person share of the errors, at the knots of the time left.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub(in crate::learned) struct Personal {
     /// Share of the mean squared error of each source.
     pub(in crate::learned) sources: [[f64; SOURCES]; KNOTS],
@@ -229,6 +231,8 @@ impl Personal {
 
 /// Error statistics of a model.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub(in crate::learned) struct Blend {
     pub(in crate::learned) axes: Axes,
     pub(in crate::learned) arrival: Arrival,

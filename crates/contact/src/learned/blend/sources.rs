@@ -20,27 +20,6 @@ pub(in crate::learned) enum Source {
     Trees,
 }
 
-impl Source {
-    pub(in crate::learned) const ALL: [Self; SOURCES] = [
-        Self::Room,
-        Self::Start,
-        Self::Primitive,
-        Self::Hold,
-        Self::Trees,
-    ];
-
-    /// For tables.
-    pub(in crate::learned) const fn name(self) -> &'static str {
-        match self {
-            Self::Room => "regression, room",
-            Self::Start => "regression, start of the reach",
-            Self::Primitive => "interaction primitive",
-            Self::Hold => "hold",
-            Self::Trees => "trees",
-        }
-    }
-}
-
 /// Predicted end by each source, m; `None` without a prediction.
 pub(in crate::learned) type Ends = [Option<DVec3>; SOURCES];
 

@@ -8,9 +8,6 @@ use hwall_hand::{HandPoint, NamedPoint, ReachOnset};
 use hwall_numeric::check::{non_negative, positive, that};
 use serde::{Deserialize, Serialize};
 
-/// Last version whose files only have points of the hand, and reaches that start at their first sample.
-const OF_THE_HAND: u64 = 3;
-
 /// Points are numbers in the order of [`NamedPoint::ALL`].
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -43,8 +40,7 @@ impl FileInputs {
         }
     }
 
-    /// Checks a file of this version.
-    pub(super) fn validate(&self, version: u64) -> Result<(), ContactError> {
+    pub(super) fn validate(&self) -> Result<(), ContactError> {
         let within = |what, value: usize, ok: bool, wanted| that(ok, what, value as f64, wanted);
         let of_hand = self.point < HandPoint::ALL.len();
         within("point", self.point, of_hand, "a point of the hand")?;
@@ -54,11 +50,7 @@ impl FileInputs {
             within("others", other, new, "named once")?;
         }
         within("lags", self.lags, self.lags <= MOST_LAGS, "at most 8")?;
-        let expected = match version {
-            ..=OF_THE_HAND => HandPoint::ALL.len(),
-            _ => NamedPoint::COUNT,
-        };
-        length("offsets_m", expected, self.offsets_m.len())?;
+        length("offsets_m", NamedPoint::COUNT, self.offsets_m.len())?;
         if let Some([slow, clear]) = self.onset_m_per_s {
             positive("slow speed before an onset", slow)?;
             non_negative(
@@ -85,29 +77,5 @@ impl FileInputs {
                 clear_m_per_s: clear,
             }),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn files_from_before_the_arm_had_names_are_read() {
-        let old = r#"{"point": 2, "others": [0], "head": false, "gaze": false, "lags": 1,
-            "offsets_m": [[0.1, 0, 0], null, [0, 0, 0], null, null, null],
-            "head_m": [0, 0, 0], "mean_gaze": [0, 0, 0]}"#;
-        let file: FileInputs = serde_json::from_str(old).expect("as it was written");
-        file.validate(3).expect("valid then");
-        assert!(file.validate(4).is_err());
-        let inputs = file.to_inputs();
-        assert_eq!(inputs.others, [NamedPoint::Hand(HandPoint::Palm)]);
-        assert_eq!(
-            (inputs.onset, inputs.offsets_m[0]),
-            (None, Some(DVec3::X * 0.1))
-        );
-        let new = FileInputs::of(&inputs);
-        new.validate(4).expect("all points");
-        assert_eq!(new.to_inputs(), inputs);
     }
 }

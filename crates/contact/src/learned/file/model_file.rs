@@ -1,14 +1,11 @@
 //! Files of learned models: versioned JSON that restores the model bit by bit, or an error that names the fault.
 
-use super::blend_file::FileBlend;
 use super::input_file::FileInputs;
 use super::length;
 use super::tree_file::FileCorrection;
 use crate::error::ContactError;
-use crate::learned::account::{Account, InputUse, StageAccount};
-use crate::learned::blend::combination::Axes;
+use crate::learned::blend::combination::Blend;
 use crate::learned::blend::places::Places;
-use crate::learned::blend::sources::{SOURCES, Source};
 use crate::learned::config::{Combination, Frame};
 use crate::learned::estimator::{Learnt, Origin};
 use crate::learned::model::LearnedModel;
@@ -27,7 +24,7 @@ use std::sync::Arc;
 /// Format name and version written.
 const FORMAT: Format = Format {
     name: "hwall-contact learned model",
-    version: 7,
+    version: 8,
 };
 
 /// A whole file.
@@ -50,11 +47,11 @@ struct File {
     time_from: usize,
     normal_from: usize,
     correction: FileCorrection,
-    blend: FileBlend,
+    blend: Blend,
     places: Option<Places>,
     primitive: Option<FilePrimitive>,
-    account: FileAccount,
-    /// The smaller model; its own digest is empty, as the digest of the file covers it. Absent in old files.
+    relied_on: Vec<bool>,
+    /// The smaller model; its own digest is empty, as the digest of the file covers it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     alone: Option<Box<File>>,
 }
@@ -67,23 +64,6 @@ struct FileRidge {
     outputs: usize,
     /// By region, feature (the constant last) and output.
     coefficients: Vec<f64>,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FileAccount {
-    inputs: Vec<(String, [f64; 2])>,
-    stages: Vec<FileStage>,
-}
-
-/// A stage without samples has no median.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FileStage {
-    from_s: f64,
-    median_m: Option<f64>,
-    weights: [f64; SOURCES],
-    places: f64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -168,14 +148,6 @@ impl File {
             outputs: ridge.outputs(),
             coefficients: ridge.coefficients().collect(),
         };
-        let weights =
-            |weights: &[(&str, f64)]| std::array::from_fn(|k| weights.get(k).map_or(0.0, |w| w.1));
-        let stage = |s: &StageAccount| FileStage {
-            from_s: s.from_s,
-            median_m: Some(s.median_m).filter(|m| m.is_finite()),
-            weights: weights(&s.weights),
-            places: s.places,
-        };
         Self {
             alone: None,
             format: FORMAT.name.to_owned(),
@@ -192,17 +164,9 @@ impl File {
             time_from: learnt.time_from,
             normal_from: learnt.normal_from,
             correction: FileCorrection::of(&learnt.correction),
-            blend: FileBlend::of(&learnt.blend),
+            blend: learnt.blend.clone(),
             places: learnt.places.clone(),
-            account: FileAccount {
-                inputs: learnt
-                    .account
-                    .inputs
-                    .iter()
-                    .map(|i| (i.name.clone(), i.used))
-                    .collect(),
-                stages: learnt.account.stages.iter().map(stage).collect(),
-            },
+            relied_on: learnt.relied_on.clone(),
             primitive: learnt.primitive.as_ref().map(|p| FilePrimitive {
                 label_offset_m: p.label_offset_m,
                 model: serde_json::from_str(&p.model.to_json()).unwrap_or_default(),
@@ -213,7 +177,9 @@ impl File {
     /// Checks every assumption of the estimator. JSON cannot hold non-finite numbers.
     fn validate(&self) -> Result<(), ContactError> {
         let within = |what, value: usize, ok: bool, wanted| that(ok, what, value as f64, wanted);
-        self.inputs.validate(self.version)?;
+        self.inputs.validate()?;
+        let cues = self.inputs.to_inputs().cues().count();
+        length("relied_on", cues, self.relied_on.len())?;
         let regions = self.gates.centres.len();
         within("gates", regions, regions > 0, "at least 1 region")?;
         positive("width of the gates", self.gates.width)?;
@@ -222,10 +188,10 @@ impl File {
         for scale in scales.chain(&self.gates.scale) {
             non_negative("scale", *scale)?;
         }
-        length("blend", regions, self.blend.regions())?;
+        length("blend", regions, self.blend.regions.len())?;
         self.correction
             .validate(regions, self.inputs.to_inputs().width())?;
-        self.blend.validate(self.version)?;
+        self.blend.validate()?;
         if let Some(places) = &self.places {
             positive("scatter of places", places.scatter_m)?;
         }
@@ -271,23 +237,6 @@ impl File {
                 Some(Primitive::new(model, file.label_offset_m)?)
             }
         };
-        let blend = self.blend.into_blend();
-        let stage = |s: FileStage| StageAccount {
-            from_s: s.from_s,
-            median_m: s.median_m.unwrap_or(f64::NAN),
-            weights: Source::ALL
-                .map(|k| (k.name(), s.weights[k as usize]))
-                .to_vec(),
-            places: s.places,
-        };
-        let input = |(name, used)| InputUse { name, used };
-        let account = Account {
-            regions: blend.regions.len(),
-            inputs: self.account.inputs.into_iter().map(input).collect(),
-            along_the_way: blend.axes == Axes::Way,
-            place_scatter_m: self.places.as_ref().map_or(0.0, |p| p.scatter_m),
-            stages: self.account.stages.into_iter().map(stage).collect(),
-        };
         let ridges = self
             .ridges
             .map(|r| LocalRidge::from_parts(r.centre, r.scale, r.outputs, &r.coefficients));
@@ -303,8 +252,8 @@ impl File {
             normal_from: self.normal_from,
             correction: self.correction.into_correction(),
             places: self.places,
-            blend,
-            account,
+            blend: self.blend,
+            relied_on: self.relied_on,
             combination: self.combination,
             frame: self.frame,
             inputs,
@@ -353,63 +302,5 @@ fn absorb_value(digest: &mut Digest, value: &Value) {
                 absorb_value(digest, value);
             }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::learned::blend::habit::Habits;
-    use crate::learned::blend::knots::KNOTS;
-    use crate::{ContactEstimator, LearnedConfig};
-    use hwall_hand::{HandFrame, HandPoint, LabelledReach};
-    use serde_json::json;
-
-    fn reach(number: u8) -> LabelledReach {
-        let to_m = DVec3::new(0.5, 0.03 * f64::from(number), 0.01 * f64::from(number % 3));
-        let frame = |k: u32| {
-            let share = f64::from(k) / 60.0;
-            let mut frame = HandFrame::empty(0.8 * share);
-            frame.set_point(HandPoint::Index, Some(to_m * share * share));
-            frame
-        };
-        LabelledReach::new(HandPoint::Index, (0..=60).map(frame).collect(), to_m, 0.8)
-    }
-
-    /// Version 5 had one share for all times left, and no personal times or habits.
-    #[test]
-    fn files_of_versions_before_are_read() {
-        let reaches: Vec<LabelledReach> = (0..9).map(reach).collect();
-        let model = LearnedModel::train(&reaches, &LearnedConfig::default()).expect("reaches");
-        let mut file: Value = serde_json::from_str(&model.to_json()).expect("JSON");
-        file["version"] = json!(5);
-        let blend = file["blend"].as_object_mut().expect("an object");
-        blend.remove("own");
-        blend.insert("personal".to_owned(), json!([0.1, 0.2, 0.3, 0.4, 0.5]));
-        file["digest"] = digest(&file).into();
-        let read = LearnedModel::from_json(&file.to_string()).expect("an old file");
-        let personal = read.learnt.blend.personal;
-        assert_eq!(personal.sources, [[0.1, 0.2, 0.3, 0.4, 0.5]; KNOTS]);
-        assert_eq!(personal.time, [0.0; KNOTS]);
-        assert_eq!(personal.habits, [Habits::NONE; KNOTS]);
-        let answers = |model: &LearnedModel| -> Vec<_> {
-            let mut estimator = model.estimator();
-            estimator.begin();
-            let frames = reaches[4].frames.iter();
-            frames.map(|f| estimator.step(f)).collect()
-        };
-        assert_eq!(answers(&read), answers(&model));
-        // Version 6 had a factor on the remaining displacement.
-        let mut file: Value = serde_json::from_str(&model.to_json()).expect("JSON");
-        file["version"] = json!(6);
-        let own = file["blend"]["own"].as_object_mut().expect("an object");
-        own.remove("habits");
-        own.insert("stretch".to_owned(), json!(vec![0.1; KNOTS]));
-        file["digest"] = digest(&file).into();
-        let of_6 = LearnedModel::from_json(&file.to_string()).expect("an old file");
-        assert_eq!(of_6.learnt.blend.personal.habits, [Habits::NONE; KNOTS]);
-        assert_eq!(answers(&of_6), answers(&model));
-        // Written again it is of this version.
-        assert!(read.to_json().contains("\"version\":7"));
     }
 }

@@ -38,7 +38,7 @@ pub(in crate::learned) struct Inputs {
     pub(in crate::learned) lags: usize,
     /// Mean offset of the touching point from every point, m; used early in a reach if one of them is missing.
     pub(in crate::learned) offsets_m: [Option<DVec3>; NamedPoint::COUNT],
-    /// Detects the onset of a reach independently of the segmentation; `None` in old files, where a reach starts at its first sample.
+    /// Detects the onset of a reach independently of the segmentation; `None` without training reaches.
     pub(in crate::learned) onset: Option<ReachOnset>,
     /// Mean head position relative to the touching point, and mean gaze; used until they are seen.
     pub(in crate::learned) head_m: DVec3,
@@ -192,6 +192,18 @@ pub(in crate::learned) enum BlockKind {
     Place(NamedPoint),
     /// Motion of that point relative to the touching one.
     Motion(NamedPoint),
+}
+
+impl BlockKind {
+    /// The input that it needs in addition to the touching point.
+    pub(in crate::learned) const fn cue(self) -> Option<Cue> {
+        match self {
+            Self::Path | Self::Start => None,
+            Self::HeadPlace | Self::HeadMotion => Some(Cue::Head),
+            Self::Gaze => Some(Cue::Gaze),
+            Self::Place(point) | Self::Motion(point) => Some(Cue::Point(point)),
+        }
+    }
 }
 
 /// Time, speed, peak speed, their ratio, distance from the start, time since the peak.

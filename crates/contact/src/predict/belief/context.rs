@@ -55,8 +55,7 @@ pub(in crate::predict) struct Context {
     pub(super) before_left: f64,
     /// Has the person touched anything yet?
     pub(super) has_places: bool,
-    /// In [0, 1]. For a moving hand: distance of the fixation from the predicted end of the motion. For a resting hand: how often this person
-    /// fixates there in pauses. `None`: unknown.
+    /// Distance of the fixation from the predicted end of the motion, in [0, 1]; `None` at rest, and without a fixation.
     pub(super) cue: Option<f64>,
 }
 

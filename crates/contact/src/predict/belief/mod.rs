@@ -10,8 +10,7 @@ mod training;
 
 use super::deterministic::DeterministicPredictor;
 use super::fused_config::FusedConfig;
-use super::gaze::idle::IdlePlaces;
-use super::gaze::memory::GazeMemory;
+use super::gaze_memory::GazeMemory;
 use super::hand::free_side::{FreeSide, SideWatch};
 use super::hand::resting::{RestWatch, SurfacePlace, facing};
 use super::prediction::{ContactPrediction, Predictor, PredictorInput};
@@ -19,10 +18,9 @@ use super::stream::StreamEstimator;
 use super::surface_shares::{SeenFace, SurfaceShares, Viewpoint};
 use crate::error::ContactError;
 use crate::estimate::{ContactEstimate, ContactEstimator};
-use crate::matrices::{isotropic, trace};
-use crate::registration::{MeasuredTouch, RegistrationEstimator};
-use glam::{DMat3, DVec3};
-use hwall_hand::{GazeRay, HandState, Pose};
+use crate::matrices::isotropic;
+use glam::DVec3;
+use hwall_hand::{GazeRay, HandState};
 use hwall_scene::{Hit, Scene, SurfaceId};
 use person::Person;
 use places::{TouchWatch, TouchedPlaces};
@@ -50,8 +48,7 @@ pub use training::{LabelledStream, StreamContact, StreamFilters};
 /// still used. An estimator trained with gaze ([`LearnedConfig::gaze`](crate::LearnedConfig::gaze)) is better than the line of sight alone once the
 /// hand moves.
 ///
-/// The registration error between tracker and scene widens every component, and every covariance across its surface. With
-/// [`FusedConfig::registration`] it is learned from touches ([`Predictor::touched`]).
+/// The registration error between tracker and scene widens every component, and every covariance across its surface.
 ///
 /// A hand at rest on a surface touches it: that surface comes first, with the registration error as its covariance and time 0, and a tenth of the
 /// probability goes to all other surfaces. This ends when the hand is faster than the onset of a reach or further away than a few registration
@@ -64,7 +61,6 @@ pub struct FusedPredictor<E> {
     stream: StreamEstimator<E>,
     config: FusedConfig,
     gaze: GazeMemory,
-    idle: IdlePlaces,
     shares: SurfaceShares,
     side: SideWatch,
     rest: RestWatch,
@@ -73,9 +69,6 @@ pub struct FusedPredictor<E> {
     person: Person,
     estimate: Option<ContactEstimate>,
     fallback: DeterministicPredictor,
-    registration: Option<RegistrationEstimator>,
-    /// Remaining registration error at the hand, m².
-    registration_m2: DMat3,
     /// A reported touch that has not been processed yet.
     felt: Option<Felt>,
     /// Predictions of the last sample, the most probable first.
@@ -89,17 +82,13 @@ impl<E: ContactEstimator> FusedPredictor<E> {
     /// A setting outside its range.
     pub fn new(estimator: E, config: FusedConfig) -> Result<Self, ContactError> {
         config.validate()?;
-        let registration = config.registration.map(RegistrationEstimator::new);
         Ok(Self {
             stream: StreamEstimator::new(estimator, config.watch)?,
             shares: SurfaceShares::new(config.rays),
             fallback: DeterministicPredictor::new(config.fallback)?,
-            registration: registration.transpose()?,
-            registration_m2: isotropic(config.registration_sd_m),
             felt: None,
             config,
             gaze: GazeMemory::default(),
-            idle: IdlePlaces::default(),
             side: SideWatch::default(),
             rest: RestWatch::default(),
             touch: TouchWatch::default(),
@@ -132,12 +121,6 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         }
     }
 
-    /// The registration learned from touches; `None` without [`FusedConfig::registration`].
-    #[must_use]
-    pub const fn registration(&self) -> Option<&RegistrationEstimator> {
-        self.registration.as_ref()
-    }
-
     /// Learns from the reported touch if the hand was near the predicted surface; the contact is then taken to be on that surface.
     fn learn_touch(&mut self, scene: &Scene) {
         let Some(Felt {
@@ -148,7 +131,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         else {
             return;
         };
-        let closest = scene.project_on(surface, self.corrected_m(seen_m)).ok();
+        let closest = scene.project_on(surface, seen_m).ok();
         let Some(closest) = closest.filter(|closest| closest.distance_m <= TOUCHED_M) else {
             return;
         };
@@ -160,60 +143,16 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         if self.touch.felt(&place, t_s) {
             self.learn(&place);
         }
-        if let Some(registration) = &mut self.registration {
-            let touch = MeasuredTouch {
-                seen_m,
-                surface_m: closest.point_m,
-                normal: closest.normal,
-                located_sd_m: None,
-            };
-            // The estimator rejects only implausible touches, which must be ignored.
-            let _ = registration.touched(&touch);
-        }
-    }
-
-    /// True position of a tracked position, m.
-    fn corrected_m(&self, seen_m: DVec3) -> DVec3 {
-        match &self.registration {
-            Some(registration) if registration.touches() > 0 => {
-                registration.true_from_seen().transform_point(seen_m)
-            }
-            _ => seen_m,
-        }
-    }
-
-    /// The correction of the tracker; `None` while there is none. Also updates the remaining error at the hand.
-    fn correction(&mut self, hand: Option<&HandState>) -> Option<Pose> {
-        let registration = self.registration.as_ref()?;
-        if let Some(hand) = hand.filter(|hand| hand.point_m.is_finite()) {
-            self.registration_m2 = registration.covariance_m2(hand.point_m);
-        }
-        (registration.touches() > 0).then(|| registration.true_from_seen())
-    }
-
-    /// Standard deviation of the error of registration across a surface, m.
-    fn registration_across_m(&self, normal: DVec3) -> f64 {
-        match self.registration {
-            Some(_) => normal.dot(self.registration_m2 * normal).max(0.0).sqrt(),
-            None => self.config.registration_sd_m,
-        }
-    }
-
-    /// Root mean registration variance over the three axes, m.
-    fn registration_sd_m(&self) -> f64 {
-        match self.registration {
-            Some(_) => (trace(&self.registration_m2) / 3.0).sqrt(),
-            None => self.config.registration_sd_m,
-        }
     }
 
     /// Divides every source among the faces. Returns whether any face was met.
     fn divide(&mut self, scene: &Scene, hand: &HandState, side: &FreeSide) -> bool {
         self.shares.clear();
+        let registration_m2 = isotropic(self.config.registration_sd_m);
         let settings = (&self.config.watch, self.config.default_sd_m);
-        let (looks, any) = ((&self.gaze, &self.idle), self.places.any());
+        let any = self.places.any();
         let model = self.config.evidence;
-        let sample = Sample::new(hand, &self.stream, looks, any, &model, settings);
+        let sample = Sample::new(hand, &self.stream, &self.gaze, any, &model, settings);
         let Some(sample) = sample else { return false };
         let weights = self.person.shares(&sample, &model);
         let sights = sample.looks.map(|look| {
@@ -244,7 +183,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                     continue;
                 }
             };
-            let gaussian = gaussian.and_then(|g| g.widened(self.registration_m2));
+            let gaussian = gaussian.and_then(|g| g.widened(registration_m2));
             let Some(gaussian) = gaussian else { continue };
             let from = self.viewpoint(hand, side, &sample, source);
             let part = (source, &gaussian, weight);
@@ -281,6 +220,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         if self.touch.is_touching() {
             return;
         }
+        let registration_m2 = isotropic(self.config.registration_sd_m);
         let astray = sample.motion.map(|[_, astray]| astray);
         for (share, place) in self.places.shares(astray.as_ref()) {
             let (Some(on), Some(gaussian)) = (place.on, place.gaussian()) else {
@@ -293,7 +233,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                     point_m: place.point_m,
                     ..on
                 };
-                let gaussian = gaussian.widened(self.registration_m2).unwrap_or(gaussian);
+                let gaussian = gaussian.widened(registration_m2).unwrap_or(gaussian);
                 let source = (EvidenceSource::TouchedBefore, share * weight);
                 self.shares.add_place(&on, &gaussian, source);
             }
@@ -380,28 +320,11 @@ const TOUCHED_M: f64 = 0.08;
 impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
     fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
         self.learn_touch(scene);
-        let (frame, hand);
-        let corrected;
-        let input = match self.correction(input.hand) {
-            None => input,
-            Some(true_from_seen) => {
-                frame = input.frame.transformed(&true_from_seen);
-                hand = input.hand.map(|hand| hand.transformed(&true_from_seen));
-                corrected = PredictorInput {
-                    frame: &frame,
-                    hand: hand.as_ref(),
-                    gaze: input.gaze.transformed(&true_from_seen),
-                };
-                &corrected
-            }
-        };
         self.ranked.clear();
         let finite = |e: &ContactEstimate| e.point_m.is_finite();
         self.estimate = self.stream.step(input.frame, input.hand).filter(finite);
         let apart_rad = self.config.evidence.apart_rad();
         self.gaze.step(input.frame.t_s, &input.gaze, apart_rad);
-        let (reaching, hand_m) = (self.stream.reaching(), input.hand.map(|hand| hand.point_m));
-        self.idle.step(&self.gaze, reaching, hand_m, apart_rad);
         // Follow every sample, so that the fallback can take over at any time.
         let followed = self.fallback.follow(scene, input);
         let usable = |h: &&HandState| {
@@ -414,7 +337,7 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
         if self.experience() == Experience::Enough {
             let eye_m = self.gaze.now().map(|look| look.ray.origin_m);
             let side = self.side.free_side(scene, hand, eye_m);
-            let registration_sd_m = self.registration_sd_m();
+            let registration_sd_m = self.config.registration_sd_m;
             let watch = &self.config.watch;
             let touched = self.rest.rest(scene, hand, &side, registration_sd_m, watch);
             // Learn from the touch before this sample is used, because the sample belongs to the touch.
@@ -434,7 +357,7 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
     }
 
     fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
-        self.stream.touched(self.corrected_m(contact_m), contact_s);
+        self.stream.touched(contact_m, contact_s);
         self.felt = self.ranked.first().map(|first| Felt {
             seen_m: contact_m,
             surface: first.surface,
@@ -445,16 +368,12 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
     fn reset(&mut self) {
         self.stream.reset();
         self.gaze.forget();
-        self.idle.forget();
         self.side.forget();
         self.rest.forget();
         self.touch = TouchWatch::default();
         self.places.forget();
         self.person = Person::default();
         self.fallback.reset();
-        if let Some(registration) = &mut self.registration {
-            registration.forget();
-        }
         self.felt = None;
         self.estimate = None;
         self.ranked.clear();

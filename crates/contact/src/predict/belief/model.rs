@@ -57,7 +57,7 @@ const APART_RAD: [f64; 2] = [0.035, 0.35];
 
 impl EvidenceModel {
     /// Shares of the sources in a phase of a reach, for a fixation of this age, s, or none; they sum to 1. `cue`, in [0, 1]: while moving, the
-    /// distance of the fixation from the predicted end; at rest, how often the person fixates there in pauses.
+    /// distance of the fixation from the predicted end.
     #[must_use]
     pub fn shares(
         &self,
@@ -75,8 +75,7 @@ impl EvidenceModel {
     }
 
     /// Sets the shares of a phase for fixations of all ages. While moving, `low` is for fixations at the predicted end of the motion and `high`
-    /// for fixations far from it. At rest, `low` is for places never fixated in pauses and `high` for places always fixated. Values in between
-    /// are interpolated.
+    /// for fixations far from it; values in between are interpolated. At rest, the mean of both counts.
     pub fn set_shares(&mut self, phase: ReachPhase, [low, high]: [SourceShares; 2]) {
         let between = |cue: f64| std::array::from_fn(|i| (1.0 - cue) * low[i] + cue * high[i]);
         let of_cue = [CUES[0], CUES[1], CUES[2], CUES[1]].map(between);

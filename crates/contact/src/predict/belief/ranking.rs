@@ -6,9 +6,8 @@ use crate::matrices::{isotropic, square};
 use crate::predict::face_moments::Moments;
 use crate::predict::hand::resting::SurfacePlace;
 use crate::predict::prediction::{ContactPrediction, PredictionSource};
-use crate::predict::regions::{InPlaneError, RegionSizes};
 use crate::predict::surface_shares::Face;
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use hwall_hand::HandState;
 use hwall_scene::Scene;
 
@@ -84,7 +83,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             let SurfacePlace {
                 point_m, normal, ..
             } = met.below(scene, moments.mean_m).unwrap_or(met);
-            let off_plane_m = self.registration_across_m(best.normal).hypot(LEAST_SD_M);
+            let off_plane_m = self.config.registration_sd_m.hypot(LEAST_SD_M);
             let covariance_m2 = moments.covariance_m2
                 + square(point_m - moments.mean_m)
                 + square(best.normal * off_plane_m);
@@ -95,7 +94,6 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                 surface: face.surface,
                 point_m,
                 covariance_m2: Some(covariance_m2),
-                regions: self.regions(hand.point_m.distance(point_m), &covariance_m2, normal),
                 normal,
                 roughness: scene.surface(face.surface).roughness,
                 distance_m,
@@ -121,7 +119,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                 normal,
             } = touched;
             self.ranked.push(ContactPrediction {
-                covariance_m2: Some(self.registration_m2 + isotropic(LEAST_SD_M)),
+                covariance_m2: Some(isotropic(self.config.registration_sd_m.hypot(LEAST_SD_M))),
                 roughness: scene.surface(surface).roughness,
                 distance_m: (hand.point_m - point_m).dot(normal),
                 time_to_contact_s: Some(NOW),
@@ -136,27 +134,6 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             .for_each(|a| a.probability /= probability);
         self.ranked
             .sort_unstable_by(|a, b| b.probability.total_cmp(&a.probability));
-    }
-
-    /// Region sizes: learned for reaching hands, combined with the remaining registration error.
-    fn regions(&self, way_m: f64, covariance_m2: &DMat3, normal: DVec3) -> RegionSizes {
-        let Some(model) = self.config.regions.filter(|_| self.estimate.is_some()) else {
-            return RegionSizes::NORMAL;
-        };
-        InPlaneError::new(covariance_m2, &self.registration_m2, normal).sizes(&model.at(way_m))
-    }
-
-    /// The in-plane error of a prediction of the last sample, by itself and by the registration; `None` without a covariance.
-    pub(in crate::predict) fn in_plane_error(
-        &self,
-        prediction: &ContactPrediction,
-    ) -> Option<InPlaneError> {
-        let covariance_m2 = prediction.covariance_m2?;
-        Some(InPlaneError::new(
-            &covariance_m2,
-            &self.registration_m2,
-            prediction.normal,
-        ))
     }
 
     /// The estimator's time; otherwise distance over closing speed, if the hand clearly approaches.

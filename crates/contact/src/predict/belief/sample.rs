@@ -1,8 +1,7 @@
 //! Predictions of every source for the next contact at one time.
 
 use super::super::gaussian::Gaussian;
-use super::super::gaze::idle::IdlePlaces;
-use super::super::gaze::memory::{GazeMemory, Look};
+use super::super::gaze_memory::{GazeMemory, Look};
 use super::super::hand::phase::ReachPhase;
 use super::super::hand::place::{HandPlace, gaussian_of};
 use super::super::stream::StreamEstimator;
@@ -45,7 +44,7 @@ impl Sample {
     pub(super) fn new<E: ContactEstimator>(
         hand: &HandState,
         stream: &StreamEstimator<E>,
-        (memory, idle): (&GazeMemory, &IdlePlaces),
+        memory: &GazeMemory,
         has_places: bool,
         model: &EvidenceModel,
         (watch, default_sd_m): (&WatchConfig, f64),
@@ -59,11 +58,8 @@ impl Sample {
             None if place.phase != ReachPhase::Stirring => ReachPhase::Rest,
             _ => place.phase,
         };
-        let cue = now.and_then(|look| match &motion {
-            Some([motion, _]) => {
-                Some((deviations(motion, look, model.on_target_sd_rad)? / DISAGREES).min(1.0))
-            }
-            None => idle.share(look, model.apart_rad()),
+        let cue = now.zip(motion.as_ref()).and_then(|(look, [motion, _])| {
+            Some((deviations(motion, look, model.on_target_sd_rad)? / DISAGREES).min(1.0))
         });
         place.rest_m.is_finite().then(|| Self {
             context: Context {

@@ -1,7 +1,6 @@
 //! Learns the reliability of each source from streams with known contacts: expectation maximisation of a mixture.
 
-use super::super::gaze::idle::IdlePlaces;
-use super::super::gaze::memory::GazeMemory;
+use super::super::gaze_memory::GazeMemory;
 use super::super::hand::phase::PHASES;
 use super::super::stream::StreamEstimator;
 use super::context::{AGES, COLUMNS, EvidenceSource, SOURCES, SourceShares};
@@ -118,7 +117,7 @@ impl EvidenceModel {
     ) -> Result<usize, ContactError> {
         let mut hand = HandFilter::new(filters.hand)?;
         let mut gaze = GazeFilter::new(filters.gaze)?;
-        let (mut memory, mut idle) = (GazeMemory::default(), IdlePlaces::default());
+        let mut memory = GazeMemory::default();
         let mut places = TouchedPlaces::default();
         let mut contacts = stream.contacts.iter();
         let (mut last, mut next) = (None::<&StreamContact>, contacts.next());
@@ -136,8 +135,6 @@ impl EvidenceModel {
             estimator.step(frame, tracking.state());
             let seen = gaze.step(frame.t_s, frame.gaze_ray().as_ref());
             memory.step(frame.t_s, &seen, self.apart_rad());
-            let hand_m = tracking.state().map(|hand| hand.point_m);
-            idle.step(&memory, estimator.reaching(), hand_m, self.apart_rad());
             let Some(state) = tracking.state() else {
                 continue;
             };
@@ -146,8 +143,8 @@ impl EvidenceModel {
             if on_the_way && frame.t_s - last_s >= STEP_S {
                 last_s = frame.t_s;
                 let settings = (&filters.watch, DEFAULT_SD_M);
-                let (looks, any) = ((&memory, &idle), places.any());
-                let sample = Sample::new(state, &estimator, looks, any, self, settings);
+                let any = places.any();
+                let sample = Sample::new(state, &estimator, &memory, any, self, settings);
                 rows.extend(sample.map(|sample| Row {
                     touch: touches,
                     sample,

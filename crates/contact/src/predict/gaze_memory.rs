@@ -34,13 +34,8 @@ impl Look {
 
     /// Is the fixation at the place of this look?
     fn holds(&self, fixation: &Fixation, apart_rad: f64) -> bool {
-        self.is_at(&Self::new(fixation), apart_rad)
-    }
-
-    /// Are both at one place?
-    pub(in crate::predict) fn is_at(&self, other: &Self, apart_rad: f64) -> bool {
-        let noise_rad = SAME_SDS * self.noise_rad.hypot(other.noise_rad);
-        let (a, b) = (self.ray.direction, other.ray.direction);
+        let noise_rad = SAME_SDS * self.noise_rad.hypot(fixation.noise_rad);
+        let (a, b) = (self.ray.direction, fixation.ray.direction);
         a.dot(b) >= apart_rad.hypot(noise_rad).min(WIDEST_RAD).cos()
     }
 
@@ -136,11 +131,6 @@ impl GazeMemory {
             .map(|look| (look, (t_s - look.until_s).max(0.0)))
             .filter(|(_, ago_s)| *ago_s < memory_s);
         (self.now.as_ref(), before)
-    }
-
-    /// The last ended fixation, of any age.
-    pub(in crate::predict) const fn before(&self) -> Option<&Look> {
-        self.before.as_ref()
     }
 
     /// The present fixation.
