@@ -28,6 +28,7 @@ fn around(person_m: DVec2, person_m_per_s: DVec2, parts: &[BasePart]) -> Surroun
         person_age_s: 0.0,
         person_m_per_s,
         hands: &FAR,
+        unseen_hand: false,
         touched: false,
         parts,
     }
@@ -72,7 +73,9 @@ fn the_base_stands_before_anybody_reaches_it() {
         for step in 0..4000 {
             let person_m = been_m[step];
             if step % 500 == 0 {
-                drive.set_route(&[somewhere(&mut sampler)], sampler.uniform(-PI, PI));
+                drive
+                    .set_route(&[somewhere(&mut sampler)], sampler.uniform(-PI, PI))
+                    .unwrap();
             }
             if step % 100 == 0 {
                 let to_m = if sampler.bool() {
@@ -113,7 +116,7 @@ fn the_base_stands_before_anybody_reaches_it() {
 fn a_measured_velocity_leaves_more_room_than_an_unknown_one() {
     let (safety, parts) = (measured(), robot());
     let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
-    drive.set_route(&[dvec2(4.0, 0.0)], 0.0);
+    drive.set_route(&[dvec2(4.0, 0.0)], 0.0).unwrap();
     for _ in 0..200 {
         drive.step(DT_S, |_, _| true).unwrap();
     }
@@ -151,7 +154,9 @@ fn by_default_a_person_may_have_any_velocity_at_once() {
         let (mut person_m, mut velocity) = (dvec2(4.0, 0.0), DVec2::ZERO);
         for step in 0..4000 {
             if step % 500 == 0 {
-                drive.set_route(&[somewhere(&mut sampler)], sampler.uniform(-PI, PI));
+                drive
+                    .set_route(&[somewhere(&mut sampler)], sampler.uniform(-PI, PI))
+                    .unwrap();
             }
             if step % 50 == 0 {
                 let to_m = match sampler.bool() {
@@ -190,7 +195,7 @@ fn the_base_stands_before_a_hand_reaches_it() {
         (dvec2(-1.5, 2.0), 1),
     ] {
         let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
-        drive.set_route(&[dvec2(4.0, 0.0)], 0.0);
+        drive.set_route(&[dvec2(4.0, 0.0)], 0.0).unwrap();
         let (mut hand_m, mut fastest) = (from_m, 0.0_f64);
         for step in 0.. {
             // It rests until the base is at its fastest, and comes to the board or the platform then.
@@ -226,7 +231,7 @@ fn the_base_stands_before_a_hand_reaches_it() {
 fn nothing_moves_while_the_board_is_touched_or_a_hand_is_near() {
     let (safety, parts) = (BaseSafety::default(), robot());
     let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
-    drive.set_route(&[dvec2(0.0, 2.0)], 1.0);
+    drive.set_route(&[dvec2(0.0, 2.0)], 1.0).unwrap();
     let far_m = dvec2(9.0, 9.0);
     let hand = |x: f64, age_s: f64| {
         vec![SeenHand {
@@ -266,6 +271,48 @@ fn nothing_moves_while_the_board_is_touched_or_a_hand_is_near() {
     }
 }
 
+/// Regression: with one hand seen the other was nowhere.
+#[test]
+fn a_hand_that_is_not_seen_may_be_anywhere_within_reach() {
+    let (safety, parts) = (BaseSafety::default(), robot());
+    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
+    drive.set_route(&[dvec2(4.0, 0.0)], 0.0).unwrap();
+    for _ in 0..50 {
+        drive.step(DT_S, |_, _| true).unwrap();
+    }
+    let left_m = |hands: &[SeenHand], unseen_hand| {
+        let seen = Surroundings {
+            hands,
+            unseen_hand,
+            ..around(dvec2(2.0, 0.0), DVec2::ZERO, &parts)
+        };
+        safety.margins_m(&drive, drive.state(), &seen)[1]
+    };
+    let never_seen_m = left_m(&[], false);
+    assert!(never_seen_m < 1.0 && left_m(&FAR, false) > 1e3);
+    assert_eq!(left_m(&FAR, true), never_seen_m);
+    assert_eq!(left_m(&[], true), never_seen_m);
+}
+
+/// Regression: a robot without parts was at an infinite distance from everybody.
+#[test]
+fn a_robot_without_parts_may_not_move() {
+    let safety = BaseSafety {
+        hand_meets_m_per_s: 0.2,
+        ..BaseSafety::default()
+    };
+    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
+    assert!(safety.may_meet_hand(&drive, drive.state(), &[]));
+    drive.set_route(&[dvec2(4.0, 0.0)], 0.0).unwrap();
+    for _ in 0..10 {
+        drive.step(DT_S, |_, _| true).unwrap();
+    }
+    let nobody = around(dvec2(1e6, 0.0), DVec2::ZERO, &[]);
+    assert!(!safety.may_meet_hand(&drive, drive.state(), &[]));
+    assert!(!safety.allows(&drive, drive.state(), &nobody));
+    assert!(safety.left_m(&drive, drive.state(), &nobody).is_nan());
+}
+
 /// Beside a hand the base creeps if it may be met while it does; a hand that is nowhere still stops it.
 #[test]
 fn a_base_that_a_hand_may_meet_creeps() {
@@ -276,7 +323,7 @@ fn a_base_that_a_hand_may_meet_creeps() {
     };
     for (at_m, moves) in [(dvec2(0.5, 0.0), true), (DVec2::NAN, false)] {
         let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
-        drive.set_route(&[dvec2(-0.3, 0.0)], 0.5);
+        drive.set_route(&[dvec2(-0.3, 0.0)], 0.5).unwrap();
         let hands = [SeenHand { at_m, age_s: 0.0 }];
         let seen = Surroundings {
             hands: &hands,
@@ -302,7 +349,7 @@ fn hands_count_until_the_base_is_slow_enough_and_no_longer() {
         ..BaseSafety::default()
     };
     let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
-    drive.set_route(&[dvec2(0.0, 4.0)], 0.0);
+    drive.set_route(&[dvec2(0.0, 4.0)], 0.0).unwrap();
     while drive.state().velocity_m_per_s().length() < 0.4 {
         drive.step(DT_S, |_, _| true).unwrap();
     }
@@ -349,7 +396,7 @@ fn an_arm_that_may_swing_out_makes_a_turn_faster() {
         ..BaseSafety::default()
     };
     let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
-    drive.set_route(&[], 1.0);
+    drive.set_route(&[], 1.0).unwrap();
     while drive.state().turning()[0] * 0.5 < 0.19 {
         drive
             .step(DT_S, |drive, state| drive.fastest(state).1 * 0.5 < 0.2)
@@ -367,7 +414,7 @@ fn an_arm_that_may_swing_out_makes_a_turn_faster() {
 fn an_old_sample_of_the_head_leaves_less() {
     let (safety, parts) = (BaseSafety::default(), robot());
     let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
-    drive.set_route(&[dvec2(4.0, 0.0)], 0.0);
+    drive.set_route(&[dvec2(4.0, 0.0)], 0.0).unwrap();
     for _ in 0..100 {
         drive.step(DT_S, |_, _| true).unwrap();
     }
