@@ -56,6 +56,7 @@ pub fn study(arm: &NamedArm, seeds: &[u64], speeds_m_per_s: &[f64]) -> anyhow::R
             person: PersonKind::Plain,
             seed: seeds[at],
             hand_meets_m_per_s,
+            shown: None,
         };
         corridor.walk(kind, |_| {})
     });

@@ -14,7 +14,9 @@ use crate::person::predictors::{PredictorKind, Predictors, TrainingPeople};
 use glam::{DVec2, DVec3};
 use hwall::arrival::base::{BaseHypothesis, SeenHand};
 use hwall::response::EndToEnd;
+use hwall_hand::Pose;
 use hwall_haptics::{Board, ContactLimits};
+use hwall_view::ViewFrame;
 
 /// The table and the JSON of two touches, with the ray predictor.
 fn walked(seed: u64) -> [String; 2] {
@@ -29,9 +31,36 @@ fn walked(seed: u64) -> [String; 2] {
         person: PersonKind::Plain,
         seed,
         hand_meets_m_per_s: hand_meets_m_per_s(),
+        shown: Some(BaseKind::Both),
     };
     let walks = super::walks(&corridor, &BaseKind::ALL, |_| {}).unwrap();
+    for walk in &walks {
+        assert_eq!(walk.view.is_some(), walk.kind == BaseKind::Both);
+        if let Some(view) = &walk.view {
+            seen_in_the_corridor(walk, &view.frames);
+            let page = super::replay::page(&hall, &arm, walk, view).unwrap();
+            assert!(page.contains("shelf_north_b") && page.ends_with("</html>\n"));
+        }
+    }
     [report::table(&walks), report::json(&hall, &walks).unwrap()]
+}
+
+/// Base and head of the frames are where the samples of the walk have them.
+fn seen_in_the_corridor(walk: &Walked, frames: &[ViewFrame]) {
+    assert!(frames.len() as f64 >= 29.0 * walk.duration_s);
+    for at in &walk.samples[1..] {
+        let near = |frame: &&ViewFrame| (frame.t_s - at.t_s).abs();
+        let frame = frames.iter().min_by(|a, b| near(a).total_cmp(&near(b)));
+        let frame = frame.unwrap();
+        let (base_m, yaw_rad) = frame.base.unwrap();
+        let corridor_from_base = Pose::from_yaw(yaw_rad, base_m).unwrap();
+        let head_m = corridor_from_base.transform_point(frame.head_m.unwrap());
+        // Within a thirtieth of a second.
+        let [base_m, head_m] = [base_m, head_m].map(|m| m.truncate());
+        assert!(base_m.distance(at.base_m) < 0.05, "{at:?} {base_m}");
+        assert!(head_m.distance(at.person_m) < 0.2, "{at:?} {head_m}");
+        assert!(!frame.hand.is_lost(), "{at:?}");
+    }
 }
 
 #[test]
@@ -92,6 +121,7 @@ fn distances_that_there_were_not_are_left_out() {
         },
         duration_s: 2.0,
         waited_s: 0.0,
+        view: None,
     };
     let table = report::table(&[walk]);
     assert!(!table.contains("inf") && !table.contains("NaN"), "{table}");
