@@ -97,7 +97,7 @@ pub(super) struct BaseRecord {
     /// would come before it stands.
     pub(super) closest_m: f64,
     pub(super) asked_m: f64,
-    /// The same distance also while it stands, and that between robot and hand while it moves, from above; negative while they touch.
+    /// The same distance also while it stands, and that between robot and hand while it moves, from above; negative where they overlap.
     pub(super) closest_standing_m: f64,
     pub(super) hand_closest_m: f64,
     /// Least margins beyond the distance that body and hands can move before the base stands, m.

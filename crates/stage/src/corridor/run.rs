@@ -23,6 +23,7 @@ use anyhow::Context;
 use glam::{DVec2, DVec3};
 use hwall::arrival::base::BasePart;
 use hwall::haptics::{Arm, ArmState};
+use hwall::response::EndToEnd;
 use hwall::{Session, WorldPose};
 use hwall_hand::{HandFrame, Pose};
 use hwall_sim::TouchTruth;
@@ -43,7 +44,7 @@ const TOUCHES_SOON_M: f64 = 0.28;
 /// Largest mean duration of a visit, s; after that the walk counts as stuck.
 const LONGEST_S: f64 = 60.0;
 
-/// Trains the predictor on people in the built-in room.
+/// Trains the predictor on people in the built-in room. Only the leader is asked here, and rays learn nothing.
 pub(super) fn trained(
     arm: &BoardArm,
     predictor: Option<PredictorKind>,
@@ -52,6 +53,9 @@ pub(super) fn trained(
         elsewhere: true,
         ..TrainingPeople::default()
     };
+    if let Some(kind @ (PredictorKind::RayLed | PredictorKind::RayCast)) = predictor {
+        return Ok((people, Predictors::of(None::<EndToEnd>, kind)?));
+    }
     let (built_in, _) = crate::setting::load_scene(None)?;
     let (predictors, learnt) = Predictors::train(&built_in, arm, &people, predictor)?;
     note(learnt);
