@@ -217,7 +217,9 @@ class Viewer {
       gl.drawArrays(gl.LINES, 0, count);
     };
     gl.depthMask(false);
-    lines(this.grid, translation([0, 0, scene.floor + 0.001]), theme.grid, 6);
+    const [x, y] = this.frame.base?.at ?? [0, 0];
+    gl.uniform2f(line.u_base, x, y);
+    lines(this.grid, translation([Math.round(x), Math.round(y), scene.floor + 0.001]), theme.grid, 6);
     gl.depthMask(true);
 
     // Arm, board, hand.
