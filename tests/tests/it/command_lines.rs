@@ -689,7 +689,7 @@ fn small_studies_walks_and_proposals_run_from_the_command_line() {
         (0.03 * (x + y)) as f32
     };
     let oak = HeightField::new(64, 0.025, (0..64 * 64).map(waves).collect()).unwrap();
-    oak.write_exr(&folder.join("oak.exr")).unwrap();
+    oak.write_exr(folder.join("oak.exr")).unwrap();
     let protocols = [
         "experiment-1",
         "experiment-2",
