@@ -5,7 +5,7 @@ use super::inversion::BaseInversion;
 use super::route::{KeepOutArea, route};
 use crate::error::ArrivalError;
 use glam::{DVec2, DVec3};
-use hwall_numeric::check::{non_negative, positive};
+use hwall_numeric::check::{all_finite, non_negative, positive};
 
 /// Settings of the choice. The unit of loss is a touch that the board misses, as in the policy of `hwall`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,7 +71,7 @@ impl<'a> BaseChooser<'a> {
     /// For the walls of a room and the area that the base stays out of.
     ///
     /// # Errors
-    /// A setting outside its range.
+    /// A setting outside its range; an area that is not finite.
     pub fn new(
         config: BaseChoiceConfig,
         inversion: &'a BaseInversion,
@@ -83,6 +83,9 @@ impl<'a> BaseChooser<'a> {
         non_negative("touches_per_s", config.touches_per_s)?;
         non_negative("least_gain", config.least_gain)?;
         positive("speed_m_per_s", config.speed_m_per_s)?;
+        let (low_m, high_m) = (area.low_m, area.high_m);
+        let corners = [low_m.x, low_m.y, high_m.x, high_m.y];
+        all_finite("area that the base stays out of", &corners)?;
         Ok(Self {
             config,
             inversion,

@@ -155,7 +155,13 @@ fn the_base_goes_where_it_serves_what_is_probable() {
         low_m: DVec2::ZERO,
         high_m: DVec2::splat(6.0),
     };
-    let chooser = BaseChooser::new(BaseChoiceConfig::default(), &inversion, area).unwrap();
+    let nowhere = KeepOutArea {
+        high_m: DVec2::NAN,
+        ..area
+    };
+    let new = |area| BaseChooser::new(BaseChoiceConfig::default(), &inversion, area);
+    assert!(new(nowhere).is_err());
+    let chooser = new(area).unwrap();
     let at = BasePose {
         at_m: dvec2(3.0, -0.62),
         yaw_rad: FRAC_PI_2,
