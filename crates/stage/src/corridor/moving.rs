@@ -97,7 +97,8 @@ pub(super) struct BaseRecord {
     /// would come before it stands.
     pub(super) closest_m: f64,
     pub(super) asked_m: f64,
-    /// The same distance also while it stands, and that between robot and hand while it moves, from above; negative where they overlap.
+    /// The same distance also while it stands, and that between robot and hand, from above, while it moves and the board
+    /// is not touched; negative where they overlap.
     pub(super) closest_standing_m: f64,
     pub(super) hand_closest_m: f64,
     /// Least margins beyond the distance that body and hands can move before the base stands, m.
@@ -384,14 +385,14 @@ impl MovingBase {
         let hand_gap_m = hands_m.fold(f64::INFINITY, least_m) - self.safety.hand_radius_m;
         let record = &mut self.record;
         record.moves_s += dt_s;
-        record.hand_closest_m = least_m(record.hand_closest_m, hand_gap_m);
         record.margin_m = least_m(record.margin_m, margin_m);
         record.hand_margin_m = least_m(record.hand_margin_m, hand_margin_m);
-        let least_m = least_m(margin_m, hand_margin_m);
-        record.too_near += u64::from(is_too_near(least_m));
+        record.too_near += u64::from(is_too_near(least_m(margin_m, hand_margin_m)));
         if around.touched {
             record.moved_touched += 1;
             record.touched_m_per_s = record.touched_m_per_s.max(speed);
+        } else {
+            record.hand_closest_m = least_m(record.hand_closest_m, hand_gap_m);
         }
         if gap_m < record.closest_m {
             record.closest_m = gap_m;
