@@ -92,6 +92,8 @@ pub struct ViewFrame {
     pub parts: [Option<ViewPart>; MOST_PARTS],
     /// A link of the arm in front of a surface within reach of the person.
     pub link_in_front: Option<LinkInFront>,
+    /// Place of the base in the scene, m, and its heading about z, rad, if it drives; `None`: the scene is in the base frame. Only replays show it.
+    pub base: Option<(DVec3, f64)>,
     /// What the board is doing.
     pub state: ViewState,
 }
@@ -113,6 +115,7 @@ impl ViewFrame {
             openings: [0.0; MOST_MOVING],
             parts: [None; MOST_PARTS],
             link_in_front: None,
+            base: None,
             state: ViewState::Waiting,
         }
     }

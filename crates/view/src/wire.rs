@@ -16,6 +16,7 @@
 //! | 8 | openings | their number (u32), one each; trailing zeros are left out |
 //! | 9 | parts that the supervisor uses | their number (u32); for each its kind (u32, 0: the arm, 1: head, 2: torso, 3: the person's arm), its ends 3 and 3, its radius |
 //! | 10 | link in front of a surface | its index among the parts (u32), its distance in front of the surface, m |
+//! | 11 | place of a base that drives | place in the scene 3, heading |
 
 use crate::body::{MOST_PARTS, ViewPart};
 use crate::error::ViewError;
@@ -43,8 +44,9 @@ const FORCE: u16 = 128;
 const OPENINGS: u16 = 256;
 const PARTS: u16 = 512;
 const IN_FRONT: u16 = 1024;
+const BASE: u16 = 2048;
 /// All bits with a meaning.
-const KNOWN: u16 = 2047;
+const KNOWN: u16 = 4095;
 /// Kinds of parts, in the order of their numbers.
 const REGIONS: [Option<BodyRegion>; 4] = [
     None,
@@ -66,7 +68,8 @@ impl ViewFrame {
         + 12
         + (4 + 4 * MOST_MOVING)
         + (4 + 32 * MOST_PARTS)
-        + 8;
+        + 8
+        + 16;
 
     /// Appends the frame: little-endian, numbers as f32, the time as f64. A part with a NaN or infinite value is left out as if it were
     /// absent; such joint angles, openings and times are written as zero.
@@ -92,6 +95,7 @@ impl ViewFrame {
             force_n: self.force_n.filter(finite),
             parts: [None; MOST_PARTS],
             link_in_front: (self.link_in_front).filter(|found| found.in_front_m.is_finite()),
+            base: (self.base).filter(|(at_m, yaw_rad)| at_m.is_finite() && yaw_rad.is_finite()),
             ..*self
         };
         // A link is identified by its index among the parts, so send all of them or none.
@@ -116,6 +120,7 @@ impl ViewFrame {
             (OPENINGS, openings > 0),
             (PARTS, frame.parts[0].is_some()),
             (IN_FRONT, frame.link_in_front.is_some()),
+            (BASE, frame.base.is_some()),
         ];
         let present = parts.into_iter().filter(|(_, is)| *is);
         let present = present.fold(0, |bits, (bit, _)| bits | bit);
@@ -242,6 +247,11 @@ impl ViewFrame {
             found.link = link as usize;
             bytes.number(&mut found.in_front_m)?;
             self.link_in_front = Some(found);
+        }
+        if has(BASE) {
+            let (at_m, yaw_rad) = self.base.get_or_insert_default();
+            bytes.vector(at_m)?;
+            bytes.number(yaw_rad)?;
         }
         Ok(())
     }

@@ -1,5 +1,6 @@
 //! Command lines that lost data, ended in a panic or said nothing, and a shell that runs them.
 
+use hwall_texton::HeightField;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -566,4 +567,57 @@ fn a_search_by_coverage_leaves_nothing_by_arrival() {
     let mut again = example("base_placement").unwrap();
     ended(again.args(words(line)).arg(&out), 0);
     assert!(left("arrival.svg"));
+}
+
+/// Programs of minutes, with small sizes: they end, and write what they say.
+#[test]
+fn small_studies_walks_and_proposals_run_from_the_command_line() {
+    let folder = scratch("small");
+    let waves = |k: usize| {
+        let [x, y] = [k % 64, k / 64].map(|i| (std::f64::consts::TAU * i as f64 / 16.0).sin());
+        (0.03 * (x + y)) as f32
+    };
+    let oak = HeightField::new(64, 0.025, (0..64 * 64).map(waves).collect()).unwrap();
+    oak.write_exr(folder.join("oak.exr")).unwrap();
+    let protocols = [
+        "experiment-1",
+        "experiment-2",
+        "preliminary",
+        "roughness",
+        "cones",
+    ];
+    let studies = protocols.map(|name| {
+        let words =
+            format!("--simulate 2 --once --repeats 1 --protocol thesis:{name} --out {name}");
+        (
+            "study",
+            words,
+            format!("{name}/report.md"),
+            "## ".to_owned(),
+        )
+    });
+    let walk = "--base drives --touches 1 --predictor ray-led --out walk --json walk.json";
+    let assign = "oak.exr --sidecar oak.toml";
+    let others = [
+        ("hwall", walk, "walk.json walk/replay.html", "| both | 1 |"),
+        ("texture_assign", assign, "oak.toml", "created oak.toml"),
+    ];
+    let others = others.map(|(name, words, files, says)| {
+        (name, words.to_owned(), files.to_owned(), says.to_owned())
+    });
+    for (name, words, files, says) in studies.into_iter().chain(others) {
+        let Some(mut command) = example(name) else {
+            return;
+        };
+        command.args(words.split(' ')).current_dir(&folder);
+        let output = command.stdin(Stdio::null()).output().unwrap();
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{words}: {error}");
+        let said = String::from_utf8_lossy(&output.stdout);
+        assert!(said.contains(&says), "{words}: {said}");
+        for file in files.split(' ') {
+            let written = folder.join(file).metadata();
+            assert!(written.is_ok_and(|of| of.len() > 0), "{file}");
+        }
+    }
 }

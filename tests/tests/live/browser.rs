@@ -42,8 +42,8 @@ fn report(script: &str, outcome: Option<String>) {
     }
 }
 
-/// A replay of a room with a hand that comes and presses.
-fn replay() -> anyhow::Result<String> {
+/// A replay of a room with a hand that comes and presses; `drives`: on a base that drives and turns.
+fn replay(drives: bool) -> anyhow::Result<String> {
     let board = Board::default();
     let arm = SrsArm::iiwa7().with_tool(board.flange_from_board_face()?);
     let room = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/assets/room.obj");
@@ -53,7 +53,12 @@ fn replay() -> anyhow::Result<String> {
         &arm,
         &board,
     )?;
-    let frames: Vec<ViewFrame> = (0..120).map(|i| frame(f64::from(i) / 30.0)).collect();
+    let frames = (0..120).map(|i| frame(f64::from(i) / 30.0));
+    let frames = frames.map(|frame| ViewFrame {
+        base: drives.then(|| (DVec3::new(0.5 * frame.t_s, 2.0, 0.0), frame.t_s)),
+        ..frame
+    });
+    let frames: Vec<ViewFrame> = frames.collect();
     let markers = [ViewMarker {
         t_s: 2.0,
         kind: ViewMarkerKind::Touched,
@@ -127,8 +132,20 @@ fn folder(name: &str) -> anyhow::Result<PathBuf> {
 fn a_replay_opens_without_a_network() -> anyhow::Result<()> {
     let _alone = alone();
     let page = folder("replay_in_a_browser")?.join("replay.html");
-    std::fs::write(&page, replay()?)?;
+    std::fs::write(&page, replay(false)?)?;
     report("replay.mjs", run("replay.mjs", &[&page])?);
+    Ok(())
+}
+
+#[test]
+fn a_base_that_drives_takes_arm_hand_and_camera_along() -> anyhow::Result<()> {
+    let _alone = alone();
+    let folder = folder("driving_in_a_browser")?;
+    let pages = ["stands.html", "drives.html"].map(|name| folder.join(name));
+    for (page, drives) in pages.iter().zip([false, true]) {
+        std::fs::write(page, replay(drives)?)?;
+    }
+    report("drives.mjs", run("drives.mjs", &[&pages[0], &pages[1]])?);
     Ok(())
 }
 
@@ -144,7 +161,7 @@ fn the_live_page_touches_and_reconnects() -> anyhow::Result<()> {
     let folder = folder("live_in_a_browser")?;
     let (live, played) = (folder.join("live.html"), folder.join("replay.html"));
     std::fs::write(&live, live_page())?;
-    std::fs::write(&played, replay()?)?;
+    std::fs::write(&played, replay(false)?)?;
     report("live.mjs", run("live.mjs", &[&live, &played])?);
     Ok(())
 }

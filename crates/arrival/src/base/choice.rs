@@ -5,7 +5,7 @@ use super::inversion::BaseInversion;
 use super::route::{KeepOutArea, route};
 use crate::error::ArrivalError;
 use glam::{DVec2, DVec3};
-use hwall_numeric::check::{non_negative, positive};
+use hwall_numeric::check::{all_finite, non_negative, positive};
 
 /// Settings of the choice. The unit of loss is a touch that the board misses, as in the policy of `hwall`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,6 +51,14 @@ pub struct BaseHypothesis {
     pub touch_s: f64,
 }
 
+impl BaseHypothesis {
+    fn is_finite(&self) -> bool {
+        let numbers = [self.probability, self.touch_s];
+        let is_place = self.point_m.is_finite() && self.normal.is_finite();
+        is_place && numbers.iter().all(|number| number.is_finite())
+    }
+}
+
 /// Weighs the base poses that serve what may be touched.
 #[derive(Debug, Clone, Copy)]
 pub struct BaseChooser<'a> {
@@ -63,7 +71,7 @@ impl<'a> BaseChooser<'a> {
     /// For the walls of a room and the area that the base stays out of.
     ///
     /// # Errors
-    /// A setting outside its range.
+    /// A setting outside its range; an area that is not finite.
     pub fn new(
         config: BaseChoiceConfig,
         inversion: &'a BaseInversion,
@@ -75,6 +83,9 @@ impl<'a> BaseChooser<'a> {
         non_negative("touches_per_s", config.touches_per_s)?;
         non_negative("least_gain", config.least_gain)?;
         positive("speed_m_per_s", config.speed_m_per_s)?;
+        let (low_m, high_m) = (area.low_m, area.high_m);
+        let corners = [low_m.x, low_m.y, high_m.x, high_m.y];
+        all_finite("area that the base stays out of", &corners)?;
         Ok(Self {
             config,
             inversion,
@@ -83,7 +94,7 @@ impl<'a> BaseChooser<'a> {
     }
 
     /// The best base pose and the way there, in the frame of the room; `None` if no place is served from anywhere within reach.
-    /// `drive` is in the frame of the room, `last` the pose chosen before.
+    /// `drive` is in the frame of the room, `last` the pose chosen before. Hypotheses and a last pose that are not finite do not count.
     #[must_use]
     pub fn choose(
         &self,
@@ -91,6 +102,9 @@ impl<'a> BaseChooser<'a> {
         last: Option<BasePose>,
         hypotheses: &[BaseHypothesis],
     ) -> Option<(BasePose, Vec<DVec2>)> {
+        let hypotheses = hypotheses.iter().filter(|h| h.is_finite());
+        let hypotheses: Vec<BaseHypothesis> = hypotheses.copied().collect();
+        let last = last.filter(BasePose::is_finite);
         let mut served: Vec<u32> = hypotheses
             .iter()
             .flat_map(|h| self.inversion.serving(h.point_m, h.normal))
@@ -117,7 +131,7 @@ impl<'a> BaseChooser<'a> {
             let way_s = self.way_s(drive, drive.stopping_m(), &way);
             let arrival_s = turn_s.max(drive.begins_s(way.first().copied()) + way_s);
             let kept = if is_last { self.config.least_gain } else { 0.0 };
-            let loss = self.loss(drive, &to, arrival_s, hypotheses) - kept;
+            let loss = self.loss(drive, &to, arrival_s, &hypotheses) - kept;
             if best.as_ref().is_none_or(|(least, ..)| loss < *least) {
                 best = Some((loss, to, way));
             }

@@ -47,6 +47,10 @@ pub struct BasePose {
 }
 
 impl BasePose {
+    pub(super) fn is_finite(&self) -> bool {
+        self.at_m.is_finite() && self.yaw_rad.is_finite()
+    }
+
     /// `floor_from_base`, with the base at height zero.
     ///
     /// # Errors
@@ -222,15 +226,21 @@ impl BaseDrive {
         &self.state
     }
 
-    /// Sets the route from now on, m, and the heading at its end, rad, taken the shorter way round. Places that are not finite are left out.
-    pub fn set_route(&mut self, route_m: &[DVec2], yaw_rad: f64) {
+    /// Sets the route from now on, m, and the heading at its end, rad, taken the shorter way round.
+    ///
+    /// # Errors
+    /// A place or a heading that is not finite. The base then has no route, and brakes: without a corner the way may lead through what it goes around.
+    pub fn set_route(&mut self, route_m: &[DVec2], yaw_rad: f64) -> Result<(), ArrivalError> {
         self.route_m.clear();
-        self.route_m
-            .extend(route_m.iter().filter(|place_m| place_m.is_finite()));
-        if yaw_rad.is_finite() {
-            let turn_rad = (yaw_rad - self.state.yaw.q_rad + PI).rem_euclid(TAU) - PI;
-            self.yaw_rad = self.state.yaw.q_rad + turn_rad;
+        self.yaw_rad = self.state.yaw.stopping_point_rad(&self.turn);
+        for place_m in route_m {
+            all_finite("route of the base", &place_m.to_array())?;
         }
+        all_finite("heading of the base", &[yaw_rad])?;
+        self.route_m.extend(route_m);
+        let turn_rad = (yaw_rad - self.state.yaw.q_rad + PI).rem_euclid(TAU) - PI;
+        self.yaw_rad = self.state.yaw.q_rad + turn_rad;
+        Ok(())
     }
 
     /// Is the route driven to its end?

@@ -32,7 +32,7 @@ pub struct BaseSafety {
     pub hand_radius_m: f64,
     /// A base whose parts move no faster than this with it counts as standing for hands, m/s; default 0. The speed of the arm itself comes on top.
     pub hand_meets_m_per_s: f64,
-    /// A hand that was never seen may be this far from the person's head from above, m; default 0.85, the length of an arm in [ISO 13855].
+    /// A hand that is not seen may be this far from the person's head from above, m; default 0.85, the length of an arm in [ISO 13855].
     pub hand_reach_m: f64,
 }
 
@@ -90,7 +90,7 @@ pub struct SeenHand {
     pub age_s: f64,
 }
 
-/// What the base knows of person and arm.
+/// What the base knows of a person and the arm. Of several people each has its own; the base may do what all of them allow.
 #[derive(Debug, Clone, Copy)]
 pub struct Surroundings<'a> {
     /// The person's head from above, floor frame, m.
@@ -99,11 +99,13 @@ pub struct Surroundings<'a> {
     pub person_age_s: f64,
     /// Its measured velocity, m/s; NaN if unknown: then it may have the largest speed in any direction.
     pub person_m_per_s: DVec2,
-    /// Points of the hands, also those that are not seen any more. Without any, a hand may be anywhere within reach of the person.
+    /// Points of the hands, also those that are not seen any more.
     pub hands: &'a [SeenHand],
+    /// May there be another hand, anywhere within reach of the person? It counts in any case if `hands` is empty.
+    pub unseen_hand: bool,
     /// Is the board touched?
     pub touched: bool,
-    /// The parts of the robot, base frame.
+    /// The parts of the robot, base frame. Without any no distance is known, and nothing is allowed.
     pub parts: &'a [BasePart],
 }
 
@@ -150,7 +152,8 @@ impl BaseSafety {
         !around.touched && self.left_m(drive, state, around) >= 0.0
     }
 
-    /// Least distance that is left to body and hands beyond the required one while the base reacts and brakes, m: a lower bound. NaN for NaN.
+    /// Least distance that is left to body and hands beyond the required one while the base reacts and brakes, m: a lower bound. NaN for NaN, and
+    /// without parts.
     #[must_use]
     pub fn left_m(&self, drive: &BaseDrive, state: &BaseState, around: &Surroundings<'_>) -> f64 {
         let [body_m, hands_m] = self.margins_m(drive, state, around);
@@ -190,8 +193,8 @@ impl BaseSafety {
                 at_m: around.person_m,
                 age_s: around.person_age_s,
             };
-            let nothing = around.hands.is_empty();
-            let unseen = nothing.then(|| hand_m(&unseen, self.hand_reach_m));
+            let is_unseen = around.unseen_hand || around.hands.is_empty();
+            let unseen = is_unseen.then(|| hand_m(&unseen, self.hand_reach_m));
             [
                 self.left_to_body_m(&stops, part, piece, around),
                 seen.chain(unseen).fold(f64::INFINITY, least_m),
@@ -200,13 +203,14 @@ impl BaseSafety {
         let pieces = |part| (1..=PIECES).map(move |piece| (part, piece));
         let left = around.parts.iter().flat_map(pieces);
         let left = left.map(|(part, piece)| of(part, piece));
-        let least = left.fold([f64::INFINITY; 2], |a, b| {
-            [least_m(a[0], b[0]), least_m(a[1], b[1])]
-        });
-        least.map(|left_m| left_m - self.clearance_m)
+        let least = left.reduce(|a, b| [least_m(a[0], b[0]), least_m(a[1], b[1])]);
+        least.map_or([f64::NAN; 2], |least| {
+            least.map(|left_m| left_m - self.clearance_m)
+        })
     }
 
     /// Are all parts so slow, until the base stands, that a hand may meet them? An arm that moves may come farther from the axis of a turn until then.
+    /// Without parts the base has to stand.
     #[must_use]
     pub fn may_meet_hand(&self, drive: &BaseDrive, state: &BaseState, parts: &[BasePart]) -> bool {
         let (v, turning) = drive.fastest(state);
@@ -216,7 +220,10 @@ impl BaseSafety {
             let reach_m = part.reach_m() + part.m_per_s * stop_s;
             speed + turning * reach_m <= self.hand_meets_m_per_s
         };
-        parts.iter().all(is_slow)
+        match parts.is_empty() {
+            true => state.is_at_rest(),
+            false => parts.iter().all(is_slow),
+        }
     }
 
     /// Time until a braking base is so slow that a hand may meet it, s; `None`: it is.

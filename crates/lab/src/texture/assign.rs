@@ -52,7 +52,7 @@ pub struct Assigned {
     pub proposal: RoughnessProposal,
     /// Orientation and speed of the released patch in a session with these surfaces; `None` if there are more surfaces than levels.
     pub level: Option<Level>,
-    /// Probability that it is rougher than the surface before; `None` for the smoothest.
+    /// Probability that it is rougher than the surface before; `None` for the smoothest, and outside the calibration.
     pub certainty: Option<f64>,
 }
 
@@ -98,10 +98,12 @@ pub fn run(args: &AssignArgs, out: &mut impl Write) -> anyhow::Result<()> {
         hwall_files::write(path, text).with_context(|| path.display().to_string())?;
     }
     let entries = assigned.iter().map(|a| (a.surface.as_str(), a.roughness()));
-    match &args.sidecar {
-        Some(path) => sidecar::write_roughness(path, entries),
-        None => Ok(()),
+    if let Some(path) = &args.sidecar
+        && sidecar::write_roughness(path, entries)?
+    {
+        writeln!(out, "created {}", path.display())?;
     }
+    Ok(())
 }
 
 /// A picture as named on the command line.
@@ -187,8 +189,7 @@ pub fn assigned(
         }
     }
     for i in 1..all.len() {
-        let certainty = all[i].proposal.order_certainty(&all[i - 1].proposal);
-        all[i].certainty = Some(certainty);
+        all[i].certainty = all[i].proposal.order_certainty(&all[i - 1].proposal);
     }
     Ok(all)
 }
@@ -218,7 +219,10 @@ pub fn table(assigned: &[Assigned]) -> MarkdownTable {
         ("picture", &|a| name(a.proposal.kind).to_owned()),
         ("band, mm", &|a| range(a.proposal.relief.band_mm)),
         ("roughness, P80 = 1", &|a| a.roughness().to_string()),
-        ("90 % interval", &|a| range(a.proposal.interval())),
+        ("90 % interval", &|a| {
+            let interval = a.proposal.interval();
+            interval.map_or("unknown".into(), range)
+        }),
         ("level", &|a| a.level.as_ref().map_or("none".into(), level)),
         ("rougher than before", &|a| {
             a.certainty.map_or(String::new(), certainty)

@@ -5,23 +5,24 @@ use std::io::ErrorKind;
 use std::path::Path;
 use toml::{Table, Value};
 
-/// Sets the key `roughness` of surfaces in a sidecar, and creates a missing file. All other lines are unchanged.
+/// Sets the key `roughness` of surfaces in a sidecar, and creates a missing file. All other lines are unchanged. Returns whether the file is new.
 ///
 /// # Errors
 /// A file that is not TOML; a surface whose entry is not a table `[surface.NAME]` of its own; a file that cannot be written.
 pub(super) fn write_roughness<'a>(
     path: &Path,
     entries: impl IntoIterator<Item = (&'a str, f64)>,
-) -> anyhow::Result<()> {
+) -> anyhow::Result<bool> {
     let name = || path.display().to_string();
-    let mut text = match std::fs::read_to_string(path) {
-        Err(error) if error.kind() == ErrorKind::NotFound => String::new(),
-        read => read.with_context(name)?,
+    let (mut text, is_new) = match std::fs::read_to_string(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => (String::new(), true),
+        read => (read.with_context(name)?, false),
     };
     for (surface, roughness) in entries {
         text = with_roughness(&text, surface, roughness).with_context(name)?;
     }
-    hwall_files::write(path, text).with_context(name)
+    hwall_files::write(path, text).with_context(name)?;
+    Ok(is_new)
 }
 
 fn with_roughness(text: &str, surface: &str, roughness: f64) -> anyhow::Result<String> {

@@ -11,7 +11,7 @@ use anyhow::Context;
 use hwall_psychophysics::{Normalisation, Study};
 use hwall_study::{Patch as StudyPatch, Procedure, ReadyProtocol, StudyRecord, StudyReport};
 use hwall_testkit::MarkdownTable;
-use hwall_texton::{MaterialPicture, MaterialScale, Patch, PatchSpec, Texture};
+use hwall_texton::{MaterialPicture, MaterialScale, Patch, PatchSpec, PictureKind, Texture};
 use std::path::Path;
 
 /// Random touches of each row of the table of speeds.
@@ -42,9 +42,13 @@ pub(super) fn section(job: &Job<'_>) -> anyhow::Result<String> {
         "Estimates of hemiellipsoids and cones by angle",
     )?;
     means(&path, &cones)?;
+    let scale = MaterialScale::calibrated()?;
+    let off = |kind| format!("{:.1}", scale.error(kind).ln_sd().exp());
     fill(
         include_str!("roughness.md"),
         &[
+            ("heights_off", &off(PictureKind::Height)),
+            ("colour_off", &off(PictureKind::Albedo)),
             ("plan", &plan),
             ("encounters", &encounters::table(&released)?),
             ("spacing", &spacing),
@@ -56,7 +60,7 @@ pub(super) fn section(job: &Job<'_>) -> anyhow::Result<String> {
             ("order", &order(released)?),
             ("cones", &Row::table(&rows(&cones)?)),
             ("by_shape", &by_shape),
-            ("levels", &levels()?),
+            ("levels", &levels(&scale)?),
             ("after", &SPEED_AFTER_S),
             ("touches", &TOUCHES),
             ("speeds", &trial::table(job.seed, TOUCHES)?),
@@ -80,8 +84,7 @@ pub(super) fn means(path: &Path, study: &StudyRecord) -> anyhow::Result<()> {
 }
 
 /// Levels proposed for surfaces with available height maps: the patches of the studies.
-fn levels() -> anyhow::Result<MarkdownTable> {
-    let scale = MaterialScale::calibrated()?;
+fn levels(scale: &MaterialScale) -> anyhow::Result<MarkdownTable> {
     let spec = PatchSpec {
         size_mm: [SIDE_MM; 2],
         ..PatchSpec::default()

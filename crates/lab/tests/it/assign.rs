@@ -45,7 +45,8 @@ fn rougher_pictures_get_rougher_levels_and_the_sidecar_reads_them() {
     let folder = scratch("order");
     let [json, sidecar] = ["a.json", "room.toml"].map(|name| folder.join(name));
     std::fs::write(&sidecar, "# A room.\n[surface.door]\nroughness = 0.4\n").unwrap();
-    let images = [("door", 0.05), ("shelf front", 0.2), ("wall", 0.005)];
+    // The shelf is steeper than all materials of the calibration.
+    let images = [("door", 0.05), ("shelf front", 0.2), ("wall", 0.025)];
     let images =
         images.map(|(name, mm)| format!("{name}={}", exr(&folder, &format!("{name}.exr"), mm)));
     let all = AssignArgs {
@@ -69,6 +70,10 @@ fn rougher_pictures_get_rougher_levels_and_the_sidecar_reads_them() {
     assert!(rough(0) < rough(1) && rough(1) < rough(2));
     assert!(told[0]["rougher_than_before"].is_null());
     assert!(told[1]["rougher_than_before"].as_f64().unwrap() > 0.9);
+    assert!(told[1]["interval_90"].is_array());
+    assert!(told[2]["rougher_than_before"].is_null() && told[2]["interval_90"].is_null());
+    assert!(text.contains("beyond the calibration") && text.contains("unknown"));
+    assert!(!text.contains("created"), "{text}");
     let written = std::fs::read_to_string(&sidecar).unwrap();
     assert!(
         written.starts_with("# A room.\n[surface.door]\nroughness = "),
@@ -93,6 +98,20 @@ fn rougher_pictures_get_rougher_levels_and_the_sidecar_reads_them() {
     // The same again changes nothing.
     ran(&all).unwrap();
     assert_eq!(std::fs::read_to_string(&sidecar).unwrap(), written);
+}
+
+/// A mistyped name made a new file without a word.
+#[test]
+fn a_new_sidecar_is_told() {
+    let folder = scratch("new");
+    let sidecar = folder.join("nosuch.toml");
+    let all = AssignArgs {
+        sidecar: Some(sidecar.clone()),
+        ..args(vec![exr(&folder, "wall.exr", 0.05)])
+    };
+    let line = format!("created {}\n", sidecar.display());
+    assert!(ran(&all).unwrap().ends_with(&line));
+    assert!(!ran(&all).unwrap().contains("created"));
 }
 
 #[test]

@@ -22,8 +22,7 @@ const MISSED: RGBColor = COLOURS[1];
 
 /// Draws one walk.
 pub(super) fn draw(path: &Path, hall: &Hall, walk: &Walked) -> anyhow::Result<()> {
-    let rooms = walk.touches.iter().map(|touch| touch.room + 1).max();
-    let rooms = rooms.unwrap_or(1);
+    let rooms = walk.rooms();
     let wide_m = rooms as f64 * SIDE_M + 2.0 * AROUND_M;
     let high_m = SIDE_M + 2.0 * AROUND_M;
     let plan_px = (f64::from(WIDTH_PX - LABELS_PX) * high_m / wide_m) as u32 + 2 * LABELS_PX;

@@ -5,6 +5,7 @@ mod figure;
 mod hall;
 mod moving;
 mod possible;
+mod replay;
 mod report;
 mod run;
 mod sight;
@@ -33,7 +34,7 @@ pub use study::study;
 /// What to run.
 #[derive(Debug, Clone)]
 pub struct CorridorRequest {
-    /// The base of the figure and of the list of touches; all four are compared.
+    /// The base of the figure and of the replay; all four are compared.
     pub kind: BaseKind,
     /// The arm.
     pub arm: NamedArm,
@@ -55,6 +56,7 @@ pub struct CorridorRequest {
 
 const FIGURE: &str = "corridor.svg";
 const TABLE: &str = "corridor.md";
+const REPLAY: &str = "replay.html";
 
 /// Walks through the corridor with every kind of base, and prints and writes the results of the touches.
 ///
@@ -67,7 +69,7 @@ pub fn run(
 ) -> anyhow::Result<()> {
     let plan = FilePlan::default()
         .read_arm("--arm", &request.arm.name)
-        .write_into("--out", Some(&request.out), &[FIGURE, TABLE])
+        .write_into("--out", Some(&request.out), &[FIGURE, TABLE, REPLAY])
         .write("--json", request.json.as_deref());
     plan.check()?;
     std::fs::create_dir_all(&request.out).with_context(|| request.out.display().to_string())?;
@@ -86,6 +88,7 @@ pub fn run(
         hand_meets_m_per_s: request
             .hand_meets_m_per_s
             .unwrap_or_else(moving::hand_meets_m_per_s),
+        shown: Some(request.kind),
     };
     let walks = walks(&corridor, &BaseKind::ALL, progress)?;
     let table = report::table(&walks);
@@ -96,13 +99,16 @@ pub fn run(
     let shown = walks.iter().find(|walk| walk.kind == request.kind);
     let shown = shown.context("no walk")?;
     figure::draw(&written(FIGURE), &hall, shown)?;
+    let view = shown.view.as_ref().context("no frames")?;
+    let page = replay::page(&hall, &arm, shown, view)?;
+    hwall_files::write(written(REPLAY), page).with_context(|| REPLAY)?;
     if let Some(path) = &request.json {
         let text = report::json(&hall, &walks)?;
         hwall_files::write(path, text).with_context(|| path.display().to_string())?;
     }
     writeln!(
         out,
-        "wrote {FIGURE} and {TABLE} to {}",
+        "wrote {FIGURE}, {REPLAY} and {TABLE} to {}",
         request.out.display()
     )?;
     Ok(())

@@ -97,8 +97,10 @@ pub(super) struct BaseRecord {
     /// would come before it stands.
     pub(super) closest_m: f64,
     pub(super) asked_m: f64,
-    /// The same distance also while it stands.
+    /// The same distance also while it stands, and that between robot and hand, from above, while it moves and the board
+    /// is not touched; negative where they overlap.
     pub(super) closest_standing_m: f64,
+    pub(super) hand_closest_m: f64,
     /// Least margins beyond the distance that body and hands can move before the base stands, m.
     pub(super) margin_m: f64,
     pub(super) hand_margin_m: f64,
@@ -106,6 +108,24 @@ pub(super) struct BaseRecord {
     pub(super) too_near: u64,
     pub(super) moved_touched: u64,
     pub(super) touched_m_per_s: f64,
+}
+
+impl Default for BaseRecord {
+    fn default() -> Self {
+        Self {
+            way_m: 0.0,
+            moves_s: 0.0,
+            closest_m: f64::INFINITY,
+            asked_m: f64::NAN,
+            closest_standing_m: f64::INFINITY,
+            hand_closest_m: f64::INFINITY,
+            margin_m: f64::INFINITY,
+            hand_margin_m: f64::INFINITY,
+            too_near: 0,
+            moved_touched: 0,
+            touched_m_per_s: 0.0,
+        }
+    }
 }
 
 /// The base, and the pose of the corridor in the hall.
@@ -155,18 +175,7 @@ impl MovingBase {
             held: VecDeque::new(),
             last_parts: Vec::new(),
             rested_s: f64::INFINITY,
-            record: BaseRecord {
-                way_m: 0.0,
-                moves_s: 0.0,
-                closest_m: f64::INFINITY,
-                asked_m: f64::NAN,
-                closest_standing_m: f64::INFINITY,
-                margin_m: f64::INFINITY,
-                hand_margin_m: f64::INFINITY,
-                too_near: 0,
-                moved_touched: 0,
-                touched_m_per_s: 0.0,
-            },
+            record: BaseRecord::default(),
         })
     }
 
@@ -269,7 +278,7 @@ impl MovingBase {
         let hall_m = |at_m: &DVec2| hall.transform_point(at_m.extend(0.0)).truncate();
         let way: Vec<DVec2> = way.iter().map(hall_m).collect();
         let yaw_rad = goal.placed(hall).yaw_rad;
-        self.drive.set_route(&way, yaw_rad);
+        self.drive.set_route(&way, yaw_rad)?;
         Ok(())
     }
 
@@ -322,6 +331,8 @@ impl MovingBase {
             person_m_per_s: velocity(seen.person_m_per_s),
             person_age_s: seen.person_age_s,
             hands: &hands,
+            // The walker has one hand.
+            unseen_hand: false,
             touched: seen.touched,
             parts: &parts,
         };
@@ -369,15 +380,19 @@ impl MovingBase {
             return;
         }
         let [margin_m, hand_margin_m] = self.margins_m(&state, around.parts, truth);
+        let hands_m = truth.hands_m.iter();
+        let hands_m = hands_m.map(|m| nearest_m(around.parts, &pose, *m));
+        let hand_gap_m = hands_m.fold(f64::INFINITY, least_m) - self.safety.hand_radius_m;
         let record = &mut self.record;
         record.moves_s += dt_s;
         record.margin_m = least_m(record.margin_m, margin_m);
         record.hand_margin_m = least_m(record.hand_margin_m, hand_margin_m);
-        let least_m = least_m(margin_m, hand_margin_m);
-        record.too_near += u64::from(is_too_near(least_m));
+        record.too_near += u64::from(is_too_near(least_m(margin_m, hand_margin_m)));
         if around.touched {
             record.moved_touched += 1;
             record.touched_m_per_s = record.touched_m_per_s.max(speed);
+        } else {
+            record.hand_closest_m = least_m(record.hand_closest_m, hand_gap_m);
         }
         if gap_m < record.closest_m {
             record.closest_m = gap_m;
@@ -386,7 +401,8 @@ impl MovingBase {
     }
 
     /// Distances between the robot and body and hands while it brakes from a state, m, for the worst motion that is assumed of them.
-    /// Evaluated at single instants from the true places and velocities, independently of the formula that decides.
+    /// Evaluated at single instants from the true places and velocities, independently of the formula that decides. Weaker than that: without
+    /// latency, clearance and error of the velocity, and the arm stands still.
     fn margins_m(&self, state: &BaseState, parts: &[BasePart], truth: &Truth) -> [f64; 2] {
         let safety = &self.safety;
         let stop_s = self.drive.stop_s(state);

@@ -47,7 +47,7 @@ impl Oracle {
         self.since.get_or_insert_with(since).person.push(truth);
     }
 
-    /// At the contact of a touch, with steps of this length, s. `parts`: those of the waiting robot.
+    /// At the contact of a touch, with steps of this length, s. `parts`: those of the waiting robot. `None` for a base that does not drive.
     pub(super) fn possible(
         &self,
         touch: &TouchTruth,
@@ -55,9 +55,12 @@ impl Oracle {
         room: &Room,
         safety: &BaseSafety,
         (parts, dt_s): (&[BasePart], f64),
-    ) -> anyhow::Result<Possible> {
-        let (Some(since), Some(landed_s)) = (&self.since, touch.landed_s) else {
-            return Ok(Possible::default());
+    ) -> anyhow::Result<Option<Possible>> {
+        let Some(since) = &self.since else {
+            return Ok(None);
+        };
+        let Some(landed_s) = touch.landed_s else {
+            return Ok(Some(Possible::default()));
         };
         let (point_m, normal) = (touch.target_m, touch.normal);
         let within_s = since.person.len() as f64 * dt_s;
@@ -81,7 +84,7 @@ impl Oracle {
                 possible.beside_person = arrives(Some(safety))? + arm_s <= within_s;
             }
         }
-        Ok(possible)
+        Ok(Some(possible))
     }
 }
 
@@ -114,7 +117,7 @@ impl Since {
         dt_s: f64,
     ) -> anyhow::Result<f64> {
         let mut drive = self.drive.clone();
-        drive.set_route(way, to.yaw_rad);
+        drive.set_route(way, to.yaw_rad)?;
         for (step, person) in self.person.iter().enumerate() {
             if drive.has_arrived() {
                 return Ok(step as f64 * dt_s);
@@ -126,6 +129,7 @@ impl Since {
                 person_age_s: 0.0,
                 person_m_per_s: person.person_m_per_s,
                 hands: &hands,
+                unseen_hand: false,
                 touched: false,
                 parts,
             };

@@ -28,6 +28,14 @@ pub(super) fn share(
     }
 }
 
+/// A distance, m; empty if there was none.
+pub(super) fn metres(m: f64) -> String {
+    match m.is_finite() {
+        true => format!("{m:.2}"),
+        false => String::new(),
+    }
+}
+
 /// Misses because the base stood elsewhere, and those of the arm.
 pub(super) fn missed(walk: &Walked) -> [usize; 2] {
     let missed = walk.touches.iter().filter(|touch| touch.lead_s.is_none());
@@ -49,10 +57,6 @@ pub(super) fn table(walks: &[Walked]) -> String {
     for walk in walks {
         let (touches, base) = (&walk.touches, &walk.base);
         let [elsewhere, by_arm] = missed(walk);
-        let metres = |m: f64| match base.moves_s > 0.0 {
-            true => format!("{m:.2}"),
-            false => String::new(),
-        };
         let of_kind = |kind| share(touches, |touch| touch.kind == kind, in_place);
         let [walls, shelves, doors] = Kind::ALL.map(of_kind);
         let _ = writeln!(
@@ -102,8 +106,8 @@ pub(super) fn json(hall: &Hall, walks: &[Walked]) -> anyhow::Result<String> {
             "lead_s": touch.lead_s,
             "served": touch.served,
             "cause": touch.cause.name(),
-            "possible": touch.possible.alone,
-            "possible_beside_person": touch.possible.beside_person,
+            "possible": touch.possible.map(|possible| possible.alone),
+            "possible_beside_person": touch.possible.map(|possible| possible.beside_person),
         })
     };
     let walk = |walk: &Walked| {
@@ -120,6 +124,7 @@ pub(super) fn json(hall: &Hall, walks: &[Walked]) -> anyhow::Result<String> {
                 "closest_moving_m": base.closest_m,
                 "asked_there_m": base.asked_m,
                 "closest_m": base.closest_standing_m,
+                "closest_hand_moving_m": base.hand_closest_m,
                 "least_margin_m": base.margin_m,
                 "least_hand_margin_m": base.hand_margin_m,
                 "steps_below_distance": base.too_near,

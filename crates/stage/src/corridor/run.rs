@@ -16,15 +16,18 @@ use crate::person::kinds::PersonKind;
 use crate::person::predictors::{PredictorKind, Predictors, TrainingPeople};
 use crate::person::responses::Scenery;
 use crate::person::touches::{FAR_M, facing};
+use crate::run::kept::view_log::ViewLog;
 use crate::run::simulated_arm::{ArmLevel, Finger, SimulatedArm};
 use crate::run::stage::SessionSettings;
 use anyhow::Context;
 use glam::{DVec2, DVec3};
 use hwall::arrival::base::BasePart;
-use hwall::haptics::Arm;
+use hwall::haptics::{Arm, ArmState};
+use hwall::response::EndToEnd;
 use hwall::{Session, WorldPose};
 use hwall_hand::{HandFrame, Pose};
 use hwall_sim::TouchTruth;
+use hwall_view::ViewHand;
 use std::sync::Arc;
 
 /// Periods of the control loop, the tracker and the base, and between choices of the base, s.
@@ -41,7 +44,7 @@ const TOUCHES_SOON_M: f64 = 0.28;
 /// Largest mean duration of a visit, s; after that the walk counts as stuck.
 const LONGEST_S: f64 = 60.0;
 
-/// Trains the predictor on people in the built-in room.
+/// Trains the predictor on people in the built-in room. Only the leader is asked here, and rays learn nothing.
 pub(super) fn trained(
     arm: &BoardArm,
     predictor: Option<PredictorKind>,
@@ -50,6 +53,9 @@ pub(super) fn trained(
         elsewhere: true,
         ..TrainingPeople::default()
     };
+    if let Some(kind @ (PredictorKind::RayLed | PredictorKind::RayCast)) = predictor {
+        return Ok((people, Predictors::of(None::<EndToEnd>, kind)?));
+    }
     let (built_in, _) = crate::setting::load_scene(None)?;
     let (predictors, learnt) = Predictors::train(&built_in, arm, &people, predictor)?;
     note(learnt);
@@ -67,6 +73,8 @@ pub(super) struct Corridor<'a> {
     pub(super) seed: u64,
     /// Largest speed of the base at which it may meet a hand, m/s.
     pub(super) hand_meets_m_per_s: f64,
+    /// The walk of this base keeps frames for a replay.
+    pub(super) shown: Option<BaseKind>,
 }
 
 /// Positions of person and base at a time.
@@ -88,6 +96,15 @@ pub(super) struct Walked {
     /// Time, and time before closed doors, s.
     pub(super) duration_s: f64,
     pub(super) waited_s: f64,
+    pub(super) view: Option<ViewLog>,
+}
+
+impl Walked {
+    /// Number of rooms up to the last touched one, at least 1.
+    pub(super) fn rooms(&self) -> usize {
+        let rooms = self.touches.iter().map(|touch| touch.room + 1);
+        rooms.max().unwrap_or(1)
+    }
 }
 
 impl Corridor<'_> {
@@ -122,6 +139,7 @@ impl Corridor<'_> {
             base: rig.base.record,
             duration_s: step as f64 * PERIOD_S,
             waited_s: rig.waited_s,
+            view: rig.view,
         })
     }
 }
@@ -150,6 +168,9 @@ struct Rig<'a> {
     arm_may: ArmMay,
     waited_s: f64,
     samples: Vec<Sample>,
+    view: Option<ViewLog>,
+    /// The newest frame of the tracker, for the view.
+    seen: Option<HandFrame>,
 }
 
 impl<'a> Rig<'a> {
@@ -182,6 +203,8 @@ impl<'a> Rig<'a> {
             arm_may: ArmMay::Wait,
             waited_s: 0.0,
             samples: Vec::new(),
+            view: (corridor.shown == Some(kind)).then(ViewLog::default),
+            seen: None,
         })
     }
 
@@ -198,13 +221,19 @@ impl<'a> Rig<'a> {
         let command = self.session.step(t_s, &state);
         self.arm.command(command)?;
         self.session.plan();
-        while self.session.next_event().is_some() {}
+        while let Some(event) = self.session.next_event() {
+            if let Some(view) = &mut self.view {
+                view.event(event.t_s, &event);
+            }
+        }
         tell_left_out(self.session.control());
         self.arm.advance(PERIOD_S)?;
         let base_from_corridor = self.base.base_from_corridor()?;
         let (base, tip) = (&base_from_corridor, self.walker.tip(t_s));
         let tip = tip.map(|(m, per_s)| (base.transform_point(m), base.transform_vector(per_s)));
-        self.is_touched = self.finger.press(&mut self.arm, tip)? != DVec3::ZERO;
+        let force_n = self.finger.press(&mut self.arm, tip)?;
+        self.is_touched = force_n != DVec3::ZERO;
+        self.show(&state, &base_from_corridor, force_n);
         let corridor_from_base = base_from_corridor.inverse();
         let corridor_from_board =
             Pose::from_affine(&(corridor_from_base.to_affine() * self.arm.pose().to_affine()))?;
@@ -217,6 +246,25 @@ impl<'a> Rig<'a> {
         };
         self.watch
             .see(t_s, walker, arm, &self.base, poses, possible)
+    }
+
+    /// Keeps a frame for the replay, at the time of a state of the arm.
+    fn show(&mut self, state: &ArmState, base_from_corridor: &Pose, force_n: DVec3) {
+        let seen = self.seen.map(|seen| seen.transformed(base_from_corridor));
+        let Some(view) = &mut self.view else { return };
+        let frame = view.step(state.t_s, &self.session, state, seen.as_ref(), force_n);
+        let Some(frame) = frame else { return };
+        let place = base_from_corridor.inverse();
+        let x = place.rotation().x_axis;
+        frame.base = Some((place.position_m(), x.y.atan2(x.x)));
+        // The session is not given every hand, and knows the surfaces of its room only.
+        frame.hand = seen.as_ref().map_or(ViewHand::LOST, ViewHand::from_frame);
+        let before = self.corridor.hall.rooms[..self.room].iter();
+        let before: usize = before.map(|room| room.scene.surfaces().len()).sum();
+        let predicted = frame.predicted.as_mut();
+        if let Some(surface) = predicted.and_then(|predicted| predicted.surface.as_mut()) {
+            *surface += before as u32;
+        }
     }
 
     fn advance_walker(&mut self, t_s: f64) -> anyhow::Result<()> {
@@ -243,6 +291,7 @@ impl<'a> Rig<'a> {
     fn take_frame(&mut self, t_s: f64) -> anyhow::Result<()> {
         let frame = self.walker.frame(t_s)?;
         self.sight.see(&frame);
+        self.seen = Some(frame);
         let room = &self.corridor.hall.rooms[self.room];
         let body = self.walker.body(t_s);
         if self.kind.redirects() {

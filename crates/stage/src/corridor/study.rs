@@ -3,9 +3,9 @@
 use super::hall::Hall;
 use super::moving::hand_meets_m_per_s;
 use super::possible::Possible;
-use super::report::{in_place, missed, share};
+use super::report::{in_place, metres, missed, share};
 use super::run::{Corridor, Walked, trained};
-use super::touches::Cause;
+use super::touches::{Cause, CorridorTouch};
 use super::visits::{Visit, visits};
 use crate::input::arms::{BoardArm, NamedArm};
 use crate::input::base_flag::BaseKind;
@@ -56,6 +56,7 @@ pub fn study(arm: &NamedArm, seeds: &[u64], speeds_m_per_s: &[f64]) -> anyhow::R
             person: PersonKind::Plain,
             seed: seeds[at],
             hand_meets_m_per_s,
+            shown: None,
         };
         corridor.walk(kind, |_| {})
     });
@@ -72,16 +73,12 @@ fn table(walks: &[(u64, &Walked)]) -> String {
     for (seed, walk) in walks {
         let (touches, base) = (&walk.touches, &walk.base);
         let [elsewhere, by_arm] = missed(walk);
-        let possible = |of: fn(&Possible) -> bool| match walk.kind.drives() {
-            true => share(touches, |_| true, |touch| of(&touch.possible)),
-            false => String::new(),
+        let possible = |of: fn(Possible) -> bool| {
+            let has = |touch: &CorridorTouch| touch.possible.is_some_and(of);
+            share(touches, |touch| touch.possible.is_some(), has)
         };
         let alone = possible(|possible| possible.alone);
         let beside_person = possible(|possible| possible.beside_person);
-        let finite = |m: f64| match m.is_finite() {
-            true => format!("{m:.2}"),
-            false => String::new(),
-        };
         let _ = writeln!(
             text,
             "| {} | {seed} | {} | {} | {} | {elsewhere} | {by_arm} | {:.1} | {} | {} | {} | {} | {:.2} | {:.0} | {alone} | {beside_person} |",
@@ -90,8 +87,8 @@ fn table(walks: &[(u64, &Walked)]) -> String {
             share(touches, |touch| touch.number == 0, in_place),
             share(touches, |touch| touch.number > 0, in_place),
             base.way_m,
-            finite(base.margin_m),
-            finite(base.hand_margin_m),
+            metres(base.margin_m),
+            metres(base.hand_margin_m),
             base.too_near,
             base.moved_touched,
             base.touched_m_per_s,

@@ -1,9 +1,9 @@
 //! The corridor as a whole, and its walker.
 
 use super::hall::Hall;
-use super::moving::{ArmMay, Held, MovingBase, Seen, Truth, hand_meets_m_per_s};
+use super::moving::{ArmMay, BaseRecord, Held, MovingBase, Seen, Truth, hand_meets_m_per_s};
 use super::report;
-use super::run::Corridor;
+use super::run::{Corridor, Walked};
 use super::touches::Cause;
 use super::visits::visits;
 use super::walker::Walker;
@@ -14,7 +14,9 @@ use crate::person::predictors::{PredictorKind, Predictors, TrainingPeople};
 use glam::{DVec2, DVec3};
 use hwall::arrival::base::{BaseHypothesis, SeenHand};
 use hwall::response::EndToEnd;
+use hwall_hand::Pose;
 use hwall_haptics::{Board, ContactLimits};
+use hwall_view::ViewFrame;
 
 /// The table and the JSON of two touches, with the ray predictor.
 fn walked(seed: u64) -> [String; 2] {
@@ -29,9 +31,36 @@ fn walked(seed: u64) -> [String; 2] {
         person: PersonKind::Plain,
         seed,
         hand_meets_m_per_s: hand_meets_m_per_s(),
+        shown: Some(BaseKind::Both),
     };
     let walks = super::walks(&corridor, &BaseKind::ALL, |_| {}).unwrap();
+    for walk in &walks {
+        assert_eq!(walk.view.is_some(), walk.kind == BaseKind::Both);
+        if let Some(view) = &walk.view {
+            seen_in_the_corridor(walk, &view.frames);
+            let page = super::replay::page(&hall, &arm, walk, view).unwrap();
+            assert!(page.contains("shelf_north_b") && page.ends_with("</html>\n"));
+        }
+    }
     [report::table(&walks), report::json(&hall, &walks).unwrap()]
+}
+
+/// Base and head of the frames are where the samples of the walk have them.
+fn seen_in_the_corridor(walk: &Walked, frames: &[ViewFrame]) {
+    assert!(frames.len() as f64 >= 29.0 * walk.duration_s);
+    for at in &walk.samples[1..] {
+        let near = |frame: &&ViewFrame| (frame.t_s - at.t_s).abs();
+        let frame = frames.iter().min_by(|a, b| near(a).total_cmp(&near(b)));
+        let frame = frame.unwrap();
+        let (base_m, yaw_rad) = frame.base.unwrap();
+        let corridor_from_base = Pose::from_yaw(yaw_rad, base_m).unwrap();
+        let head_m = corridor_from_base.transform_point(frame.head_m.unwrap());
+        // Within a thirtieth of a second.
+        let [base_m, head_m] = [base_m, head_m].map(|m| m.truncate());
+        assert!(base_m.distance(at.base_m) < 0.05, "{at:?} {base_m}");
+        assert!(head_m.distance(at.person_m) < 0.2, "{at:?} {head_m}");
+        assert!(!frame.hand.is_lost(), "{at:?}");
+    }
 }
 
 #[test]
@@ -66,7 +95,40 @@ fn a_walk_ends_its_table_is_whole_and_the_same_for_the_same_seed() {
             "{summary}"
         );
         assert_eq!(summary["base_way_m"].as_f64() == Some(0.0), !kind.drives());
+        // What was not computed is not `false`, and a base that never moved was at no distance.
+        let hand = &summary["closest_hand_moving_m"];
+        assert_eq!(hand.is_f64(), kind.drives(), "{summary}");
+        for touch in walk["touches"].as_array().unwrap() {
+            for key in ["possible", "possible_beside_person"] {
+                assert_eq!(touch[key].is_boolean(), kind.drives(), "{touch}");
+                assert_eq!(touch[key].is_null(), !kind.drives(), "{touch}");
+            }
+        }
     }
+}
+
+/// `inf`: a base that moved, but never faster than a hand may meet, has no margin to a hand.
+#[test]
+fn distances_that_there_were_not_are_left_out() {
+    let walk = Walked {
+        kind: BaseKind::Drives,
+        touches: Vec::new(),
+        samples: Vec::new(),
+        base: BaseRecord {
+            moves_s: 1.0,
+            margin_m: 0.125,
+            ..BaseRecord::default()
+        },
+        duration_s: 2.0,
+        waited_s: 0.0,
+        view: None,
+    };
+    let table = report::table(&[walk]);
+    assert!(!table.contains("inf") && !table.contains("NaN"), "{table}");
+    assert!(
+        table.contains("| 0.12 |") && table.ends_with("|  |\n"),
+        "{table}"
+    );
 }
 
 /// 0.6 kg of a hand and 75 N/mm: 212 N for each m/s. Board and base together stay below the speed for 65 N.
@@ -128,6 +190,9 @@ fn the_base_drives_creeps_or_stands_as_the_arm_may() {
             fastest = fastest.max(speed);
             assert_eq!(base.rested_s() == 0.0, speed > 0.0, "{speed}");
         }
+        let hand_m = base.record.hand_closest_m;
+        let is_far = (1.40e3..1.42e3).contains(&hand_m);
+        assert_eq!(is_far, fastest > 0.0, "{hand_m}");
         assert!(range.contains(&fastest), "{range:?} {fastest}");
         // Then it stands, and that is known.
         for _ in 0..400 {

@@ -64,8 +64,8 @@ pub(super) struct CorridorTouch {
     pub(super) cause: Cause,
     /// Could the arm present the place from where the base was?
     pub(super) served: bool,
-    /// What an oracle could have done.
-    pub(super) possible: Possible,
+    /// What an oracle could have done; `None` for a base that does not drive.
+    pub(super) possible: Option<Possible>,
 }
 
 /// Watches the board for the next touch.
@@ -96,7 +96,7 @@ impl TouchWatch {
         arm: &BoardArm,
         base: &MovingBase,
         [corridor_from_board, corridor_from_base]: [&Pose; 2],
-        possible: impl FnOnce(&TouchTruth) -> anyhow::Result<Possible>,
+        possible: impl FnOnce(&TouchTruth) -> anyhow::Result<Option<Possible>>,
     ) -> anyhow::Result<()> {
         let Some((begins_s, truths)) = walker.touches() else {
             self.since_s = None;

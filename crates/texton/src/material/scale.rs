@@ -143,7 +143,7 @@ impl MaterialScale {
         &self.samples
     }
 
-    /// The roughness that a picture suggests.
+    /// The roughness that a picture suggests. Outside the range of the calibration it is that of the nearest relief within.
     ///
     /// # Errors
     /// A picture without information, as [`Relief::of`].
@@ -163,7 +163,12 @@ impl MaterialScale {
             ),
         ];
         let holding = caveats.into_iter().filter(|(holds, _)| *holds);
-        let ln_roughness = self.offset_ln[kind as usize] + self.law.0.dot(features(&relief));
+        let nearest = Relief {
+            height_mm: relief.height_mm.clamp(height_mm[0], height_mm[1]),
+            slope: relief.slope.clamp(slope[0], slope[1]),
+            ..relief
+        };
+        let ln_roughness = self.offset_ln[kind as usize] + self.law.0.dot(features(&nearest));
         Ok(RoughnessProposal {
             kind,
             relief,
@@ -195,24 +200,35 @@ pub struct RoughnessProposal {
     pub relief: Relief,
     /// Magnitude on a ratio scale: 1 is sandpaper P80.
     pub roughness: f64,
-    /// Standard deviation of its natural logarithm: [`ScaleError::ln_sd`].
+    /// Standard deviation of its natural logarithm within the calibration: [`ScaleError::ln_sd`].
     pub ln_sd: f64,
     /// What the picture does not show.
     pub caveats: Vec<Caveat>,
 }
 
 impl RoughnessProposal {
-    /// 90 % interval of the roughness, if the caveats do not apply.
+    /// Is the relief within the range of the calibration? Nothing is known about errors outside.
     #[must_use]
-    pub fn interval(&self) -> [f64; 2] {
-        [-NINETY, NINETY].map(|z| self.roughness * (z * self.ln_sd).exp())
+    pub fn is_calibrated(&self) -> bool {
+        let is_beyond = |caveat: &Caveat| matches!(caveat, Caveat::BeyondCalibration { .. });
+        !self.caveats.iter().any(is_beyond)
     }
 
-    /// Probability, 0.5 to 1, that two materials are in the order of their proposals, if their errors are independent.
+    /// 90 % interval of the roughness, if the other caveats do not apply; `None` outside the calibration.
     #[must_use]
-    pub fn order_certainty(&self, other: &Self) -> f64 {
+    pub fn interval(&self) -> Option<[f64; 2]> {
+        let at = |z: f64| self.roughness * (z * self.ln_sd).exp();
+        self.is_calibrated().then(|| [-NINETY, NINETY].map(at))
+    }
+
+    /// Probability, 0.5 to 1, that two materials are in the order of their proposals, if their errors are independent; `None` if one of them is
+    /// outside the calibration.
+    #[must_use]
+    pub fn order_certainty(&self, other: &Self) -> Option<f64> {
         let apart = (self.roughness / other.roughness).ln().abs();
-        0.5 * libm::erfc(-apart / (std::f64::consts::SQRT_2 * self.ln_sd.hypot(other.ln_sd)))
+        let sd = std::f64::consts::SQRT_2 * self.ln_sd.hypot(other.ln_sd);
+        let is_known = self.is_calibrated() && other.is_calibrated();
+        is_known.then(|| 0.5 * libm::erfc(-apart / sd))
     }
 }
 
@@ -227,7 +243,7 @@ pub enum Caveat {
     Print,
     /// Relief finer than the shortest resolved period, mm, is not seen: the proposal is based on the coarser relief alone.
     FineUnseen { finest_mm: f64 },
-    /// Relief outside the range of the calibration, for which the law is extrapolated; the fields are the calibration's least and greatest
+    /// Relief outside the range of the calibration, whose nearest relief counts instead; the fields are the calibration's least and greatest
     /// height and slope.
     BeyondCalibration {
         height_mm: [f64; 2],
@@ -248,7 +264,7 @@ impl fmt::Display for Caveat {
                 slope: [flat, steep],
             } => write!(
                 f,
-                "extrapolated: calibrated on rms heights of {low:.3} to {high:.3} mm and slopes of {flat:.2} to {steep:.2}"
+                "beyond the calibration, so its edge counts, with unknown error: rms heights of {low:.3} to {high:.3} mm and slopes of {flat:.2} to {steep:.2}"
             ),
         }
     }

@@ -3,6 +3,8 @@ class Camera {
   constructor(changed) {
     this.changed = changed;
     this.fov = 0.75;
+    /** A base that drives, which it follows, m. */
+    this.base = [0, 0, 0];
     this.reset();
   }
 
@@ -14,15 +16,17 @@ class Camera {
     this.changed();
   }
 
+  get middle() { return add(this.base, this.target); }
+
   get eye() {
     const c = Math.cos(this.pitch);
-    return along(this.target, [c * Math.cos(this.yaw), c * Math.sin(this.yaw), Math.sin(this.pitch)], this.away);
+    return along(this.middle, [c * Math.cos(this.yaw), c * Math.sin(this.yaw), Math.sin(this.pitch)], this.away);
   }
 
   matrices(aspect) {
     // A tall window shows as much of the width as a square one.
     const fov = aspect >= 1 ? this.fov : 2 * Math.atan(Math.tan(this.fov / 2) / Math.max(aspect, 0.55));
-    return { projection: perspective(fov, aspect, 0.03, 80), view: lookAt(this.eye, this.target), eye: this.eye };
+    return { projection: perspective(fov, aspect, 0.03, 80), view: lookAt(this.eye, this.middle), eye: this.eye };
   }
 
   orbit(dx, dy) {
@@ -38,7 +42,7 @@ class Camera {
 
   pan(dx, dy, height) {
     const step = (2 * Math.tan(this.fov / 2) * this.away) / height;
-    const z = unit(sub(this.eye, this.target)), x = unit(cross([0, 0, 1], z)), y = cross(z, x);
+    const z = unit(sub(this.eye, this.middle)), x = unit(cross([0, 0, 1], z)), y = cross(z, x);
     this.target = along(along(this.target, x, -dx * step), y, dy * step);
     this.changed();
   }

@@ -9,7 +9,7 @@ function decodeFrame(data, at) {
   if (version !== FRAME_VERSION) throw new Error(`frame of version ${version}, expected ${FRAME_VERSION}`);
   const frame = {
     state: data.getUint8(at + 1), t: data.getFloat64(at + 4, true),
-    hand: null, head: null, gaze: null, predicted: null, goal: null, left: null, force: null, openings: [], parts: [], inFront: null,
+    hand: null, head: null, gaze: null, predicted: null, goal: null, left: null, force: null, openings: [], parts: [], inFront: null, base: null,
   };
   const present = data.getUint16(at + 2, true);
   at += 12;
@@ -39,6 +39,7 @@ function decodeFrame(data, at) {
     frame.parts = Array.from({ length: count }, () => ({ what: word(), from: vector(), to: vector(), radius: number() }));
   }
   if (has(10)) frame.inFront = { link: word(), by: number() };
+  if (has(11)) frame.base = { at: vector(), heading: number() };
   return [frame, at];
 }
 
@@ -59,6 +60,22 @@ function bytesOfBase64(text) {
   return bytes;
 }
 
+/** The frame of a base that drives, in the scene. */
+function placed(frame) {
+  if (!frame.base) return frame;
+  const matrix = multiply(translation(frame.base.at), rotation([0, 0, 1], frame.base.heading));
+  const at = (p) => p && point(matrix, p), to = (v) => v && turned(matrix, v);
+  const { hand, head, gaze, predicted: p, goal, force, parts } = frame;
+  return {
+    ...frame,
+    hand: hand?.map(at), head: at(head), force: to(force), base: { ...frame.base, matrix },
+    gaze: gaze && { origin: at(gaze.origin), direction: to(gaze.direction) },
+    goal: goal && { point: at(goal.point), normal: to(goal.normal) },
+    predicted: p && { ...p, point: at(p.point), normal: to(p.normal), region: p.region?.map(to) },
+    parts: parts.map((part) => ({ ...part, from: at(part.from), to: at(part.to) })),
+  };
+}
+
 /** Between two frames: what moves is interpolated, the rest is the earlier one's. */
 function between(a, b, s) {
   const both = (x, y) => (x && y ? mix(x, y, s) : x);
@@ -70,6 +87,7 @@ function between(a, b, s) {
     head: both(a.head, b.head),
     force: both(a.force, b.force),
     openings: a.openings.map((v, i) => v + ((b.openings[i] ?? 0) - v) * s),
+    base: a.base && b.base ? { at: mix(a.base.at, b.base.at, s), heading: a.base.heading + s * Math.atan2(Math.sin(b.base.heading - a.base.heading), Math.cos(b.base.heading - a.base.heading)) } : a.base,
   };
 }
 

@@ -58,6 +58,7 @@ function stage(scene, takes, claiming) {
     show(frame) {
       if (lost) return;
       const within = eyes && frame.head;
+      camera.base = frame.base?.at ?? [0, 0, 0];
       viewer.compose({ ...frame, eye: frame.head, head: within ? null : frame.head });
       const clip = viewer.render(within ? asPerson(frame) : camera);
       labels.show(viewer.labels, clip);

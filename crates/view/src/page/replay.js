@@ -110,7 +110,7 @@ function replay(scene, frames, markers) {
       if (now >= end) { now = end; play(false); }
     }
     if (!playing && !shown.stale.is) return;
-    const frame = frameAt(now);
+    const frame = placed(frameAt(now));
     shown.show(frame);
     shown.tell({ ...frame, t: frame.t - start });
     $("clock").textContent = `${(now - start).toFixed(2)} / ${(end - start).toFixed(1)} s`;

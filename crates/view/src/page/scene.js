@@ -12,9 +12,9 @@ function cornersOf({ triangles: { corners, origin_m, step_m } }) {
 }
 
 /** Matrices of base, joints and tool. */
-function armPoses(arm, q) {
-  const poses = [IDENTITY];
-  let pose = IDENTITY;
+function armPoses(arm, q, base = IDENTITY) {
+  const poses = [base];
+  let pose = base;
   arm.joints.forEach((joint, i) => {
     const moved = joint.slides ? translation(scale(joint.axis, q[i])) : rotation(joint.axis, q[i]);
     pose = multiply(multiply(pose, joint.matrix), moved);

@@ -87,10 +87,11 @@ const LINE_FRAGMENT = `#version 300 es
 precision highp float;
 uniform vec4 u_colour;
 uniform float u_fade;        // lines end in the mist at this distance from the base, m; 0: never
+uniform vec2 u_base;
 in vec3 v_place;
 out vec4 colour;
 void main() {
-  float far = u_fade > 0.0 ? clamp(1.6 - 1.6 * length(v_place.xy) / u_fade, 0.0, 1.0) : 1.0;
+  float far = u_fade > 0.0 ? clamp(1.6 - 1.6 * length(v_place.xy - u_base) / u_fade, 0.0, 1.0) : 1.0;
   colour = vec4(u_colour.rgb, u_colour.a * far);
 }`;
 

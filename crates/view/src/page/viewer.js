@@ -64,7 +64,7 @@ class Viewer {
     this.labels = [];
     this.frame = frame;
     openDoors(scene, frame);
-    const poses = armPoses(scene.arm, frame.q);
+    const poses = armPoses(scene.arm, frame.q, frame.base?.matrix);
     this.tool = poses[poses.length - 1];
     for (const { frame: at, from_m, to_m, radius_m, housing } of scene.arm.capsules) {
       thick.add(point(poses[at], from_m), point(poses[at], to_m), radius_m, housing ? theme.housing : theme.link);
@@ -72,7 +72,7 @@ class Viewer {
     // The mount between the last link and the board, and the foot.
     const mount = (back) => point(this.tool, [0, 0, -scene.board.thickness_m - back]);
     thick.add(mount(0.032), mount(0.05), 0.042, theme.housing);
-    if (scene.floor < -0.05 && !scene.stands) thick.add([0, 0, scene.floor], [0, 0, 0], 0.07, theme.link.map((c) => 0.72 * c));
+    if (scene.floor < -0.05 && !scene.stands) thick.add(point(poses[0], [0, 0, scene.floor]), point(poses[0], [0, 0, 0]), 0.07, theme.link.map((c) => 0.72 * c));
     this.stop = null;
     (hands ?? [frame.hand]).forEach((hand) => hand && this.stopped(hand, frame));
     balls.forEach(([at, radius, colour]) => thick.add(at, at, radius, colour, 1));
@@ -217,7 +217,9 @@ class Viewer {
       gl.drawArrays(gl.LINES, 0, count);
     };
     gl.depthMask(false);
-    lines(this.grid, translation([0, 0, scene.floor + 0.001]), theme.grid, 6);
+    const [x, y] = this.frame.base?.at ?? [0, 0];
+    gl.uniform2f(line.u_base, x, y);
+    lines(this.grid, translation([Math.round(x), Math.round(y), scene.floor + 0.001]), theme.grid, 6);
     gl.depthMask(true);
 
     // Arm, board, hand.

@@ -27,6 +27,8 @@ fn as_sent(frame: &ViewFrame) -> ViewFrame {
         found.in_front_m = single(found.in_front_m);
     }
     sent.openings = frame.openings.map(single);
+    let base = frame.base;
+    sent.base = base.map(|(at_m, yaw_rad)| (single3(at_m), single(yaw_rad)));
     for ViewPart { capsule, .. } in sent.parts.iter_mut().flatten() {
         (capsule.from_m, capsule.to_m) = pair((capsule.from_m, capsule.to_m));
         capsule.radius_m = single(capsule.radius_m);
@@ -74,6 +76,7 @@ fn the_largest_frame_has_the_stated_size() {
     let (link, in_front_m) = (3, 0.05);
     frame.link_in_front = Some(LinkInFront { link, in_front_m });
     frame.parts = [Some(ViewPart { capsule, region }); MOST_PARTS];
+    frame.base = Some((DVec3::X, 0.5));
     let mut bytes = Vec::new();
     frame.encode(&mut bytes);
     assert_eq!(bytes.len(), ViewFrame::MOST_BYTES);
@@ -100,6 +103,7 @@ fn nothing_that_is_nan_is_sent() {
     frame.openings[0] = f64::NAN;
     let (link, in_front_m) = (3, f64::NAN);
     frame.link_in_front = Some(LinkInFront { link, in_front_m });
+    frame.base = Some((DVec3::X, f64::NAN));
     let predicted = frame.predicted.as_mut().unwrap();
     predicted.region_m = Some([bad, DVec3::Y]);
     predicted.contact_s = Some(f64::NAN);
@@ -109,7 +113,7 @@ fn nothing_that_is_nan_is_sent() {
     assert!(back.hand.joints_m[9].is_some());
     assert_eq!((back.head_m, back.gaze, back.goal), (None, None, None));
     assert_eq!((back.left_s, back.force_n), (None, None));
-    assert_eq!(back.link_in_front, None);
+    assert_eq!((back.link_in_front, back.base), (None, None));
     let predicted = back.predicted.unwrap();
     assert_eq!((predicted.region_m, predicted.contact_s), (None, None));
 
@@ -170,7 +174,7 @@ fn what_is_cut_off_or_has_no_meaning_is_named() {
     assert_eq!(changed(0, 2), Err(ViewError::Version { expected, got }));
     let unknown = |what, got, most| Err(ViewError::Unknown { what, got, most });
     assert_eq!(changed(1, 9), unknown("state", 9, 8));
-    assert_eq!(changed(3, 8), unknown("presence bits", 2048 + 255, 2047));
+    assert_eq!(changed(3, 16), unknown("presence bits", 4096 + 255, 4095));
 }
 
 #[test]

@@ -20,7 +20,7 @@ fn start() -> BasePose {
 /// A base after some steps along a route, all of them allowed.
 fn driven(way: &[DVec2], yaw_rad: f64, steps: usize) -> BaseDrive {
     let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
-    drive.set_route(way, yaw_rad);
+    drive.set_route(way, yaw_rad).unwrap();
     for _ in 0..steps {
         drive.step(DT_S, |_, _| true).unwrap();
     }

@@ -31,7 +31,7 @@ fn the_base_keeps_its_limits_and_arrives() {
         let legs = 1 + sampler.index(3);
         let way: Vec<DVec2> = (0..legs).map(|_| somewhere(&mut sampler)).collect();
         let yaw_rad = sampler.uniform(-PI, PI);
-        drive.set_route(&way, yaw_rad);
+        drive.set_route(&way, yaw_rad).unwrap();
         // Half of the routes are replaced on the way, and some steps are refused.
         let steps = if sampler.bool() {
             20_000
@@ -94,6 +94,28 @@ fn times_and_places_that_are_no_numbers_are_refused() {
         let refused = drive.step(dt_s, |_, _| true).unwrap_err().to_string();
         assert!(refused.contains("step of the base"), "{refused}");
         assert_eq!(*drive.state(), before);
+    }
+    // Regression: a corner that is no number was left out, and the way led straight on.
+    let bad = [dvec2(f64::NAN, 1.0), dvec2(0.0, f64::INFINITY)];
+    let bad = bad.map(|corner_m| ([corner_m, dvec2(2.0, 2.0)], 0.0));
+    let turns = [f64::NAN, f64::INFINITY].map(|yaw_rad| ([DVec2::ONE; 2], yaw_rad));
+    for (way, yaw_rad) in bad.into_iter().chain(turns) {
+        let mut drive = drive.clone();
+        for _ in 0..300 {
+            drive.step(DT_S, |_, _| true).unwrap();
+        }
+        let before = *drive.state();
+        assert!(!before.is_at_rest());
+        let refused = drive.set_route(&way, yaw_rad).unwrap_err().to_string();
+        assert!(refused.contains("of the base"), "{refused}");
+        // It brakes as if every step were refused.
+        let stops = drive.braked(&before, drive.stop_s(&before)).pose();
+        for _ in 0..1000 {
+            drive.step(DT_S, |_, _| true).unwrap();
+        }
+        let pose = drive.state().pose();
+        assert!(drive.state().is_at_rest() && pose.at_m.distance(stops.at_m) < 1e-9);
+        assert!((pose.yaw_rad - stops.yaw_rad).abs() < 1e-9, "{pose:?}");
     }
     for (x, yaw_rad) in [(f64::NAN, 0.0), (0.0, f64::NAN), (f64::INFINITY, 0.0)] {
         let nowhere = BasePose {

@@ -28,6 +28,7 @@ fn around(person_m: DVec2, person_m_per_s: DVec2, parts: &[BasePart]) -> Surroun
         person_age_s: 0.0,
         person_m_per_s,
         hands: &FAR,
+        unseen_hand: false,
         touched: false,
         parts,
     }
@@ -90,7 +91,9 @@ fn the_base_stands_before_anybody_reaches_it() {
         for step in 0..4000 {
             let person_m = been_m[step];
             if step % 500 == 0 {
-                drive.set_route(&[somewhere(&mut sampler)], sampler.uniform(-PI, PI));
+                drive
+                    .set_route(&[somewhere(&mut sampler)], sampler.uniform(-PI, PI))
+                    .unwrap();
             }
             if step % 100 == 0 {
                 let to_m = if sampler.bool() {
@@ -163,7 +166,9 @@ fn by_default_a_person_may_have_any_velocity_at_once() {
         let (mut person_m, mut velocity) = (dvec2(4.0, 0.0), DVec2::ZERO);
         for step in 0..4000 {
             if step % 500 == 0 {
-                drive.set_route(&[somewhere(&mut sampler)], sampler.uniform(-PI, PI));
+                drive
+                    .set_route(&[somewhere(&mut sampler)], sampler.uniform(-PI, PI))
+                    .unwrap();
             }
             if step % 50 == 0 {
                 let to_m = match sampler.bool() {
@@ -261,6 +266,48 @@ fn nothing_moves_while_the_board_is_touched_or_a_hand_is_near() {
         let moved = drive.state().pose().at_m != DVec2::ZERO;
         assert_eq!(moved, moves, "{seen:?}");
     }
+}
+
+/// Regression: with one hand seen the other was nowhere.
+#[test]
+fn a_hand_that_is_not_seen_may_be_anywhere_within_reach() {
+    let (safety, parts) = (BaseSafety::default(), robot());
+    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
+    drive.set_route(&[dvec2(4.0, 0.0)], 0.0).unwrap();
+    for _ in 0..50 {
+        drive.step(DT_S, |_, _| true).unwrap();
+    }
+    let left_m = |hands: &[SeenHand], unseen_hand| {
+        let seen = Surroundings {
+            hands,
+            unseen_hand,
+            ..around(dvec2(2.0, 0.0), DVec2::ZERO, &parts)
+        };
+        safety.margins_m(&drive, drive.state(), &seen)[1]
+    };
+    let never_seen_m = left_m(&[], false);
+    assert!(never_seen_m < 1.0 && left_m(&FAR, false) > 1e3);
+    assert_eq!(left_m(&FAR, true), never_seen_m);
+    assert_eq!(left_m(&[], true), never_seen_m);
+}
+
+/// Regression: a robot without parts was at an infinite distance from everybody.
+#[test]
+fn a_robot_without_parts_may_not_move() {
+    let safety = BaseSafety {
+        hand_meets_m_per_s: 0.2,
+        ..BaseSafety::default()
+    };
+    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
+    assert!(safety.may_meet_hand(&drive, drive.state(), &[]));
+    drive.set_route(&[dvec2(4.0, 0.0)], 0.0).unwrap();
+    for _ in 0..10 {
+        drive.step(DT_S, |_, _| true).unwrap();
+    }
+    let nobody = around(dvec2(1e6, 0.0), DVec2::ZERO, &[]);
+    assert!(!safety.may_meet_hand(&drive, drive.state(), &[]));
+    assert!(!safety.allows(&drive, drive.state(), &nobody));
+    assert!(safety.left_m(&drive, drive.state(), &nobody).is_nan());
 }
 
 /// Beside a hand the base creeps if it may be met while it does; a hand that is nowhere still stops it.

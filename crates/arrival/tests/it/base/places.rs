@@ -153,7 +153,13 @@ fn the_base_goes_where_it_serves_what_is_probable() {
     let (arm, config) = (SrsArm::iiwa7(), BaseInversionConfig::default());
     let map = BaseInversion::map(&arm, &config).unwrap();
     let inversion = BaseInversion::of_room(&map, &room(), config).unwrap();
-    let chooser = BaseChooser::new(BaseChoiceConfig::default(), &inversion, AREA).unwrap();
+    let nowhere = KeepOutArea {
+        high_m: DVec2::NAN,
+        ..AREA
+    };
+    let new = |area| BaseChooser::new(BaseChoiceConfig::default(), &inversion, area);
+    assert!(new(nowhere).is_err());
+    let chooser = new(AREA).unwrap();
     let at = BasePose {
         at_m: dvec2(3.0, -0.62),
         yaw_rad: FRAC_PI_2,
@@ -185,6 +191,31 @@ fn the_base_goes_where_it_serves_what_is_probable() {
     ];
     assert_eq!(chooser.choose(&drive, Some(at), &doubtful).unwrap().0, at);
     assert!(chooser.choose(&drive, None, &[]).is_none());
+    // Regression: with a number that is none in it every loss was NaN, and the first candidate won.
+    let sound = chooser.choose(&drive, None, &[aside]);
+    assert!(sound.is_some());
+    for bad in [
+        BaseHypothesis {
+            touch_s: f64::NAN,
+            ..here
+        },
+        BaseHypothesis {
+            probability: f64::NAN,
+            ..here
+        },
+        BaseHypothesis {
+            normal: DVec3::NAN,
+            ..here
+        },
+    ] {
+        assert_eq!(chooser.choose(&drive, None, &[bad, aside]), sound);
+        assert!(chooser.choose(&drive, None, &[bad]).is_none());
+    }
+    let nowhere = BasePose {
+        at_m: DVec2::NAN,
+        ..at
+    };
+    assert_eq!(chooser.choose(&drive, Some(nowhere), &[aside]), sound);
     // A place that no wall has is served from nowhere.
     let nowhere = place(DVec3::new(3.0, 3.0, 0.5), DVec3::Y, 0.8);
     assert!(chooser.choose(&drive, None, &[nowhere]).is_none());

@@ -19,28 +19,29 @@ pub struct ViewLog {
 const PERIOD_S: f64 = 1.0 / 30.0;
 
 impl ViewLog {
-    /// At the end of a cycle; `t_s` on the hand's clock.
-    pub(in crate::run) fn step<P: Predictor>(
+    /// At the end of a cycle; `t_s` on the hand's clock. Returns a new frame.
+    pub(crate) fn step<P: Predictor>(
         &mut self,
         t_s: f64,
         session: &Session<P>,
         state: &ArmState,
         seen: Option<&HandFrame>,
         force_n: glam::DVec3,
-    ) {
+    ) -> Option<&mut ViewFrame> {
         let due_s = self.frames.last().map(|last| last.t_s + PERIOD_S);
         if due_s.is_some_and(|due_s| t_s < due_s - 1e-6) {
-            return;
+            return None;
         }
         self.frames.push(ViewFrame {
             t_s,
             force_n: Some(force_n),
             ..ViewFrame::of(session, state, seen)
         });
+        self.frames.last_mut()
     }
 
     /// Adds the marker of an event; `t_s` on the hand's clock. Losses of the hand use [`mark`](Self::mark).
-    pub(in crate::run) fn event(&mut self, t_s: f64, event: &Event) {
+    pub(crate) fn event(&mut self, t_s: f64, event: &Event) {
         let (kind, text) = match event.kind {
             EventKind::Touched { normal_force_n } => (
                 ViewMarkerKind::Touched,

@@ -84,6 +84,8 @@ pub(crate) fn any_frame(t_s: f64, sampler: &mut Sampler) -> ViewFrame {
         link: sampler.index(MOST_PARTS),
         in_front_m: sampler.uniform(0.0, 0.3),
     });
+    let place = |s: &mut Sampler| (point(s), s.uniform(-3.0, 3.0));
+    frame.base = sampler.bool().then(|| place(sampler));
     frame.state = ViewState::ALL[sampler.index(ViewState::ALL.len())];
     frame
 }
