@@ -21,6 +21,8 @@ use hwall_geometry::Wrench;
 use hwall_kinematics::{ArmKinematics, JointPositions, MOST_JOINTS};
 use std::sync::Arc;
 
+/// Largest lever of a force about a joint, m: about the reach of an arm.
+const LARGEST_LEVER_M: f64 = 1.0;
 /// Angles that jump further than this need a person, rad.
 const LOST_RAD: f64 = 0.3;
 
@@ -208,12 +210,15 @@ impl Inspection {
             .is_none_or(|o| o.holds(&input.state.q, joints, elapsed_s));
         let astray = Fault::new(SafeReason::NotObeyed, Severity::Broken);
         let found = Fault::worse(force, (!obeys).then_some(astray));
-        // Whatever turns a joint harder than its own motor can may clamp a person.
+        // Whatever turns a joint harder than its own motor can may clamp a person; a torque that no force exerts is a fault of the sensor.
+        let most_n_m = self.contact.implausible_n * LARGEST_LEVER_M;
+        let torque = input.state.external_torque.unwrap_or_default();
+        let severity = match torque.0.iter().all(|n_m| n_m.abs() <= most_n_m) {
+            true => Severity::Caught,
+            false => Severity::Broken,
+        };
         let beyond = self.guard.check_torque(joints, input.state).err();
-        Fault::worse(
-            beyond.map(|reason| Fault::new(reason, Severity::Caught)),
-            found,
-        )
+        Fault::worse(beyond.map(|reason| Fault::new(reason, severity)), found)
     }
 
     fn look_at_arm(&mut self, input: &SupervisorInput<'_>) -> Option<Fault> {
