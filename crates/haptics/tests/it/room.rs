@@ -117,11 +117,12 @@ fn run(bare: &Arc<dyn ArmKinematics>, seed: u64, plans: bool) -> (u32, f64) {
     let mut random = Sampler::new(seed);
     let board = Board::default();
     let arm = bare.carrying(board.flange_from_board_face().unwrap());
+    // In the middle of the joints' ranges: some lie on one side of zero.
     let posture = |random: &mut Sampler| {
-        JointPositions(
-            arm.limits()
-                .map(|l| random.uniform(0.7 * l.min_rad, 0.7 * l.max_rad)),
-        )
+        JointPositions(arm.limits().map(|l| {
+            let (middle, half) = (0.5 * (l.min_rad + l.max_rad), 0.5 * (l.max_rad - l.min_rad));
+            middle + random.uniform(-0.7 * half, 0.7 * half)
+        }))
     };
     let free = ArmBody::new(Arc::clone(&arm), board, BodyConfig::default()).unwrap();
     let (body, room, start) = loop {
