@@ -212,7 +212,7 @@ impl FaultMachine {
                     trouble.fault.reason = fault.reason;
                 }
                 (trouble.sound_since_s, trouble.released) = (None, false);
-                // An arm that stands for a worse reason would stay on a hand. Its state is sound now, or the worse fault had been found.
+                // An arm that stands for a worse reason would go on clamping. That reason is over: otherwise it would have been found in this cycle.
                 let stands = matches!(trouble.stage, Stage::Hold | Stage::Stop);
                 if fault.severity == Severity::Caught && !is_alike && stands {
                     (trouble.fault, trouble.stage, trouble.since_s) = (fault, stage, now_s);

@@ -170,14 +170,18 @@ pub enum SafeReason {
 }
 
 impl SafeReason {
-    /// Is it the command that was at fault, in a state of the arm that is sound?
+    /// Was the command at fault, and not a state of the arm or an input?
     pub(super) const fn is_of_command(&self) -> bool {
         matches!(
             self,
-            Self::CommandLimit { .. }
-                | Self::Workspace
+            Self::Workspace
                 | Self::SelfCollision { .. }
                 | Self::Obstacle { .. }
+                | Self::NonFinite(Channel::Command)
+                | Self::Jump {
+                    channel: Channel::Command,
+                    ..
+                }
         )
     }
 
