@@ -170,11 +170,12 @@ pub enum SafeReason {
 }
 
 impl SafeReason {
-    /// Was the command at fault, and not a state of the arm or an input?
-    pub(super) const fn is_of_command(&self) -> bool {
+    /// Does it end because the arm holds, and return because the arm continues: a command that is refused, or something that the arm pushes against?
+    pub(super) const fn is_of_continuing(&self) -> bool {
         matches!(
             self,
             Self::Workspace
+                | Self::UnexpectedContact { .. }
                 | Self::SelfCollision { .. }
                 | Self::Obstacle { .. }
                 | Self::NonFinite(Channel::Command)
