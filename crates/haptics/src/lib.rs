@@ -6,11 +6,11 @@ pub mod body;
 mod error;
 mod low_pass;
 pub mod motion;
+mod nominal_step;
 pub mod object;
 pub mod passivity;
 pub mod render;
 pub mod safety;
-mod usual_step;
 
 pub use arm::{Arm, ArmCommand, ArmState};
 pub use board::{Board, BoardTarget, PlaceTolerance, QUARTER_TURNS_RAD, board_pose, surface_axes};

@@ -124,7 +124,7 @@ impl Default for Walls {
             maps: WallMaps::default(),
             atlas: None,
             waiting: None,
-            budget_s: WaitingConfig::USUAL_S,
+            budget_s: WaitingConfig::NOMINAL_S,
             others: Vec::new(),
         }
     }
@@ -172,8 +172,8 @@ impl Walls {
             None => targets_of_facets(&facets, range),
         };
         let targets = targets_of(scene, board, places, config)?;
-        let usual = waiting_posture(arm, &targets, &surfaces, extent, &limits, &config.waiting);
-        let usual = match usual {
+        let nominal = waiting_posture(arm, &targets, &surfaces, extent, &limits, &config.waiting);
+        let nominal = match nominal {
             Ok(posture) => posture,
             Err(
                 ArrivalError::NoWalls
@@ -189,17 +189,17 @@ impl Walls {
                 ..config.waiting.clone()
             };
             waiting_posture_from(
-                &usual.q, arm, &targets, &surfaces, extent, &limits, &waiting,
+                &nominal.q, arm, &targets, &surfaces, extent, &limits, &waiting,
             )
         };
         let suits = |other: &WaitingPosture| {
-            limits.travel_time_s(&usual.q, &other.q) <= MOST_TURN_S
-                && other.standoff_m >= usual.standoff_m.min(config.waiting.standoff_m) - SPARE_M
+            limits.travel_time_s(&nominal.q, &other.q) <= MOST_TURN_S
+                && other.standoff_m >= nominal.standoff_m.min(config.waiting.standoff_m) - SPARE_M
         };
         let other_budgets_s = &config.other_budgets_s;
         let atlases = parallel::map(1 + other_budgets_s.len(), |i| {
             let q = match i.checked_sub(1) {
-                None => usual.q,
+                None => nominal.q,
                 Some(other) => {
                     let other = posture_for(other_budgets_s[other])?;
                     if !suits(&other) {
@@ -234,7 +234,7 @@ impl Walls {
             others: others.collect(),
             maps,
             atlas,
-            waiting: Some(usual.q),
+            waiting: Some(nominal.q),
             budget_s: config.waiting.budget_s,
         })
     }

@@ -206,11 +206,12 @@ impl JointPoint {
         }
     }
 
-    /// This state under a time scale `pace` that changes at a rate, 1/s.
-    pub(crate) fn at_pace(self, pace: f64, rate_per_s: f64) -> Self {
-        let acceleration = pace * pace * self.qdd_rad_per_s2 + rate_per_s * self.qd_rad_per_s;
+    /// This state under a time scale `time_scale` that changes at a rate, 1/s.
+    pub(crate) fn at_time_scale(self, time_scale: f64, rate_per_s: f64) -> Self {
+        let acceleration =
+            time_scale * time_scale * self.qdd_rad_per_s2 + rate_per_s * self.qd_rad_per_s;
         Self {
-            qd_rad_per_s: pace * self.qd_rad_per_s,
+            qd_rad_per_s: time_scale * self.qd_rad_per_s,
             qdd_rad_per_s2: acceleration,
             ..self
         }

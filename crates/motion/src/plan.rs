@@ -101,7 +101,7 @@ impl ReferenceMotion {
             return Some(0.0);
         }
         let is_ahead = self.now.course != Course::Rest && plan.begins.plan == self.now.plan;
-        let left_s = (plan.begins.elapsed_s - self.now.elapsed_s) / self.now.pace;
+        let left_s = (plan.begins.elapsed_s - self.now.elapsed_s) / self.now.time_scale;
         (is_ahead && left_s > 0.0).then_some(left_s)
     }
 
@@ -117,7 +117,8 @@ impl ReferenceMotion {
             self.go_alone(|joint, bounds, i| joint.time_to_s(plan.goal[i], bounds));
         } else {
             std::mem::swap(&mut self.way, &mut plan.way);
-            (self.now.course, self.now.elapsed_s, self.now.pace) = (Course::Planned, 0.0, 1.0);
+            (self.now.course, self.now.elapsed_s, self.now.time_scale) =
+                (Course::Planned, 0.0, 1.0);
         }
         self.now.plan = plan.number;
         true

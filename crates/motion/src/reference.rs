@@ -79,7 +79,7 @@ impl ReferenceMotion {
             considered: None,
             now: UnderWay {
                 state: JointState::at_rest(*start),
-                pace: 1.0,
+                time_scale: 1.0,
                 speed_share: 1.0,
                 planned_share: 1.0,
                 ..UnderWay::default()
@@ -115,7 +115,7 @@ impl ReferenceMotion {
     /// Time until the motion ends, s; 0 at rest.
     #[must_use]
     pub fn left_s(&self) -> f64 {
-        (self.duration_s() - self.now.elapsed_s).max(0.0) / self.now.pace
+        (self.duration_s() - self.now.elapsed_s).max(0.0) / self.now.time_scale
     }
 
     /// Least time from the present state until the slowest joint rests at a configuration, s, each joint on its own, without planning. No motion of
@@ -272,13 +272,13 @@ impl ReferenceMotion {
     #[must_use]
     pub fn has_slowed_on_way(&self) -> bool {
         let wanted = (self.now.speed_share / self.now.planned_share).min(1.0);
-        self.now.course != Course::Planned || self.now.pace <= wanted
+        self.now.course != Course::Planned || self.now.time_scale <= wanted
     }
 
     /// The present speed share of the current motion: above [`speed_share`](Self::speed_share) while it slows down.
     #[must_use]
     pub const fn present_share(&self) -> f64 {
-        self.now.planned_share * self.now.pace
+        self.now.planned_share * self.now.time_scale
     }
 
     /// The speed share for motions planned from now on.
@@ -348,8 +348,8 @@ impl ReferenceMotion {
             Course::Rest => self.now.state,
             _ if ahead_s <= 0.0 => self.now.state,
             _ => slowed(
-                self.state_at(self.now.elapsed_s + ahead_s * self.now.pace),
-                self.now.pace,
+                self.state_at(self.now.elapsed_s + ahead_s * self.now.time_scale),
+                self.now.time_scale,
                 0.0,
             ),
         }
@@ -361,7 +361,7 @@ impl ReferenceMotion {
     /// limit.
     fn paced_step(&mut self, dt_s: f64) -> JointState {
         let wanted = (self.now.speed_share / self.now.planned_share).min(1.0);
-        let (before, mut rate) = (self.now.pace, 0.0);
+        let (before, mut rate) = (self.now.time_scale, 0.0);
         if before != wanted && dt_s > 0.0 {
             let at = self.state_at(self.now.elapsed_s);
             let sign = (wanted - before).signum();
@@ -377,13 +377,13 @@ impl ReferenceMotion {
                 }
             }
             rate = sign * most;
-            self.now.pace = before + rate * dt_s;
-            if (self.now.pace - wanted) * sign >= -1e-12 {
-                self.now.pace = wanted;
+            self.now.time_scale = before + rate * dt_s;
+            if (self.now.time_scale - wanted) * sign >= -1e-12 {
+                self.now.time_scale = wanted;
             }
         }
-        self.now.elapsed_s += 0.5 * (before + self.now.pace) * dt_s;
-        slowed(self.state_at(self.now.elapsed_s), self.now.pace, rate)
+        self.now.elapsed_s += 0.5 * (before + self.now.time_scale) * dt_s;
+        slowed(self.state_at(self.now.elapsed_s), self.now.time_scale, rate)
     }
 
     /// The state at a time since the current motion was planned.
@@ -432,7 +432,7 @@ impl ReferenceMotion {
             from: self.now.state,
             duration_s: times.fold(0.0, f64::max),
         };
-        (self.now.pace, self.now.elapsed_s) = (1.0, 0.0);
+        (self.now.time_scale, self.now.elapsed_s) = (1.0, 0.0);
     }
 
     /// Plans into `next`; was a motion found?
@@ -459,16 +459,16 @@ impl ReferenceMotion {
     /// Begins the last planned motion.
     fn begin(&mut self) {
         std::mem::swap(&mut self.way, &mut self.next);
-        (self.now.planned_share, self.now.pace) = (self.now.speed_share, 1.0);
+        (self.now.planned_share, self.now.time_scale) = (self.now.speed_share, 1.0);
         self.considered = None;
         (self.now.course, self.now.elapsed_s, self.now.plan) = (Course::Planned, 0.0, NEW);
     }
 }
 
-/// The state of a trajectory under a time scale `pace` that changes at a rate, 1/s.
-fn slowed(mut state: JointState, pace: f64, rate_per_s: f64) -> JointState {
+/// The state of a trajectory under a time scale `time_scale` that changes at a rate, 1/s.
+fn slowed(mut state: JointState, time_scale: f64, rate_per_s: f64) -> JointState {
     for i in 0..MOST_JOINTS {
-        state.set_joint(i, &state.joint(i).at_pace(pace, rate_per_s));
+        state.set_joint(i, &state.joint(i).at_time_scale(time_scale, rate_per_s));
     }
     state
 }

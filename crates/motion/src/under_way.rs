@@ -22,7 +22,7 @@ pub struct UnderWay {
     /// Time since the current motion was planned, s.
     pub(crate) elapsed_s: f64,
     /// Time scale of the planned trajectory, 0 to 1.
-    pub(crate) pace: f64,
+    pub(crate) time_scale: f64,
     pub(crate) speed_share: f64,
     /// The speed share that the current motion was planned with.
     pub(crate) planned_share: f64,

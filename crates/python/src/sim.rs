@@ -34,12 +34,12 @@ impl PyServoArm {
         delay: Option<f64>,
         torque_noise: Option<f64>,
     ) -> PyResult<Self> {
-        let usual = ServoConfig::default();
+        let nominal = ServoConfig::default();
         let config = ServoConfig {
             seed,
-            reaction_delay_s: delay.unwrap_or(usual.reaction_delay_s),
-            torque_noise_n_m: torque_noise.unwrap_or(usual.torque_noise_n_m),
-            ..usual
+            reaction_delay_s: delay.unwrap_or(nominal.reaction_delay_s),
+            torque_noise_n_m: torque_noise.unwrap_or(nominal.torque_noise_n_m),
+            ..nominal
         };
         let model = PyArm::carrying(Arc::clone(arm.model()), arm.joint_names());
         let servo = ServoArm::new(Arc::clone(arm.model()), arm.one(&q)?, config).or_raise()?;

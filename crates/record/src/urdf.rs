@@ -6,8 +6,8 @@ use hwall::geometry::Pose;
 use hwall::kinematics::JointKind;
 
 /// Speed and effort of joints that state none; URDF requires both.
-const USUAL_SPEED: f64 = 1.0;
-const USUAL_EFFORT: f64 = 100.0;
+const NOMINAL_SPEED: f64 = 1.0;
+const NOMINAL_EFFORT: f64 = 100.0;
 
 impl Skeleton {
     /// The arm as URDF: capsules along its links (cylinders and spheres, which every reader supports) and the board as a box. Links have
@@ -56,8 +56,8 @@ impl Skeleton {
             lines.push(format!("    {}", origin(&joint.previous_from_link)));
             let DVec3 { x, y, z } = joint.axis;
             lines.push(format!(r#"    <axis xyz="{x:?} {y:?} {z:?}"/>"#));
-            let speed = joint.max_velocity.unwrap_or(USUAL_SPEED);
-            let effort = joint.max_effort.unwrap_or(USUAL_EFFORT);
+            let speed = joint.max_velocity.unwrap_or(NOMINAL_SPEED);
+            let effort = joint.max_effort.unwrap_or(NOMINAL_EFFORT);
             let range = match is_endless {
                 true => String::new(),
                 false => format!(r#"lower="{min:?}" upper="{max:?}" "#),

@@ -90,14 +90,14 @@ impl Sampler {
     }
 }
 
-/// Seeds of a test of arbitrary length: `HWALL_SEEDS=FROM..TO` from the environment, else `usual`.
+/// Seeds of a test of arbitrary length: `HWALL_SEEDS=FROM..TO` from the environment, else `nominal`.
 ///
 /// # Panics
 /// If `HWALL_SEEDS` is not such a range.
 #[must_use]
-pub fn seeds(usual: std::ops::Range<u64>) -> std::ops::Range<u64> {
+pub fn seeds(nominal: std::ops::Range<u64>) -> std::ops::Range<u64> {
     let Ok(text) = std::env::var("HWALL_SEEDS") else {
-        return usual;
+        return nominal;
     };
     let ends = text
         .split_once("..")

@@ -394,10 +394,10 @@ fn the_base_stands_behind_the_walls_it_serves() {
         Some(xs.fold(f64::NEG_INFINITY, f64::max))
     };
     // The wall faces +x: behind it is where x is smaller.
-    let Some(usual) = best_x("") else {
+    let Some(nominal) = best_x("") else {
         return;
     };
-    assert!(usual <= 0.4 + 1e-9, "{usual}");
+    assert!(nominal <= 0.4 + 1e-9, "{nominal}");
     let far = best_x("--behind-m 0.5").unwrap();
     assert!(far <= 0.1 + 1e-9, "{far}");
     let any = best_x("--behind-m any").unwrap();

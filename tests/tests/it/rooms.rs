@@ -36,9 +36,9 @@ impl Setting {
     }
 
     /// The usual condition, made once for all tests.
-    fn usual() -> &'static Self {
-        static USUAL: OnceLock<Setting> = OnceLock::new();
-        USUAL.get_or_init(|| Self::new(Condition::usual()))
+    fn nominal() -> &'static Self {
+        static NOMINAL: OnceLock<Setting> = OnceLock::new();
+        NOMINAL.get_or_init(|| Self::new(Condition::nominal()))
     }
 
     fn predictions(&self, predictor: &mut dyn Predictor) -> Vec<TouchPredictions> {
@@ -58,7 +58,7 @@ impl Setting {
 
 #[test]
 fn the_fusion_names_the_surface_and_does_so_earlier_than_the_ray_cast() {
-    let [of_cast, of_fused] = Setting::usual().both();
+    let [of_cast, of_fused] = Setting::nominal().both();
     let [cast, fused] = [&of_cast, &of_fused].map(|touches| summary(touches, Moment::Share(0.7)));
     println!("{cast:?}\n{fused:?}");
     assert!(of_fused.len() > 80);
@@ -108,7 +108,7 @@ fn held(touches: &[TouchPredictions]) -> [f64; 3] {
 
 #[test]
 fn an_unsure_registration_widens_the_regions() {
-    let setting = Setting::usual();
+    let setting = Setting::nominal();
     let [exact, unsure] = [0.0, FusedConfig::default().registration_sd_m].map(|sd_m| {
         let config = FusedConfig {
             registration_sd_m: sd_m,
@@ -141,7 +141,7 @@ fn people_who_hold_on_a_wall_are_on_it_until_they_leave() {
         target_m,
         normal: DVec3::X,
     });
-    let ridge = RidgeWindow::train(&reaches(&Setting::usual().streams).unwrap()).unwrap();
+    let ridge = RidgeWindow::train(&reaches(&Setting::nominal().streams).unwrap()).unwrap();
     let population = Population::new(person, 3).unwrap();
     for (number, off_m) in [-0.004, 0.0, 0.004].into_iter().enumerate() {
         // The wall is off by an error of registration; another one stands behind, and a shelf beside.

@@ -44,8 +44,8 @@ pub struct WaitingConfig {
 impl Default for WaitingConfig {
     fn default() -> Self {
         Self {
-            budget_s: Self::USUAL_S,
-            softness_s: Self::USUAL_SOFTNESS_S,
+            budget_s: Self::NOMINAL_S,
+            softness_s: Self::NOMINAL_SOFTNESS_S,
             standoff_m: 0.04,
             slack_m: 0.05,
             rolls_rad: vec![0.0, FRAC_PI_2, PI, -FRAC_PI_2],
@@ -62,9 +62,9 @@ impl Default for WaitingConfig {
 
 impl WaitingConfig {
     /// The default of [`Self::budget_s`], s.
-    pub const USUAL_S: f64 = 0.86;
+    pub const NOMINAL_S: f64 = 0.86;
     /// The default of [`Self::softness_s`], s.
-    pub const USUAL_SOFTNESS_S: f64 = 0.1;
+    pub const NOMINAL_SOFTNESS_S: f64 = 0.1;
 
     /// Rejects settings out of range.
     ///

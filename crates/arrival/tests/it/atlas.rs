@@ -290,9 +290,9 @@ fn clearance_is_what_is_asked_for() {
         let clear = atlas.nodes().filter(|node| node.clear).count();
         clear as f64 / atlas.nodes().count() as f64
     };
-    let usual = share(ClearanceConfig::default());
+    let nominal = share(ClearanceConfig::default());
     assert!(share(lenient) > 0.9 && share(strict) == 0.0);
-    assert!(usual > 0.3 && usual < share(lenient), "{usual}");
+    assert!(nominal > 0.3 && nominal < share(lenient), "{nominal}");
     // The middle of the front wall is clear by default, from a pulled-back posture.
     let atlas = atlas_with(&coarse());
     let entry = atlas

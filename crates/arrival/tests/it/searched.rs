@@ -220,13 +220,13 @@ fn full_turns_of_an_endless_joint_change_no_time() {
         judged.expect("valid")
     };
     let here = JointPositions([2.9, 0.9, -2.8, 1.6, 3.0, 0.8, 0.0]);
-    let usual = judged(&here);
+    let nominal = judged(&here);
     for joint in [0, 2, 4, 6] {
         for turns in [-1.0, 1.0, 3.0] {
             let mut turned = here;
             turned[joint] += TAU * turns;
             let there = judged(&turned);
-            let pairs = usual.arrivals_s.iter().zip(&there.arrivals_s);
+            let pairs = nominal.arrivals_s.iter().zip(&there.arrivals_s);
             let worst = pairs.fold(0.0, |worst: f64, (a, b)| match (a, b) {
                 (Some(a), Some(b)) => worst.max((a - b).abs()),
                 (None, None) => worst,

@@ -74,13 +74,14 @@ fn for_people_in_a_hurry_there_is_a_better_posture_nearby() {
     let maps = maps_of(&arm, &room());
     let targets = targets_of_maps(&maps, &range()).expect("within reach");
     let surfaces = Surfaces::from_maps(&maps, 0.02).expect("valid");
-    let usual = quick();
+    let nominal = quick();
     let hurried = WaitingConfig {
         budget_s: 0.5,
         ..quick()
     };
     let limits = limits();
-    let found = waiting_posture(&arm, &targets, &surfaces, BOARD, &limits, &usual).expect("found");
+    let found =
+        waiting_posture(&arm, &targets, &surfaces, BOARD, &limits, &nominal).expect("found");
     let from = |from: &JointPositions, config: &WaitingConfig| {
         waiting_posture_from(from, &arm, &targets, &surfaces, BOARD, &limits, config)
     };

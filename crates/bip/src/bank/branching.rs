@@ -263,11 +263,11 @@ impl Hypotheses {
             posterior.begin_with_phase(&phase);
         } else {
             posterior.copy_from(&parent.posterior);
-            let usual = components[component].velocity;
+            let nominal = components[component].velocity;
             match candidate.event {
-                Event::Resume if rested => posterior.redraw_velocity(usual),
+                Event::Resume if rested => posterior.redraw_velocity(nominal),
                 Event::ChangeOfSpeed if rested => {
-                    let slow = STARTS_WITH * usual.mean;
+                    let slow = STARTS_WITH * nominal.mean;
                     posterior.redraw_velocity(PhaseVelocity {
                         mean: slow,
                         variance: slow.powi(2),

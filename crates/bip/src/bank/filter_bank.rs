@@ -147,12 +147,12 @@ impl Bank {
         for h in &mut self.hypotheses.list {
             h.score = h.weight.ln();
             let component = &self.components[h.component];
-            let (dynamics, usual) = (component.filter.dynamics(), component.velocity.mean);
+            let (dynamics, nominal) = (component.filter.dynamics(), component.velocity.mean);
             match h.mode {
                 Mode::Resting => h.posterior.rest(dt),
                 Mode::Moving | Mode::ChangingSpeed => {
                     let dynamics = match h.mode {
-                        Mode::ChangingSpeed => dynamics.faster(change_of_speed(usual)),
+                        Mode::ChangingSpeed => dynamics.faster(change_of_speed(nominal)),
                         _ => dynamics,
                     };
                     if let Err(error) = h.posterior.advance(dt, dynamics) {

@@ -188,17 +188,17 @@ impl Bank {
         let (mut weight, mut mean, mut variance) = (0.0, 0.0, 0.0);
         for h in &mut self.hypotheses.list {
             let component = &mut self.components[h.component];
-            let usual = component.velocity;
+            let nominal = component.velocity;
             let left = match h.mode {
                 // For very small velocities the quotient is meaningless.
                 Mode::Moving => component
                     .with(&mut h.posterior, |f| f.time_to_end())
-                    .filter(|t| t.mean.max(t.sd) * usual.mean < LONGEST),
-                Mode::Resting | Mode::ChangingSpeed if usual.mean > 0.0 => {
-                    let going = (1.0 - h.posterior.phase()).max(0.0) / usual.mean;
-                    let pause = self.config.pause_length / usual.mean;
+                    .filter(|t| t.mean.max(t.sd) * nominal.mean < LONGEST),
+                Mode::Resting | Mode::ChangingSpeed if nominal.mean > 0.0 => {
+                    let going = (1.0 - h.posterior.phase()).max(0.0) / nominal.mean;
+                    let pause = self.config.pause_length / nominal.mean;
                     // The rest of a pause is exponential: its standard deviation is its mean.
-                    let sd = (going * usual.variance.sqrt() / usual.mean).hypot(pause);
+                    let sd = (going * nominal.variance.sqrt() / nominal.mean).hypot(pause);
                     Some(TimeToEnd {
                         mean: pause + going,
                         sd,

@@ -85,13 +85,13 @@ fn compare(
 fn demonstrations_and_columns_come_in_any_order() {
     for basis in BASES {
         let training = rows(1, 14);
-        let usual = said(basis, &training, 1.0, |row| row);
+        let nominal = said(basis, &training, 1.0, |row| row);
         let mut others = training.clone();
         others.reverse();
         others.rotate_left(5);
         compare(
             "order",
-            &usual,
+            &nominal,
             &said(basis, &others, 1.0, |row| row),
             |row| row,
             1.0,
@@ -100,7 +100,7 @@ fn demonstrations_and_columns_come_in_any_order() {
         let columns = |[a, b, c]: [f64; DOFS]| [c, a, b];
         compare(
             "columns",
-            &usual,
+            &nominal,
             &said(basis, &training, 1.0, columns),
             columns,
             1.0,
@@ -113,11 +113,11 @@ fn demonstrations_and_columns_come_in_any_order() {
 fn place_sense_and_unit_of_the_values_and_of_time_do_not_matter() {
     for basis in BASES {
         let training = rows(2, 14);
-        let usual = said(basis, &training, 1.0, |row| row);
+        let nominal = said(basis, &training, 1.0, |row| row);
         let mirror = |row: [f64; DOFS]| row.map(|x| -x);
         compare(
             "mirror",
-            &usual,
+            &nominal,
             &said(basis, &training, 1.0, mirror),
             mirror,
             1.0,
@@ -126,7 +126,7 @@ fn place_sense_and_unit_of_the_values_and_of_time_do_not_matter() {
         let larger = |row: [f64; DOFS]| row.map(|x| 1e3 * x);
         compare(
             "unit",
-            &usual,
+            &nominal,
             &said(basis, &training, 1.0, larger),
             larger,
             1e3,
@@ -135,7 +135,7 @@ fn place_sense_and_unit_of_the_values_and_of_time_do_not_matter() {
         for period_s in [1.0 / 72.0, 13.9] {
             compare(
                 "time",
-                &usual,
+                &nominal,
                 &said(basis, &training, period_s, |row| row),
                 |row| row,
                 1.0,
@@ -149,11 +149,11 @@ fn place_sense_and_unit_of_the_values_and_of_time_do_not_matter() {
 #[test]
 fn the_origin_of_the_values_does_not_matter() {
     let training = rows(3, 14);
-    let usual = said(BASES[0], &training, 1.0, |row| row);
+    let nominal = said(BASES[0], &training, 1.0, |row| row);
     let elsewhere = |row: [f64; DOFS]| [row[0] + 2.0, row[1] - 3.0, row[2] + 1.0];
     compare(
         "place",
-        &usual,
+        &nominal,
         &said(BASES[0], &training, 1.0, elsewhere),
         elsewhere,
         1.0,

@@ -89,33 +89,36 @@ fn groups_are_chosen_one_by_one() {
 fn bad_requests_are_errors() {
     let demonstrations = polynomials(7, 3, &[2; 2], 0.01);
     let line = [Basis::Legendre { count: 2 }];
-    let usual = SelectionConfig::default();
+    let nominal = SelectionConfig::default();
     let (aic, left_out) = (Criterion::Aic, Criterion::LeaveOneOut);
-    assert!(choose(&demonstrations, 2, &line, left_out, &usual).is_ok());
+    assert!(choose(&demonstrations, 2, &line, left_out, &nominal).is_ok());
     let out_of_range =
         |e: &BipError| matches!(e, BipError::Argument(ArgumentError::OutOfRange { .. }));
     let unknown = |e: &BipError| *e == BipError::UnknownDof { dof: 2, dofs: 2 };
     let too_few = |e: &BipError| matches!(e, BipError::TooFewDemonstrations { .. });
     let nan = SelectionConfig {
         noise_floor: f64::NAN,
-        ..usual.clone()
+        ..nominal.clone()
     };
     let no_basis = [Basis::Legendre { count: 0 }];
     type Check<'a> = &'a dyn Fn(&BipError) -> bool;
     let cases: [(Result<Basis, BipError>, Check<'_>); 8] = [
-        (choose(&[], 1, &line, aic, &usual), &too_few),
+        (choose(&[], 1, &line, aic, &nominal), &too_few),
         (
-            choose(&demonstrations[..1], 2, &line, left_out, &usual),
+            choose(&demonstrations[..1], 2, &line, left_out, &nominal),
             &too_few,
         ),
-        (choose(&demonstrations, 3, &line, aic, &usual), &unknown),
+        (choose(&demonstrations, 3, &line, aic, &nominal), &unknown),
         (
-            choose(&demonstrations, 0, &line, aic, &usual),
+            choose(&demonstrations, 0, &line, aic, &nominal),
             &out_of_range,
         ),
-        (choose(&demonstrations, 2, &[], aic, &usual), &out_of_range),
         (
-            choose(&demonstrations, 2, &no_basis, aic, &usual),
+            choose(&demonstrations, 2, &[], aic, &nominal),
+            &out_of_range,
+        ),
+        (
+            choose(&demonstrations, 2, &no_basis, aic, &nominal),
             &out_of_range,
         ),
         (choose(&demonstrations, 2, &line, aic, &nan), &|e| {
@@ -129,7 +132,7 @@ fn bad_requests_are_errors() {
                 left_out,
                 &SelectionConfig {
                     held_out: 0,
-                    ..usual
+                    ..nominal
                 },
             ),
             &too_few,

@@ -15,7 +15,7 @@ use std::sync::mpsc::{SyncSender, TrySendError};
 pub(crate) const HAND_QUEUE: usize = 256;
 
 /// The rate of a client's clock is measured over this time, s: a dozen samples of a headset.
-const PACE_S: f64 = 0.15;
+const RATE_S: f64 = 0.15;
 
 /// Longest time from a sample of the other hand to the frame that includes it, s: one sample at 30 Hz.
 const OTHER_AGE_S: f64 = 0.035;
@@ -64,10 +64,10 @@ impl ClientStream {
     /// Are its stamps in seconds instead of milliseconds, so that its clock runs a thousand times too slow?
     fn counts_seconds(&mut self, now_s: f64, client_s: f64) -> bool {
         let [from_s, stamp_s] = *self.paced_from_s.get_or_insert([now_s, client_s]);
-        if now_s - from_s >= PACE_S {
+        if now_s - from_s >= RATE_S {
             // A clock that stands still, or has another rate, does not count seconds.
-            let pace = (client_s - stamp_s) / (now_s - from_s);
-            self.in_seconds = (0.5e-3..=2e-3).contains(&pace);
+            let rate = (client_s - stamp_s) / (now_s - from_s);
+            self.in_seconds = (0.5e-3..=2e-3).contains(&rate);
             self.paced_from_s = Some([now_s, client_s]);
         }
         self.in_seconds

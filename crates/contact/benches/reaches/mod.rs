@@ -13,14 +13,14 @@ pub(crate) fn reaches(seed: u64, people: usize, count: usize) -> Vec<LabelledRea
     let mut sampler = Sampler::new(seed);
     let mut all = Vec::with_capacity(count);
     for person in 0..people {
-        let pace = sampler.uniform(0.8, 1.2);
+        let factor = sampler.uniform(0.8, 1.2);
         let bow_m = DVec3::Z * (0.03 + 0.02 * sampler.normal());
         let hand_m = sampler.uniform(0.16, 0.20);
         let opens = sampler.uniform(0.3, 0.7);
         for trial in (person..count).step_by(people) {
             let from = DVec3::new(0.6, 0.1, 0.1) + 0.03 * gaussian(&mut sampler);
             let to = DVec3::new(0.0, sampler.uniform(-0.3, 0.3), sampler.uniform(0.0, 0.5));
-            let duration_s = pace * sampler.uniform(0.7, 0.9);
+            let duration_s = factor * sampler.uniform(0.7, 0.9);
             let samples = (duration_s * 90.0) as usize;
             let frames = (0..=samples).map(|k| {
                 let tau = k as f64 / samples as f64;

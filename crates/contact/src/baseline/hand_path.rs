@@ -23,10 +23,10 @@ pub(super) struct HandPath {
 }
 
 impl HandPath {
-    /// `usual_m`: the typical offset of the touching point from each other point of the hand, m.
-    pub(super) fn new(point: HandPoint, usual_m: [Option<DVec3>; 6]) -> Self {
+    /// `nominal_m`: the typical offset of the touching point from each other point of the hand, m.
+    pub(super) fn new(point: HandPoint, nominal_m: [Option<DVec3>; 6]) -> Self {
         Self {
-            touching: TouchingPoint::new(point, usual_m),
+            touching: TouchingPoint::new(point, nominal_m),
             start_s: None,
             times_s: Vec::new(),
             points_m: Vec::new(),

@@ -33,12 +33,12 @@ const HALVINGS: usize = 10;
 #[derive(Debug, Clone)]
 pub struct MinimumJerk {
     tracker: PathTracker,
-    usual: Usual,
+    nominal: Nominal,
 }
 
 /// Durations of the training reaches, s, and their lengths, m.
 #[derive(Debug, Clone, Copy)]
-struct Usual {
+struct Nominal {
     duration_s: Normal,
     length_m: Normal,
 }
@@ -72,7 +72,7 @@ impl MinimumJerk {
         };
         Ok(Self {
             tracker,
-            usual: Usual {
+            nominal: Nominal {
                 duration_s: wide(Durations::of(reaches).mean_and_sd_s()),
                 length_m: wide(MeanAndSd::of(&lengths)),
             },
@@ -86,8 +86,8 @@ impl ContactEstimator for MinimumJerk {
     }
 
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
-        let usual = self.usual;
-        self.tracker.step(frame, |path| usual.end_of(path))
+        let nominal = self.nominal;
+        self.tracker.step(frame, |path| nominal.end_of(path))
     }
 }
 
@@ -101,13 +101,13 @@ struct Fit {
     end_s: f64,
 }
 
-impl Usual {
+impl Nominal {
     fn end_of(&self, path: &HandPath) -> ContactEstimate {
         let mut seen = PathMoments::of(path);
-        let usual = self.duration_s;
+        let nominal = self.duration_s;
         let mut fit = |d: f64, s: f64| {
             // A motion lasts at least a fifth of the mean duration.
-            let duration_s = (usual.mean + d * usual.sd).max(0.2 * usual.mean);
+            let duration_s = (nominal.mean + d * nominal.sd).max(0.2 * nominal.mean);
             let start_s = s * START_SD * duration_s;
             seen.fit(start_s, duration_s, self.length_m, [d, s])
         };

@@ -30,7 +30,7 @@ pub(super) fn stripped(
                 .map_or(REGIONS, |regions| regions.min(REGIONS)),
         ),
         folds: config.folds.min(FOLDS),
-        other_pace: None,
+        other_speed: None,
         ..*config
     };
     (reaches, config)

@@ -63,7 +63,7 @@ pub struct LearnedConfig {
     /// Learns from each reach twice: as recorded, and as a copy slowed down or sped up by this factor, alternately; the factor is above 1 and at
     /// most 4. A reach and its copy together count as one; training takes about one and a half times as long. Default `None`: as recorded. Use it
     /// if few people were recorded and users may be slower or faster than all of them.
-    pub other_pace: Option<f64>,
+    pub other_speed: Option<f64>,
 }
 
 impl Default for LearnedConfig {
@@ -78,7 +78,7 @@ impl Default for LearnedConfig {
             basis: Basis::normalized_gaussian(9),
             rank: 24,
             folds: 16,
-            other_pace: None,
+            other_speed: None,
         }
     }
 }
@@ -100,7 +100,7 @@ impl LearnedConfig {
         within("lags", self.lags, 0..=MOST_LAGS, "at most 8")?;
         within("rank", self.rank, 1..=usize::MAX, "at least 1")?;
         within("folds", self.folds, 2..=usize::MAX, "at least 2")?;
-        if let Some(times) = self.other_pace {
+        if let Some(times) = self.other_speed {
             let wanted = "above 1 and at most 4";
             that(times > 1.0 && times <= 4.0, "other_pace", times, wanted)?;
         }

@@ -227,8 +227,8 @@ impl LearnedEstimator {
         let corrected = learnt.correction.at(&self.scaled, &self.gates);
         ends_m[Source::Trees as usize] = ends_m[Source::Start as usize].map(|e| e + corrected);
         let ends_m = of_combination(learnt.combination, learnt.frame, ends_m);
-        let foreseen_s = outputs[learnt.time_from][3].max(0.0);
-        let hats = between_knots(&learnt.blend.knots, time_key(foreseen_s));
+        let predicted_s = outputs[learnt.time_from][3].max(0.0);
+        let hats = between_knots(&learnt.blend.knots, time_key(predicted_s));
         let region = Region::between(&learnt.blend.regions, &self.gates);
         let adapted = self.adaptation.at(&hats);
         let mut corrected_m = ends_m;
@@ -264,7 +264,7 @@ impl LearnedEstimator {
             covariance_m2: Some(covariance(adapted.spread)),
             normal: normal.and_then(DVec3::try_normalize),
             time_to_contact_s: Some(TimeToContact {
-                mean_s: (foreseen_s + adapted.late_s).max(0.0),
+                mean_s: (predicted_s + adapted.late_s).max(0.0),
                 sd_s: Some(region.time_sd_s() * adapted.time_spread.sqrt()),
             }),
         };
@@ -277,7 +277,7 @@ impl LearnedEstimator {
             Pending {
                 ends_m,
                 squares_m2: Pending::squares_m2(&region),
-                contact_s: t_s + foreseen_s,
+                contact_s: t_s + predicted_s,
                 time_s2: region.time_s2,
                 left,
                 combined_m,

@@ -33,7 +33,7 @@
 //!
 //! Eight reaches are the minimum; about fifty reaches of several people make a good model, and more people help more than more reaches. Training
 //! takes seconds. Users may be slower or faster than all of the few people a model was trained on; the model would then mistake a slow hand for
-//! one that has nearly arrived. With `LearnedConfig::other_pace`, training therefore adds each reach again at another speed.
+//! one that has nearly arrived. With `LearnedConfig::other_speed`, training therefore adds each reach again at another speed.
 //!
 //! The time of a step depends on `LearnedConfig::rank` (the rank of the primitive, which costs most with all points of the hand), on the number of
 //! regions and on the number of tracked points. It hardly depends on `lags` (the window of the regression).

@@ -10,9 +10,9 @@ use super::estimator::{LearnedEstimator, Learnt, Origin};
 use super::held_out::{HeldOutReach, held_out_reaches};
 use super::primitive;
 use super::quantiles::weighted_quantile;
-use super::reaches::paces::at_another_pace;
 use super::reaches::reach_track::Inputs;
 use super::reaches::samples::{self, TrainingSample};
+use super::reaches::speeds::at_another_speed;
 use super::regression::local_ridge::Fitted;
 use super::regression::training::{self, Regression};
 use crate::error::ContactError;
@@ -80,7 +80,9 @@ impl LearnedModel {
         let ends: Vec<DVec3> = made.iter().map(|r| r.contact_m).collect();
         let folds_made = held_out_groups(made, config.folds, config.folds);
         let places = (config.frame != Frame::Start).then(|| Places::of(&ends, &folds_made));
-        let copies = config.other_pace.map(|times| at_another_pace(made, times));
+        let copies = config
+            .other_speed
+            .map(|times| at_another_speed(made, times));
         let copies = references(copies.as_deref().unwrap_or_default());
         let reaches = &[made, &copies].concat()[..];
         // A copy is held out together with its original.

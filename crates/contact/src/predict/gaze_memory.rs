@@ -4,7 +4,7 @@ use hwall_hand::{Fixation, Gaze, GazeRay};
 
 /// A period in which the eyes stay at one place: one fixation, or several that hardly differ.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::predict) struct Look {
+pub(in crate::predict) struct Dwell {
     /// The mean line of sight of the newest fixation.
     pub(in crate::predict) ray: GazeRay,
     /// Angular noise of the tracker in it, rad.
@@ -16,7 +16,7 @@ pub(in crate::predict) struct Look {
     before_s: f64,
 }
 
-impl Look {
+impl Dwell {
     const fn new(fixation: &Fixation) -> Self {
         Self {
             ray: fixation.ray,
@@ -32,7 +32,7 @@ impl Look {
         (t_s - self.since_s).max(0.0) + self.before_s
     }
 
-    /// Is the fixation at the place of this look?
+    /// Is the fixation at the place of this dwell?
     fn holds(&self, fixation: &Fixation, apart_rad: f64) -> bool {
         let noise_rad = SAME_SDS * self.noise_rad.hypot(fixation.noise_rad);
         let (a, b) = (self.ray.direction, fixation.ray.direction);
@@ -52,12 +52,12 @@ impl Look {
 /// continues that fixation.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::predict) struct GazeMemory {
-    now: Option<Look>,
-    before: Option<Look>,
+    now: Option<Dwell>,
+    before: Option<Dwell>,
 }
 
 /// An ended fixation, and the time since its end, s.
-pub(in crate::predict) type Ended<'a> = (&'a Look, f64);
+pub(in crate::predict) type Ended<'a> = (&'a Dwell, f64);
 
 /// Two mean lines of sight are at one place if they differ by at most this many standard deviations of their noise.
 const SAME_SDS: f64 = 3.0;
@@ -73,7 +73,7 @@ const HOLD_S: f64 = 0.3;
 impl GazeMemory {
     /// Takes the gaze of the next sample. Lines of sight within `apart_rad`, beyond their noise, are at one place.
     pub(in crate::predict) fn step(&mut self, t_s: f64, gaze: &Gaze, apart_rad: f64) {
-        let later = |look: &Option<Look>| look.is_some_and(|look| t_s < look.until_s);
+        let later = |dwell: &Option<Dwell>| dwell.is_some_and(|dwell| t_s < dwell.until_s);
         if later(&self.now) || later(&self.before) {
             // The clock was reset.
             *self = Self::default();
@@ -93,13 +93,16 @@ impl GazeMemory {
         }
         let back = self
             .before
-            .filter(|look| t_s - look.until_s <= BACK_S && look.holds(fixation, apart_rad));
+            .filter(|dwell| t_s - dwell.until_s <= BACK_S && dwell.holds(fixation, apart_rad));
         self.pass();
-        let mut next = Look::new(fixation);
+        let mut next = Dwell::new(fixation);
         if let Some(back) = back {
             next.before_s = back.age_s(back.until_s);
             // The previous fixation is the present one again; if only a short fixation was in between, there is no previous one.
-            if self.before.is_some_and(|look| look.since_s == back.since_s) {
+            if self
+                .before
+                .is_some_and(|dwell| dwell.since_s == back.since_s)
+            {
                 self.before = None;
             }
         }
@@ -120,21 +123,21 @@ impl GazeMemory {
     }
 
     /// The present fixation, and the previous one unless it ended more than `memory_s` ago.
-    pub(in crate::predict) fn looks(
+    pub(in crate::predict) fn dwells(
         &self,
         t_s: f64,
         memory_s: f64,
-    ) -> (Option<&Look>, Option<Ended<'_>>) {
+    ) -> (Option<&Dwell>, Option<Ended<'_>>) {
         let before = self
             .before
             .as_ref()
-            .map(|look| (look, (t_s - look.until_s).max(0.0)))
+            .map(|dwell| (dwell, (t_s - dwell.until_s).max(0.0)))
             .filter(|(_, ago_s)| *ago_s < memory_s);
         (self.now.as_ref(), before)
     }
 
     /// The present fixation.
-    pub(in crate::predict) const fn now(&self) -> Option<&Look> {
+    pub(in crate::predict) const fn now(&self) -> Option<&Dwell> {
         self.now.as_ref()
     }
 }
@@ -158,11 +161,13 @@ mod tests {
         memory.step(0.0, &fixed(0.0, 0.0, 0.0), 0.07);
         memory.step(0.5, &fixed(0.0, 0.5, 0.0), 0.07);
         memory.step(0.55, &Gaze::InFlight { since_s: 0.5 }, 0.07);
-        assert!(memory.now().is_some_and(|look| look.since_s == 0.0));
+        assert!(memory.now().is_some_and(|dwell| dwell.since_s == 0.0));
         memory.step(0.6, &fixed(0.58, 0.6, 0.5), 0.07);
-        let (now, before) = memory.looks(0.6, 0.8);
-        assert_eq!(now.map(|look| look.since_s), Some(0.58));
-        assert!(before.is_some_and(|(look, ago)| look.since_s == 0.0 && (ago - 0.1).abs() < 1e-9));
+        let (now, before) = memory.dwells(0.6, 0.8);
+        assert_eq!(now.map(|dwell| dwell.since_s), Some(0.58));
+        assert!(
+            before.is_some_and(|(dwell, ago)| dwell.since_s == 0.0 && (ago - 0.1).abs() < 1e-9)
+        );
     }
 
     #[test]
@@ -172,9 +177,9 @@ mod tests {
             memory.step(since_s, &fixed(since_s, since_s, y), 0.07);
             memory.step(until_s, &fixed(since_s, until_s, y), 0.07);
         }
-        let (now, before) = memory.looks(0.9, 0.8);
-        assert!(now.is_some_and(|look| (look.age_s(0.9) - 0.5).abs() < 1e-9));
-        assert!(before.is_some_and(|(look, _)| look.since_s == 0.5));
+        let (now, before) = memory.dwells(0.9, 0.8);
+        assert!(now.is_some_and(|dwell| (dwell.age_s(0.9) - 0.5).abs() < 1e-9));
+        assert!(before.is_some_and(|(dwell, _)| dwell.since_s == 0.5));
     }
 
     #[test]
@@ -185,10 +190,10 @@ mod tests {
         memory.step(0.4, &Gaze::Lost, 0.07);
         assert!(memory.now().is_some());
         memory.step(0.6, &Gaze::Lost, 0.07);
-        let (now, before) = memory.looks(0.6, 0.8);
+        let (now, before) = memory.dwells(0.6, 0.8);
         assert!(now.is_none() && before.is_some());
         // A clock reset clears the memory.
         memory.step(0.1, &Gaze::Lost, 0.07);
-        assert_eq!(memory.looks(0.1, 0.8), (None, None));
+        assert_eq!(memory.dwells(0.1, 0.8), (None, None));
     }
 }

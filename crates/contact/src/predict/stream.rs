@@ -88,7 +88,7 @@ impl<E: ContactEstimator> StreamEstimator<E> {
     /// Distance of the touching point from where it was last slow, m, while no reach is detected: a reach begins some samples before it is
     /// detected.
     #[must_use]
-    pub fn stirred_m(&self) -> f64 {
+    pub fn drifted_m(&self) -> f64 {
         let point_m = |frame: &HandFrame| Some(frame.contact_point()?.position_m);
         let samples = self.watch.samples_if_begun().unwrap_or(0);
         let mut seen = self.watch.latest(samples).filter_map(point_m);

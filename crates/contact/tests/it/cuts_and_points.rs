@@ -151,11 +151,11 @@ fn where_a_decisive_point_stays_away_the_others_answer_less_sure() {
     let away = without_elbow(seen.clone());
     for share in [0.3, 0.5, 0.7, 0.9] {
         let without = judged(&full, &away, share);
-        let usual = judged(&never, &away, share);
+        let nominal = judged(&never, &away, share);
         assert!((0.8..=1.0).contains(&without.1), "{share}: {without:?}");
         assert!(
-            without.0 < 1.3 * usual.0 + 1e-3,
-            "{share}: {without:?} {usual:?}"
+            without.0 < 1.3 * nominal.0 + 1e-3,
+            "{share}: {without:?} {nominal:?}"
         );
     }
     // The point is decisive.

@@ -223,8 +223,8 @@ fn a_gaze_that_has_left_still_counts() {
         assert!(answers[0].point_m.distance(meant) < 0.04);
         answers[0].probability
     };
-    let looks = [Some(meant), Some(DVec3::new(0.7, 1.4, 1.9)), None];
-    let [still, away, lost] = looks.map(|at_m| after(at_m.map(|at_m| gaze_at(EYE, at_m))));
+    let dwells = [Some(meant), Some(DVec3::new(0.7, 1.4, 1.9)), None];
+    let [still, away, lost] = dwells.map(|at_m| after(at_m.map(|at_m| gaze_at(EYE, at_m))));
     assert!(
         still > 0.75 && lost > 0.75 && away > chance,
         "{still} {away} {lost} {chance}"

@@ -16,8 +16,8 @@ fn no_number_that_is_none_comes_out() {
     let mut sampler = Sampler::new(5);
     let mut fused = fused();
     for _ in 0..3000 {
-        let mut point = |usual: DVec3| {
-            let mut p = usual.to_array();
+        let mut point = |nominal: DVec3| {
+            let mut p = nominal.to_array();
             if sampler.uniform(0.0, 1.0) < 0.3 {
                 p[sampler.index(3)] = bad[sampler.index(bad.len())];
             }

@@ -85,10 +85,10 @@ fn said(view: &View) -> Vec<[Said; 2]> {
 
 /// Surfaces below the probability `share` may be missing; points agree within `close_m`.
 fn compare(name: &str, view: View, share: f64, close_m: f64) {
-    let usual = said(&View::PLAIN);
-    assert!(usual.len() > 40);
+    let nominal = said(&View::PLAIN);
+    assert!(nominal.len() > 40);
     let mut worst = [0.0_f64; 2];
-    for (case, (here, there)) in usual.iter().zip(said(&view)).enumerate() {
+    for (case, (here, there)) in nominal.iter().zip(said(&view)).enumerate() {
         for (a, b) in here.iter().zip(&there) {
             let probable = |said: &Said| {
                 let probable = said.iter().filter(|(_, p)| p.probability > 2.0 * share);
@@ -146,13 +146,13 @@ fn surfaces_come_in_any_order() {
 fn the_clock_may_start_at_any_time() {
     let model = LearnedModel::train(&reaches(1, 4, 12), &LearnedConfig::default()).unwrap();
     for test in reaches(3, 2, 3) {
-        let usual = follow(&mut model.estimator(), &test.frames);
+        let nominal = follow(&mut model.estimator(), &test.frames);
         for clock_s in [1.0, 1e4, 1.7e9] {
             let mut frames = test.frames.clone();
             frames.iter_mut().for_each(|frame| frame.t_s += clock_s);
             let later = follow(&mut model.estimator(), &frames);
-            assert_eq!(usual.len(), later.len());
-            for (a, b) in usual.iter().zip(&later) {
+            assert_eq!(nominal.len(), later.len());
+            for (a, b) in nominal.iter().zip(&later) {
                 // The clock itself is rounded to 0.2 us.
                 let off_m = a.point_m.distance(b.point_m);
                 assert!(off_m < 1e-4, "{clock_s} s: {off_m} m");

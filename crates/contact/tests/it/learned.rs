@@ -19,12 +19,12 @@ pub(crate) fn reaches_of(
     let mut sampler = Sampler::new(seed);
     let mut all = Vec::new();
     for person in 0..people {
-        let pace = sampler.uniform(0.8, 1.2);
+        let factor = sampler.uniform(0.8, 1.2);
         let bow_m = DVec3::Z * (0.03 + 0.02 * sampler.normal());
         for trial in 0..each {
             let from = DVec3::new(0.6, 0.1, 0.1) + 0.03 * gaussian(&mut sampler);
             let to = DVec3::new(0.0, sampler.uniform(-0.3, 0.3), sampler.uniform(0.0, 0.5));
-            let duration_s = pace * sampler.uniform(0.7, 0.9);
+            let duration_s = factor * sampler.uniform(0.7, 0.9);
             let count = (duration_s * 90.0) as usize;
             let frames = (0..=count).map(|k| {
                 let tau = k as f64 / count as f64;
@@ -98,7 +98,7 @@ fn mean_error_m(model: &LearnedModel, test: &[LabelledReach], share: f64) -> f64
 }
 
 #[test]
-fn people_that_were_not_learnt_from_are_foreseen() {
+fn people_that_were_not_learnt_from_are_predicted() {
     let test = reaches(2, 3, 10);
     for combination in [
         Combination::Regression,
@@ -305,16 +305,16 @@ fn slowed(mut reaches: Vec<LabelledReach>) -> Vec<LabelledReach> {
 }
 
 #[test]
-fn hands_slower_than_all_that_were_learnt_from_are_foreseen_by_another_pace() {
+fn hands_slower_than_all_that_were_learnt_from_are_predicted_by_another_speed() {
     let known = reaches(1, 4, 15);
     let slow = slowed(reaches(2, 3, 10));
     let config = LearnedConfig {
-        other_pace: Some(1.7),
+        other_speed: Some(1.7),
         ..LearnedConfig::default()
     };
-    let paced = LearnedModel::train(&known, &config).expect("good reaches");
+    let at_speed = LearnedModel::train(&known, &config).expect("good reaches");
     // A copy does not count as another reach.
-    assert_eq!(paced.reaches(), known.len());
+    assert_eq!(at_speed.reaches(), known.len());
     let made = model(Combination::Both);
     let error_m = |model: &LearnedModel| {
         let at = [0.3, 0.5, 0.7, 0.9];
@@ -323,11 +323,11 @@ fn hands_slower_than_all_that_were_learnt_from_are_foreseen_by_another_pace() {
             .sum::<f64>()
             / at.len() as f64
     };
-    let (with_m, without_m) = (error_m(&paced), error_m(made));
+    let (with_m, without_m) = (error_m(&at_speed), error_m(made));
     assert!(with_m < 0.8 * without_m, "{with_m} {without_m}");
     for times in [1.0, 0.5, f64::NAN, 9.0] {
         let refused = LearnedConfig {
-            other_pace: Some(times),
+            other_speed: Some(times),
             ..config
         };
         assert!(LearnedModel::train(&known, &refused).is_err(), "{times}");
@@ -388,10 +388,10 @@ fn what_cannot_be_learnt_from_is_refused_by_name() {
     let train = |reaches: &[LabelledReach], config: &LearnedConfig| {
         LearnedModel::train(reaches, config).expect_err("must be refused")
     };
-    let usual = LearnedConfig::default();
+    let nominal = LearnedConfig::default();
     for got in [5, 0] {
         let expected = ContactError::TooFewReaches { got, needed: 8 };
-        assert_eq!(train(&good[..got], &usual), expected);
+        assert_eq!(train(&good[..got], &nominal), expected);
     }
     type Damage = fn(&mut LabelledReach);
     let damages: [(usize, Damage, &str); 4] = [
@@ -407,7 +407,7 @@ fn what_cannot_be_learnt_from_is_refused_by_name() {
     for (at, damage, named) in damages {
         let mut bad = good.clone();
         damage(&mut bad[at]);
-        let message = train(&bad, &usual).to_string();
+        let message = train(&bad, &nominal).to_string();
         assert!(message.contains(named), "{message}");
     }
     let settings: [fn(&mut LearnedConfig); 5] = [
@@ -418,7 +418,7 @@ fn what_cannot_be_learnt_from_is_refused_by_name() {
         |c| c.rank = 0,
     ];
     for change in settings {
-        let mut config = usual;
+        let mut config = nominal;
         change(&mut config);
         assert!(matches!(train(&good, &config), ContactError::Argument(_)));
     }

@@ -55,7 +55,7 @@ pub(super) struct Answers {
     /// Does the controller acknowledge answers? Known after two different acknowledgements.
     is_told: bool,
     /// Answers in transit when a message acknowledges a new one: the minimum of this window and the last, and of this window.
-    usual: u32,
+    nominal: u32,
     least: u32,
     counted: u32,
 }
@@ -74,7 +74,7 @@ impl Answers {
             held: None,
             named: None,
             is_told: false,
-            usual: 0,
+            nominal: 0,
             least: u32::MAX,
             counted: 0,
         }
@@ -111,20 +111,20 @@ impl Answers {
             self.least = self.least.min(on_the_way);
             self.counted += 1;
         }
-        self.usual = self.usual.min(self.least);
+        self.nominal = self.nominal.min(self.least);
         if self.counted == WINDOW {
-            (self.usual, self.least, self.counted) = (self.least, u32::MAX, 0);
+            (self.nominal, self.least, self.counted) = (self.least, u32::MAX, 0);
         }
         // An answer acknowledged late may not have been used: the last one acknowledged in time stays valid.
         let known = self.in_time.map(|known| newest.wrapping_sub(known));
-        if on_the_way <= self.usual || known.is_none_or(|known| known <= on_the_way) {
+        if on_the_way <= self.nominal || known.is_none_or(|known| known <= on_the_way) {
             self.in_time = Some(reflected);
         }
-        let held = self.in_time.map(|known| known.wrapping_add(self.usual));
+        let held = self.in_time.map(|known| known.wrapping_add(self.nominal));
         self.held = held.and_then(|held| self.at(held)).or(self.held);
         Arrival {
             missing: if self.is_told {
-                on_the_way - self.usual
+                on_the_way - self.nominal
             } else {
                 0
             },
@@ -264,15 +264,15 @@ mod tests {
 
     #[test]
     fn an_answer_counts_as_missing_beyond_what_is_usually_on_its_way() {
-        for usual in [0_u32, 2] {
+        for nominal in [0_u32, 2] {
             let mut answers = Answers::new();
             for k in 0..200_u32 {
                 answers.push(k, sent([f64::from(k); 7]));
-                let missing = answers.reflected(k.saturating_sub(usual)).missing;
-                assert!(missing == 0 || k < 2 * WINDOW, "{usual} {k}");
+                let missing = answers.reflected(k.saturating_sub(nominal)).missing;
+                assert!(missing == 0 || k < 2 * WINDOW, "{nominal} {k}");
             }
-            assert_eq!(answers.reflected(199 - usual - 3).missing, 3);
-            let held = answers.held(199 - usual - 3).expect("an answer");
+            assert_eq!(answers.reflected(199 - nominal - 3).missing, 3);
+            let held = answers.held(199 - nominal - 3).expect("an answer");
             assert_eq!(held.motion.q_rad[0], 196.0);
         }
     }

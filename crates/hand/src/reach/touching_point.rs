@@ -9,19 +9,19 @@ use glam::DVec3;
 pub struct TouchingPoint {
     point: HandPoint,
     /// Default offset from each point of the hand to the touching one, m.
-    usual_m: [Option<DVec3>; 6],
+    nominal_m: [Option<DVec3>; 6],
     /// Last offset in this reach.
     last_m: [Option<DVec3>; 6],
 }
 
 impl TouchingPoint {
-    /// For a touching point; `usual_m` holds its default offset from every point of the hand, in the order of [`HandPoint::ALL`], m; `None` if
+    /// For a touching point; `nominal_m` holds its default offset from every point of the hand, in the order of [`HandPoint::ALL`], m; `None` if
     /// unknown.
     #[must_use]
-    pub const fn new(point: HandPoint, usual_m: [Option<DVec3>; 6]) -> Self {
+    pub const fn new(point: HandPoint, nominal_m: [Option<DVec3>; 6]) -> Self {
         Self {
             point,
-            usual_m,
+            nominal_m,
             last_m: [None; 6],
         }
     }
@@ -48,6 +48,6 @@ impl TouchingPoint {
     /// Offset from another point of the hand to the touching point, m; `None` if they were never seen together and there is no default.
     #[must_use]
     pub fn offset_m(&self, other: HandPoint) -> Option<DVec3> {
-        self.last_m[other as usize].or(self.usual_m[other as usize])
+        self.last_m[other as usize].or(self.nominal_m[other as usize])
     }
 }

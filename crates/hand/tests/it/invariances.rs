@@ -123,11 +123,11 @@ fn reaches_are_the_same_at_any_rate() {
         let recording = Recording::from_frames(frames(rate_hz, 1e-4)).unwrap();
         reaches(&recording, &SegmentConfig::default()).unwrap()
     };
-    let usual = of(90.0);
+    let nominal = of(90.0);
     for rate_hz in [30.0, 60.0, 72.0, 120.0, 500.0] {
         let other = of(rate_hz);
-        assert_eq!(usual.len(), other.len(), "{rate_hz} Hz");
-        for (a, b) in usual.iter().zip(&other) {
+        assert_eq!(nominal.len(), other.len(), "{rate_hz} Hz");
+        for (a, b) in nominal.iter().zip(&other) {
             assert_eq!(a.end, b.end, "{rate_hz} Hz");
             // Tolerance: the window of the speed, or a sample of a slow tracker.
             let [start_s, end_s] = [a.start_s - b.start_s, a.end_s - b.end_s];

@@ -32,7 +32,7 @@ fn shorter(recording: &Recording) -> Vec<Reach> {
     reaches(recording, &config).unwrap()
 }
 
-fn usual(recording: &Recording) -> Vec<Reach> {
+fn nominal(recording: &Recording) -> Vec<Reach> {
     reaches(recording, &SegmentConfig::default()).unwrap()
 }
 
@@ -45,7 +45,7 @@ fn planted_reaches_are_found() {
     for noise_m in [0.0, 1e-3] {
         for _ in 0..20 {
             let frames = out_and_back(&mut sampler, noise_m, A, B);
-            let found = usual(&Recording::from_frames(frames).unwrap());
+            let found = nominal(&Recording::from_frames(frames).unwrap());
             assert_eq!(found.len(), 2);
             for (reach, (from, to, start_s)) in found.iter().zip([(A, B, 1.0), (B, A, 3.0)]) {
                 assert_eq!(reach.end, ReachEnd::Stopped);
@@ -74,7 +74,7 @@ fn short_gaps_are_bridged_and_long_ones_end_the_reach() {
     };
     blank(&mut frames, 1.36, 1.40);
     let bridged = Recording::from_frames(frames.clone()).unwrap();
-    assert_eq!(usual(&bridged).len(), 2);
+    assert_eq!(nominal(&bridged).len(), 2);
     blank(&mut frames, 1.45, 2.0);
     let lost = Recording::from_frames(frames).unwrap();
     let found = shorter(&lost);
@@ -103,7 +103,7 @@ fn a_trial_may_end_in_motion() {
     let frames = out_and_back(&mut sampler, 0.0, A, B)
         .into_iter()
         .filter(|f| f.t_s < 1.6);
-    let found = usual(&Recording::from_frames(frames).unwrap());
+    let found = nominal(&Recording::from_frames(frames).unwrap());
     assert!(found.iter().map(|r| r.end).eq([ReachEnd::RecordingEnded]));
 }
 
@@ -117,7 +117,7 @@ fn a_rigid_hand_counts_only_when_told_so() {
             [0.0, 0.01, 0.02, 0.03, 0.04].map(|y| Some(palm_m + DVec3::new(0.09, y, 0.0)));
     }
     let recording = Recording::from_frames(frames).unwrap();
-    assert_eq!(usual(&recording), []);
+    assert_eq!(nominal(&recording), []);
     let config = SegmentConfig {
         freeze: None,
         ..SegmentConfig::default()
@@ -138,9 +138,9 @@ fn a_still_an_empty_and_a_lone_sample_have_no_reach() {
         still.take(1).collect(),
     ] {
         let recording = Recording::from_frames(frames).unwrap();
-        assert_eq!(usual(&recording), []);
+        assert_eq!(nominal(&recording), []);
     }
-    assert_eq!(usual(&Recording::default()), []);
+    assert_eq!(nominal(&Recording::default()), []);
 }
 
 #[test]

@@ -446,8 +446,8 @@ impl Check<'_> {
 /// Longest time between two dense samples of a path, s. A path slowed down near a person to more than 12 s is sampled less densely: unlimited samples
 /// would stall the control loop.
 fn longest_s(duration_s: f64) -> f64 {
-    let usual_s = (duration_s / SAMPLES as f64).min(LONGEST_S);
-    usual_s.max(duration_s / MOST_LOOKS as f64)
+    let nominal_s = (duration_s / SAMPLES as f64).min(LONGEST_S);
+    nominal_s.max(duration_s / MOST_LOOKS as f64)
 }
 
 #[cfg(test)]

@@ -20,8 +20,8 @@ use crate::board::{Board, BoardTarget};
 use crate::body::Separation;
 use crate::error::HapticsError;
 use crate::motion::{BarrierTree, Follower, Planner};
+use crate::nominal_step::NominalStep;
 use crate::safety::SafeRequest;
-use crate::usual_step::UsualStep;
 use glam::DVec3;
 use hwall_kinematics::{ArmKinematics, JointPositions, Unreachable};
 use hwall_numeric::check::{non_negative, positive};
@@ -56,7 +56,7 @@ pub struct Renderer {
     /// The arm does not follow commands: it has not started yet, or brakes by itself.
     is_detached: bool,
     last_s: Option<f64>,
-    steps: UsualStep,
+    steps: NominalStep,
     /// The retreat that a supervisor requested.
     withdrawal: Withdrawal,
     /// The speed limit that a supervisor requested.
@@ -102,7 +102,7 @@ impl Renderer {
             objects: None,
             is_detached: true,
             last_s: None,
-            steps: UsualStep::default(),
+            steps: NominalStep::default(),
             withdrawal: Withdrawal::new(arm),
             cap: SpeedCap::default(),
         })
@@ -201,7 +201,7 @@ impl Renderer {
         state: &ArmState,
         input: &RenderInput<'_>,
     ) -> RenderStep {
-        let usual_s = self.steps.usual_s();
+        let nominal_s = self.steps.nominal_s();
         let mut dt_s = match self.tick(now_s) {
             Ok(dt_s) => dt_s,
             Err(reason) => return self.hand_over(reason, 0.0),
@@ -217,7 +217,7 @@ impl Renderer {
         };
         if was_detached {
             // The first command has no lag to catch up with.
-            dt_s = dt_s.min(usual_s.unwrap_or(dt_s));
+            dt_s = dt_s.min(nominal_s.unwrap_or(dt_s));
         }
         let felt = match self.felt(state) {
             Ok(felt) => felt,

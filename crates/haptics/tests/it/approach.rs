@@ -381,8 +381,8 @@ fn steps_of_a_search(share: f64, restless: bool) -> (usize, usize) {
 /// A nearly stopped board needs minutes to its goal, and each of its paths many samples.
 #[test]
 fn a_search_that_takes_long_goes_on_in_the_next_steps() {
-    let (usual_steps, _) = steps_of_a_search(1.0, false);
-    assert_eq!(usual_steps, 1);
+    let (nominal_steps, _) = steps_of_a_search(1.0, false);
+    assert_eq!(nominal_steps, 1);
     for restless in [false, true] {
         let (steps, most) = steps_of_a_search(0.002, restless);
         println!("{steps} steps, at most {most} looks");

@@ -57,13 +57,13 @@ fn compare(
     joints: fn(JointPositions) -> JointPositions,
     close_rad: f64,
 ) {
-    let usual = run(0.0, false);
-    let touched = usual
+    let nominal = run(0.0, false);
+    let touched = nominal
         .iter()
         .filter(|step| matches!(step.1, Phase::Contact { .. }));
     assert!(touched.count() > 1000);
     let mut worst: f64 = 0.0;
-    for (k, (a, b)) in usual.iter().zip(other).enumerate() {
+    for (k, (a, b)) in nominal.iter().zip(other).enumerate() {
         assert_eq!(
             discriminant(&a.1),
             discriminant(&b.1),
@@ -82,7 +82,7 @@ fn compare(
     }
     println!("{name}: {worst:.1e} rad");
     assert!(worst < close_rad, "{name}: {worst} rad");
-    let ends = usual.last().zip(other.last());
+    let ends = nominal.last().zip(other.last());
     let ends = ends.map(|(a, b)| joints(a.0).max_abs_difference(&b.0));
     assert!(ends.is_some_and(|off| off < 1e-6), "{name}: {ends:?}");
 }

@@ -8,7 +8,7 @@
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Familiarity {
     /// Median of the held-out reaches after 1, 2, 4, 8 ... sampling periods.
-    usual: Vec<f64>,
+    nominal: Vec<f64>,
     /// Limit as a multiple of the median: the allowance times the ratio that only one in a hundred held-out reaches exceeds at some time.
     limit: f64,
 }
@@ -47,14 +47,17 @@ impl Familiarity {
         // An empty bin takes the median of the bin before it; leading empty bins take the first median. Without any median there is no
         // test.
         let mut last = *medians.iter().flatten().next()?;
-        let usual = medians
+        let nominal = medians
             .into_iter()
             .map(|median| {
                 last = median.unwrap_or(last);
                 last
             })
             .collect();
-        let mut familiarity = Self { usual, limit: 1.0 };
+        let mut familiarity = Self {
+            nominal,
+            limit: 1.0,
+        };
         let mut most: Vec<f64> = told()
             .map(|reach| {
                 let ratios = reach.iter().map(|(at, mean)| familiarity.ratio(*at, *mean));
@@ -69,8 +72,8 @@ impl Familiarity {
 
     /// The evidence as a multiple of the median at that time.
     fn ratio(&self, periods: f64, mean: f64) -> f64 {
-        let number = bin(periods).min(self.usual.len() - 1);
-        mean / self.usual[number]
+        let number = bin(periods).min(self.nominal.len() - 1);
+        mean / self.nominal[number]
     }
 
     /// Is the reach familiar, given whether it was before this sample?
@@ -111,7 +114,7 @@ mod tests {
             assert!(!known.is_familiar(true, at, f64::NAN));
         }
         // In between, the previous verdict stays.
-        let between = 0.8 * known.limit * known.usual[5];
+        let between = 0.8 * known.limit * known.nominal[5];
         assert!(known.is_familiar(true, 40.0, between));
         assert!(!known.is_familiar(false, 40.0, between));
     }

@@ -152,16 +152,16 @@ impl ResponseModel {
         };
         let mixture = Mixture::train(&primitives, &training, &labels, covariance)?;
         positive("noise_m", config.noise_m)?;
-        let usual = BankConfig::default();
+        let nominal = BankConfig::default();
         let bank = mixture.bank(&BankConfig {
             hypotheses: config.hypotheses,
             // A reach is given from its true start, even if the hand turned to it while under way.
             under_way: 0.0,
             filter: FilterConfig {
                 acceleration_variance: Some(acceleration_variance(&mixture)),
-                ..usual.filter.clone()
+                ..nominal.filter.clone()
             },
-            ..usual
+            ..nominal
         })?;
         Ok(Self {
             mixture,

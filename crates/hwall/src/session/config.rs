@@ -61,23 +61,23 @@ impl Default for SessionConfig {
 /// - Inputs count as sound again after 0.1 s: a board that returns later meets a hand that is already in the wall.
 #[must_use]
 pub fn session_supervisor() -> SupervisorConfig {
-    let usual = SupervisorConfig::default();
+    let nominal = SupervisorConfig::default();
     let still = |watch: ChannelWatch| ChannelWatch {
         frozen_s: None,
         ..watch
     };
     SupervisorConfig {
-        hand: still(usual.hand),
-        head: still(usual.head),
+        hand: still(nominal.hand),
+        head: still(nominal.head),
         load: LoadLimits {
             edge_m: 0.015,
             least_n: 20.0,
-            ..usual.load
+            ..nominal.load
         },
         timing: TimingConfig {
             recovery_s: 0.1,
-            ..usual.timing
+            ..nominal.timing
         },
-        ..usual
+        ..nominal
     }
 }

@@ -438,12 +438,12 @@ impl<P: Predictor> Session<P> {
     /// the returned guard is dropped.
     #[must_use]
     pub fn perception(&self) -> impl Deref<Target = Perception<P>> + '_ {
-        self.perceiving.look()
+        self.perceiving.access()
     }
 
     /// The tracker's half; as [`perception`](Self::perception).
     pub fn perception_mut(&mut self) -> impl DerefMut<Target = Perception<P>> + '_ {
-        self.perceiving.look_mut()
+        self.perceiving.access_mut()
     }
 
     /// The arm's half.

@@ -19,12 +19,12 @@ pub(super) enum Perceiving<P> {
 }
 
 /// Access to the tracker's half.
-pub(super) enum Look<H, A> {
+pub(super) enum Access<H, A> {
     Here(H),
     Apart(A),
 }
 
-impl<P, H, A> Deref for Look<H, A>
+impl<P, H, A> Deref for Access<H, A>
 where
     H: Deref<Target = Perception<P>>,
     A: Deref<Target = Desk<P>>,
@@ -39,7 +39,7 @@ where
     }
 }
 
-impl<P, H, A> DerefMut for Look<H, A>
+impl<P, H, A> DerefMut for Access<H, A>
 where
     H: DerefMut<Target = Perception<P>>,
     A: DerefMut<Target = Desk<P>>,
@@ -53,17 +53,17 @@ where
 }
 
 impl<P> Perceiving<P> {
-    pub(super) fn look(&self) -> Look<&Perception<P>, MutexGuard<'_, Desk<P>>> {
+    pub(super) fn access(&self) -> Access<&Perception<P>, MutexGuard<'_, Desk<P>>> {
         match self {
-            Self::Here(perception) => Look::Here(perception),
-            Self::Apart(apart) => Look::Apart(apart.shared.desk()),
+            Self::Here(perception) => Access::Here(perception),
+            Self::Apart(apart) => Access::Apart(apart.shared.desk()),
         }
     }
 
-    pub(super) fn look_mut(&mut self) -> Look<&mut Perception<P>, MutexGuard<'_, Desk<P>>> {
+    pub(super) fn access_mut(&mut self) -> Access<&mut Perception<P>, MutexGuard<'_, Desk<P>>> {
         match self {
-            Self::Here(perception) => Look::Here(perception),
-            Self::Apart(apart) => Look::Apart(apart.shared.desk()),
+            Self::Here(perception) => Access::Here(perception),
+            Self::Apart(apart) => Access::Apart(apart.shared.desk()),
         }
     }
 }

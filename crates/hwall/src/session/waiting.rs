@@ -13,7 +13,7 @@ const CLEARLY_S: f64 = 0.04;
 /// The postures that the arm may wait in, and the one for this person.
 #[derive(Debug, Clone)]
 pub(super) struct Waiting {
-    usual: Option<JointPositions>,
+    nominal: Option<JointPositions>,
     /// Atlases with their available times, s, the default first; `None` if no atlas was built.
     atlases: Vec<(f64, Option<Arc<Atlas>>)>,
     present: usize,
@@ -27,7 +27,7 @@ impl Waiting {
         // Without a default posture, the arm stays where it is for everybody.
         let others = others.filter(|_| walls.waiting.is_some());
         Self {
-            usual: walls.waiting,
+            nominal: walls.waiting,
             atlases: std::iter::once((walls.budget_s, walls.atlas.clone()))
                 .chain(others)
                 .collect(),
@@ -51,7 +51,7 @@ impl Waiting {
     /// Waiting posture, rad; `None`: the arm stays where it is.
     pub(super) fn posture(&self) -> Option<JointPositions> {
         match self.present {
-            0 => self.usual,
+            0 => self.nominal,
             _ => self.atlas().map(|atlas| *atlas.waiting()),
         }
     }
@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_usual_posture_the_arm_stays_for_everybody() {
+    fn without_a_nominal_posture_the_arm_stays_for_everybody() {
         let nowhere = Walls {
             waiting: None,
             ..walls(vec![0.4])

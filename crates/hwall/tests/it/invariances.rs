@@ -132,13 +132,13 @@ fn the_board_is_in_place() {
 
 #[test]
 fn the_clock_may_start_at_any_time() {
-    let usual = Run::default().answered();
+    let nominal = Run::default().answered();
     for clock_s in [1.0, 1000.0, 1.7e9] {
         let run = Run {
             clock_s,
             ..Run::default()
         };
-        let worst = usual.worst(&run.answered(), |q| q);
+        let worst = nominal.worst(&run.answered(), |q| q);
         println!("{clock_s} s: {worst:.1e} rad");
         // Rounding may delay what is due exactly in a cycle by one cycle.
         assert!(worst < 5e-4, "{clock_s}: {worst}");
@@ -147,11 +147,11 @@ fn the_clock_may_start_at_any_time() {
 
 #[test]
 fn triangles_and_surfaces_may_come_in_any_order() {
-    let usual = Run::default().answered();
+    let nominal = Run::default().answered();
     let other = "o table\nv 0.6 0.6 0.3\nv 1.2 0.6 0.3\nv 1.2 1 0.3\nv 0.6 1 0.3\nf 3 4 1\nf 2 3 1\n\
                  o wall\nv 0.6 -1 0\nv 0.6 1 0\nv 0.6 1 2\nv 0.6 -1 2\nf 7 8 5\nf 5 6 7\n";
     let scene = Scene::from_obj_str(other, None).unwrap().0;
-    let worst = usual.worst(
+    let worst = nominal.worst(
         &Run {
             scene,
             ..Run::default()
@@ -184,7 +184,7 @@ fn mirrored_q(q: JointPositions) -> JointPositions {
 #[test]
 fn a_mirrored_world_is_answered_by_a_mirrored_motion() {
     // The board is upright, so that a turned one is its own mirror image.
-    let usual = Run::default().answered();
+    let nominal = Run::default().answered();
     let obj: String = OBJ
         .lines()
         .map(
@@ -204,12 +204,12 @@ fn a_mirrored_world_is_answered_by_a_mirrored_motion() {
         ..Run::default()
     }
     .answered();
-    let worst = usual.worst(&image, mirrored_q);
+    let worst = nominal.worst(&image, mirrored_q);
     println!("{worst:.1e} rad");
     // The order of computation decides between two equal turns of the board about its normal, but not its place.
     let arm = iiwa();
     let flip = DMat3::from_diagonal(DVec3::new(1.0, -1.0, 1.0));
-    let places = usual
+    let places = nominal
         .commands
         .iter()
         .zip(&image.commands)

@@ -13,9 +13,9 @@ mod moving_barriers;
 mod moving_world;
 mod not_obeyed;
 mod objects;
-mod paces;
 mod pushed_door;
 mod response;
+mod speeds;
 mod supervisor;
 #[cfg(feature = "texture")]
 mod textured_door;

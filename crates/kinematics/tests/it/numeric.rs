@@ -104,20 +104,20 @@ fn start_outside_the_limits_is_an_error_not_a_panic() {
     let target = chain.forward(&[0.1; 7]).unwrap();
     let mut start = [0.0; 7];
     start[3] = chain.joints()[3].limit.max_rad + 1e-9;
-    let usual = NumericConfig::default();
+    let nominal = NumericConfig::default();
     let loose = |tolerance_m| NumericConfig {
         tolerance_m,
-        ..usual
+        ..nominal
     };
     let none = NumericConfig {
         max_iterations: 0,
         max_restarts: 0,
-        ..usual
+        ..nominal
     };
     for (start, config, said) in [
-        (&start[..], usual, "joint 3:"),
-        (&[f64::NAN; 7], usual, "joint positions[0] is NaN"),
-        (&[0.0; 6], usual, "joint positions has 6 values"),
+        (&start[..], nominal, "joint 3:"),
+        (&[f64::NAN; 7], nominal, "joint positions[0] is NaN"),
+        (&[0.0; 6], nominal, "joint positions has 6 values"),
         (&[0.0; 7], loose(0.0), "tolerance_m"),
         (&[0.0; 7], loose(-1.0), "tolerance_m"),
         (&[0.0; 7], loose(f64::NAN), "tolerance_m"),

@@ -80,8 +80,8 @@ pub fn run(setup: &Setup, trained: &TrainedModel, tests: &TrajectorySet) -> anyh
             follow(|| new.clone(), measured, observed, period, tests)
         }
         Mode::Bank => {
-            let usual = BankConfig::default();
-            let new = Bank::new(model, &BankConfig { filter, ..usual })?;
+            let nominal = BankConfig::default();
+            let new = Bank::new(model, &BankConfig { filter, ..nominal })?;
             follow(|| new.clone(), measured, observed, period, tests)
         }
         Mode::Ensemble(members) => {
@@ -95,8 +95,8 @@ pub fn run(setup: &Setup, trained: &TrainedModel, tests: &TrajectorySet) -> anyh
         }
         Mode::Compat => {
             // The default of the low-rank filter.
-            let usual = 0.01 * model.phase_velocity().mean / period;
-            let process = setup.process_variance.unwrap_or(usual * usual);
+            let nominal = 0.01 * model.phase_velocity().mean / period;
+            let process = setup.process_variance.unwrap_or(nominal * nominal);
             let prior = Prior {
                 noise: trained.noise.clone(),
                 ..model.to_prior()

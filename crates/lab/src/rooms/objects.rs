@@ -149,7 +149,7 @@ impl Objects {
         let StudyPeople {
             training,
             participants,
-        } = people::people(&room, &Condition::usual(), size)?;
+        } = people::people(&room, &Condition::nominal(), size)?;
         let shared = SharedTraining::new(&training)?;
         let objects = objects_of(&room.scene)?;
         let feel = |surface, point_m| feel(&room.scene, &objects, surface, point_m);
@@ -188,14 +188,14 @@ impl Objects {
     }
 
     /// The expectation without a prediction.
-    fn usual(&self) -> Feel {
+    fn nominal(&self) -> Feel {
         let count = self.judged.len() as f64;
         from_fn(|k| self.judged.iter().map(|one| one.felt[k]).sum::<f64>() / count)
     }
 
     /// True feel and prediction of each touch at a moment; touches that begin later are left out.
     fn at(&self, before_s: f64, told_by: usize) -> Vec<(Feel, Told)> {
-        let usual = Told {
+        let nominal = Told {
             t_s: 0.0,
             is_right: false,
             of_right: 0.0,
@@ -212,20 +212,20 @@ impl Objects {
             } = one.touch;
             let span = Span { start_s, contact_s };
             let index = Moment::Before(before_s).index(told.iter().map(|t| t.t_s), span)?;
-            Some((one.felt, if told_by == 0 { usual } else { told[index] }))
+            Some((one.felt, if told_by == 0 { nominal } else { told[index] }))
         };
         self.judged.iter().filter_map(at).collect()
     }
 
     /// Mean error of each quantity over the touches.
     fn errors(&self, told_by: usize, at: &[(Feel, Told)]) -> Feel {
-        let usual = self.usual();
+        let nominal = self.nominal();
         let off = |k: usize, (felt, told): &(Feel, Told)| {
             let told = match told_by {
                 3 => told.mean,
                 _ => told.likeliest,
             };
-            (told.unwrap_or(usual)[k] - felt[k]).abs()
+            (told.unwrap_or(nominal)[k] - felt[k]).abs()
         };
         let count = at.len() as f64;
         from_fn(|k| at.iter().map(|one| off(k, one)).sum::<f64>() / count)

@@ -31,7 +31,7 @@ pub struct Condition {
 
 impl Condition {
     /// The nominal condition.
-    pub fn usual() -> Self {
+    pub fn nominal() -> Self {
         Self {
             name: "usual".to_owned(),
             person: PersonConfig::varied(),
@@ -68,12 +68,15 @@ impl Condition {
         let made = |(name, change): (&str, fn(&mut Self))| {
             let mut condition = Self {
                 name: name.to_owned(),
-                ..Self::usual()
+                ..Self::nominal()
             };
             change(&mut condition);
             condition
         };
-        [Self::usual()].into_iter().chain(worse.map(made)).collect()
+        [Self::nominal()]
+            .into_iter()
+            .chain(worse.map(made))
+            .collect()
     }
 }
 

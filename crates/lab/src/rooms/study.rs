@@ -74,14 +74,14 @@ pub fn report(seed: u64) -> anyhow::Result<String> {
         seed: FIRST_SEED + seed,
         ..SIZE
     };
-    let usual = ROOMS.map(|surfaces| (surfaces, Condition::usual()));
+    let nominal = ROOMS.map(|surfaces| (surfaces, Condition::nominal()));
     let worse = Condition::all().into_iter().skip(1);
     let worse = worse.map(|condition| (MAIN_ROOM, condition));
-    let places: Vec<(usize, Condition)> = usual.into_iter().chain(worse).collect();
+    let places: Vec<(usize, Condition)> = nominal.into_iter().chain(worse).collect();
     let settings = places.into_par_iter();
     let settings = settings.map(|(surfaces, condition)| Setting::new(surfaces, condition, &size));
     let settings: Vec<Setting> = settings.collect::<anyhow::Result<_>>()?;
-    let (usual, worse) = settings.split_at(ROOMS.len());
+    let (nominal, worse) = settings.split_at(ROOMS.len());
     let is_main = |s: &Setting| s.surfaces == MAIN_ROOM;
     let target = format!(">= {:.0} %", 100.0 * TARGET_RIGHT);
     let right = |touches: &[TouchPredictions], decimals: usize| {
@@ -124,7 +124,7 @@ pub fn report(seed: u64) -> anyhow::Result<String> {
             ("last", &(learnt + judged)),
             ("first_seed", &FIRST_SEED),
             ("target", &(100.0 * TARGET_SHARE).round()),
-            ("rooms", &table_of(usual, &rooms)),
+            ("rooms", &table_of(nominal, &rooms)),
             ("main", &MAIN_ROOM),
             ("conditions", &table_of(worse, &conditions)),
         ],

@@ -83,14 +83,14 @@ fn costs(room: BuiltInRoom, seed: u64, steps: usize) -> anyhow::Result<Vec<StepC
     let leader = Some(PredictorKind::RayLed);
     let (predictors, _) = Predictors::train(&room.scene, &room.arm, &like, leader)?;
     // People and wall maps are those of the built-in room.
-    let usual = BuiltInRoom::new()?;
-    let plain = usual.people(PersonKind::Plain, 1, seed)?;
-    let walls = usual.walls(&plain, true)?;
+    let nominal = BuiltInRoom::new()?;
+    let plain = nominal.people(PersonKind::Plain, 1, seed)?;
+    let walls = nominal.walls(&plain, true)?;
     let stage = Stage::of(&room.scenery(&walls, &like, true), &predictors, PERIOD_S);
     let mut costs: Vec<StepCost> = Vec::with_capacity(steps);
     for round in 0.. {
         for kind in KINDS {
-            for person in usual.people(kind, DOZEN, seed.wrapping_add(round))? {
+            for person in nominal.people(kind, DOZEN, seed.wrapping_add(round))? {
                 if costs.len() >= steps {
                     return Ok(costs);
                 }

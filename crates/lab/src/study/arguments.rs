@@ -180,17 +180,17 @@ impl Arguments {
 
     /// The requested learned estimator.
     fn config(&self) -> LearnedConfig {
-        let usual = LearnedConfig::default();
+        let nominal = LearnedConfig::default();
         LearnedConfig {
             regions: self.regions,
-            lags: self.lags.unwrap_or(usual.lags),
+            lags: self.lags.unwrap_or(nominal.lags),
             frame: match self.frame {
                 None | Some(FrameChoice::Auto) => Frame::Both,
                 Some(FrameChoice::Room) => Frame::Room,
                 Some(FrameChoice::Start) => Frame::Start,
             },
             gaze: self.gaze,
-            ..usual
+            ..nominal
         }
     }
 

@@ -84,10 +84,10 @@ impl ProtocolArgs {
     /// # Errors
     /// Levels that do not match the factors; a protocol that cannot be run.
     pub fn protocol(&self, subjects: Option<usize>) -> anyhow::Result<Protocol> {
-        let usual = self
+        let nominal = self
             .ready
             .map_or_else(Protocol::default, ReadyProtocol::protocol);
-        let protocol = self.applied_to(&usual, subjects)?;
+        let protocol = self.applied_to(&nominal, subjects)?;
         let flags = || match protocol.procedure {
             Procedure::Staircase | Procedure::Quest => {
                 format!("--levels, --procedure {}", in_words(protocol.procedure))
@@ -146,9 +146,9 @@ impl ProtocolArgs {
             false => self.factors.iter().map(|f| f.trim()).collect(),
         };
         let factors = if self.levels.is_empty() {
-            let usual = Protocol::default();
+            let nominal = Protocol::default();
             let known = |name: &&str| {
-                let mut all = base.factors.iter().chain(&usual.factors);
+                let mut all = base.factors.iter().chain(&nominal.factors);
                 let found = all.find(|f| f.name == *name).cloned();
                 found.with_context(|| format!("--levels: none for {name:?}"))
             };

@@ -111,11 +111,11 @@ fn worst(a: &[[f64; 7]], b: &[[f64; 7]], change: impl Fn([f64; 7]) -> [f64; 7]) 
 
 #[test]
 fn a_path_is_the_same_mirrored_shifted_and_with_joints_in_another_order() {
-    let usual = path(|q| q, &limits());
+    let nominal = path(|q| q, &limits());
     let mirror = |q: [f64; 7]| q.map(|x| -x);
     let shift = |q: [f64; 7]| q.map(|x| x + 3.0);
     for (name, change) in [("mirror", mirror as fn([f64; 7]) -> _), ("shift", shift)] {
-        let off = worst(&usual, &path(change, &limits()), change);
+        let off = worst(&nominal, &path(change, &limits()), change);
         assert!(off < 1e-7, "{name}: {off}");
     }
     let back = |mut q: [f64; 7]| {
@@ -126,7 +126,7 @@ fn a_path_is_the_same_mirrored_shifted_and_with_joints_in_another_order() {
     others.velocity_rad_per_s.reverse();
     others.acceleration_rad_per_s2.reverse();
     others.jerk_rad_per_s3.reverse();
-    let off = worst(&usual, &path(back, &others), back);
+    let off = worst(&nominal, &path(back, &others), back);
     assert!(off < 1e-7, "order: {off}");
 }
 

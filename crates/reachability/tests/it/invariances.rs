@@ -49,7 +49,7 @@ fn lines_may_be_turned_mirrored_and_measured_otherwise() {
     let mut limits = *arm().limits();
     limits[0] = JointLimit::FREE;
     let endless = arm().with_limits(limits).expect("valid");
-    let (usual, turning) = (solver(&arm(), ACCURACY_M), solver(&endless, ACCURACY_M));
+    let (nominal, turning) = (solver(&arm(), ACCURACY_M), solver(&endless, ACCURACY_M));
     let parameters = *arm().parameters();
     let (g, size) = (parameters.geometry, 40.0);
     let large = SrsArm::new(SrsParameters {
@@ -71,9 +71,9 @@ fn lines_may_be_turned_mirrored_and_measured_otherwise() {
             let line = line(heading_deg, size * distance_m, size * height_m);
             solver.line(&line).expect("solved")
         };
-        let here = of(&usual, heading_deg, 1.0);
+        let here = of(&nominal, heading_deg, 1.0);
         reached += usize::from(!here.intervals.is_empty());
-        same(&here, &of(&usual, -heading_deg, 1.0), |s| -s, 1.0);
+        same(&here, &of(&nominal, -heading_deg, 1.0), |s| -s, 1.0);
         same(&here, &of(&large, heading_deg, size), |s| s, size);
         let turn_deg = sampler.uniform(-180.0, 180.0);
         let there = of(&turning, heading_deg + turn_deg, 1.0);

@@ -280,7 +280,7 @@ impl<'a> Body<'a> {
 
     /// The setup of the session.
     pub(crate) fn setup(&self) -> Result<Setup, RecordError> {
-        let usual = Board::default();
+        let nominal = Board::default();
         let name = self.text(4)?.unwrap_or_default();
         let setup = Setup {
             program: self.text(1)?.unwrap_or_default(),
@@ -291,9 +291,9 @@ impl<'a> Body<'a> {
                 None => ArmSource::Named(name),
             },
             board: Board {
-                half_width_m: self.f64(6)?.unwrap_or(usual.half_width_m),
-                half_height_m: self.f64(7)?.unwrap_or(usual.half_height_m),
-                thickness_m: self.f64(8)?.unwrap_or(usual.thickness_m),
+                half_width_m: self.f64(6)?.unwrap_or(nominal.half_width_m),
+                half_height_m: self.f64(7)?.unwrap_or(nominal.half_height_m),
+                thickness_m: self.f64(8)?.unwrap_or(nominal.thickness_m),
             },
             options: self.options(9)?,
         };

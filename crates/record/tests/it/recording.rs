@@ -172,11 +172,11 @@ fn a_file_that_cannot_be_written_is_named() {
     let path = file("no").join("folder.mcap");
     let setup = common::setup();
     let scene = common::scene_of(&setup);
-    let usual = RecorderConfig::default();
-    let made = Recorder::create(&path, &setup, skeleton(), &scene, &usual);
+    let nominal = RecorderConfig::default();
+    let made = Recorder::create(&path, &setup, skeleton(), &scene, &nominal);
     let error = made.unwrap_err().to_string();
     assert!(error.contains("folder.mcap"), "{error}");
-    let mut wrong = [usual.clone(), usual.clone(), usual];
+    let mut wrong = [nominal.clone(), nominal.clone(), nominal];
     wrong[0].capacity = 0;
     wrong[1].view_period_s = f64::NAN;
     wrong[2].flush_s = f64::INFINITY;

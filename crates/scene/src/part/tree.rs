@@ -32,7 +32,7 @@ const NEAR: f64 = 2.0;
 const LEAF_TRIANGLES: u32 = LANES as u32;
 
 /// Stack size for traversals of typical trees: 16 levels.
-const USUAL_STACK: usize = 120;
+const NOMINAL_STACK: usize = 120;
 
 /// All surfaces.
 pub(crate) const ALL: u64 = u64::MAX;
@@ -282,10 +282,10 @@ impl Tree {
         boxes: impl Fn(usize, f32) -> Keys,
         leaf: impl FnMut(u32, f32) -> f32,
     ) {
-        let (mut usual, mut deep) = ([[0; 2]; USUAL_STACK], Vec::new());
+        let (mut nominal, mut deep) = ([[0; 2]; NOMINAL_STACK], Vec::new());
         // Deeper trees occur only with thousands of faces in one spot. The traversal has a single call site, so that the compiler inlines `leaf`.
-        let stack = if self.stack <= USUAL_STACK {
-            usual.as_flattened_mut()
+        let stack = if self.stack <= NOMINAL_STACK {
+            nominal.as_flattened_mut()
         } else {
             deep.resize(2 * self.stack, 0);
             &mut deep[..]

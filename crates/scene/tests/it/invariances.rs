@@ -118,8 +118,8 @@ fn facets_are_those_of_the_turned_mirrored_and_shuffled_wall() {
         facets.sort_by(|a, b| a.0.cmp(&b.0));
         facets
     };
-    let usual = facets(&here);
-    assert_eq!(usual.len(), 2);
+    let nominal = facets(&here);
+    assert_eq!(nominal.len(), 2);
     let turn = DMat3::from_rotation_z(0.7);
     let mirror = DMat3::from_diagonal(DVec3::new(1.0, -1.0, 1.0));
     for (linear, back) in [(turn, false), (mirror, true), (mirror * turn, true)] {
@@ -132,7 +132,7 @@ fn facets_are_those_of_the_turned_mirrored_and_shuffled_wall() {
         });
         there.reverse();
         there.iter_mut().for_each(|mesh| mesh.triangles_m.reverse());
-        for (a, b) in usual.iter().zip(facets(&there)) {
+        for (a, b) in nominal.iter().zip(facets(&there)) {
             assert_eq!(a.0, b.0);
             assert!(map(a.1).distance(b.1) < 1e-9, "{a:?} {b:?}");
             assert!((linear * a.2).distance(b.2) < 1e-9, "{a:?} {b:?}");

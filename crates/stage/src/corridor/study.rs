@@ -33,13 +33,13 @@ pub fn study(arm: &NamedArm, seeds: &[u64], speeds_m_per_s: &[f64]) -> anyhow::R
         Ok((hall, visits))
     });
     let corridors: Vec<(Hall, Vec<Visit>)> = corridors.collect::<anyhow::Result<_>>()?;
-    let usual = hand_meets_m_per_s();
+    let nominal = hand_meets_m_per_s();
     let kinds = |at: usize| match at {
         0 => BaseKind::ALL.to_vec(),
         _ => vec![BaseKind::Drives, BaseKind::Both],
     };
     let rows = (0..seeds.len()).flat_map(|at| kinds(at).into_iter().map(move |kind| (at, kind)));
-    let rows = rows.map(|(at, kind)| (at, kind, usual));
+    let rows = rows.map(|(at, kind)| (at, kind, nominal));
     let few = seeds.len().min(3);
     let prices = speeds_m_per_s.iter();
     let prices = prices.flat_map(|speed| (0..few).map(move |at| (at, BaseKind::Drives, *speed)));

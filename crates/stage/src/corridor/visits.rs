@@ -68,15 +68,15 @@ impl Visit {
 
     /// A person of this kind and seed at this standing place.
     pub(super) fn person(&self, kind: PersonKind, seed: u64) -> anyhow::Result<PersonConfig> {
-        let usual = kind.config(seed);
-        let hand = usual.hand_rest_m - usual.head_m;
+        let nominal = kind.config(seed);
+        let hand = nominal.hand_rest_m - nominal.head_m;
         // The default person faces -x.
         let body = self.body()?;
         Ok(PersonConfig {
             head_m: body.transform_point(DVec3::Z * EYES_M),
             hand_rest_m: body.transform_point(DVec3::new(-hand.x, -hand.y, EYES_M + hand.z)),
             facing: self.facing.extend(0.0),
-            ..usual
+            ..nominal
         })
     }
 }

@@ -110,11 +110,11 @@ impl TrainingPeople {
 
     /// The same people at the default standing place.
     fn standing_as_usual(&self) -> Self {
-        let usual = PersonConfig::default();
+        let nominal = PersonConfig::default();
         Self {
             person: PersonConfig {
-                head_m: usual.head_m,
-                hand_rest_m: usual.hand_rest_m,
+                head_m: nominal.head_m,
+                hand_rest_m: nominal.hand_rest_m,
                 ..self.person
             },
             ..self.clone()
@@ -351,7 +351,7 @@ impl Predictor for Predictors {
 
 /// Augmentation factor for reach speed: training people reach in about a second, others may be slower or faster. Slowed down
 /// and sped up by this factor, the same reaches take a third of a second to two seconds.
-const OTHER_PACE: f64 = 1.7;
+const OTHER_SPEED: f64 = 1.7;
 
 /// The fused predictor, trained for a scene, and the number of training reaches.
 ///
@@ -365,7 +365,7 @@ pub fn fused(
     let streams = training_streams(scene, arm, people)?;
     let reaches = training::reaches(&streams)?;
     let config = LearnedConfig {
-        other_pace: Some(OTHER_PACE),
+        other_speed: Some(OTHER_SPEED),
         gaze: people.gaze,
         ..LearnedConfig::default()
     };

@@ -42,12 +42,12 @@ impl Standing {
     /// `None`: no hand.
     #[must_use]
     pub fn seen_in(frame: &HandFrame) -> Option<Self> {
-        let usual = PersonConfig::default();
+        let nominal = PersonConfig::default();
         let hand_m = frame.contact_point()?.position_m;
         Some(Self {
             head_m: frame
                 .head_m
-                .unwrap_or(hand_m + usual.head_m - usual.hand_rest_m),
+                .unwrap_or(hand_m + nominal.head_m - nominal.hand_rest_m),
             hand_m,
         })
     }
@@ -271,10 +271,10 @@ mod tests {
         let (scene, _) = Scene::from_obj_str(&obj, None).unwrap();
         assert_eq!(scene.vertical_facets().len(), 1);
         let arm = BoardArm::named("iiwa7", &Board::default()).unwrap();
-        let usual = PersonConfig::default();
+        let nominal = PersonConfig::default();
         let standing = Standing {
-            head_m: usual.head_m,
-            hand_m: usual.hand_rest_m,
+            head_m: nominal.head_m,
+            hand_m: nominal.hand_rest_m,
         };
         let plans = plan(&scene, &arm, &standing, 48, 3).unwrap();
         for plan in &plans {
@@ -286,12 +286,12 @@ mod tests {
 
     #[test]
     fn a_person_without_a_tracked_head_stands_behind_the_hand() {
-        let usual = PersonConfig::default();
+        let nominal = PersonConfig::default();
         let mut frame = HandFrame::empty(0.0);
         assert_eq!(Standing::seen_in(&frame), None);
-        frame.palm_m = Some(usual.hand_rest_m + DVec3::Y);
+        frame.palm_m = Some(nominal.hand_rest_m + DVec3::Y);
         let seen = Standing::seen_in(&frame).unwrap();
-        assert!(seen.head_m.distance(usual.head_m + DVec3::Y) < 1e-12);
+        assert!(seen.head_m.distance(nominal.head_m + DVec3::Y) < 1e-12);
         frame.head_m = Some(DVec3::ONE);
         assert_eq!(Standing::seen_in(&frame).unwrap().head_m, DVec3::ONE);
     }

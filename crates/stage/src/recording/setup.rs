@@ -64,15 +64,15 @@ impl SessionSource<'_> {
         let people = self.scenery.people;
         let points: Vec<&str> = people.points.iter().map(|point| point.name()).collect();
         let FloorPose { origin_m, yaw_rad } = self.base;
-        let usual = TrainingPeople::default();
-        let people_stay = people.person == usual.clone().seen_from(self.base).person;
+        let nominal = TrainingPeople::default();
+        let people_stay = people.person == nominal.clone().seen_from(self.base).person;
         // Training people for a recorded hand stand where it is first seen.
         let (head_m, hand_m) = (people.person.head_m, people.person.hand_rest_m);
-        if standing(&usual, head_m, hand_m) != people.person && !people_stay {
+        if standing(&nominal, head_m, hand_m) != people.person && !people_stay {
             bail!("people who are not the usual ones cannot be recorded");
         }
         let [head, hand] = [head_m, hand_m].map(|m| m.to_array());
-        let stand = (people.person != usual.person && !people_stay)
+        let stand = (people.person != nominal.person && !people_stay)
             .then(|| ("training_stand", numbers(&[head, hand].concat())));
         let options = [
             (
@@ -144,19 +144,19 @@ impl Options {
             yaw_rad,
         };
         // Standing place of the training people: in front of the arm, or unmoved while the base was moved.
-        let usual = TrainingPeople::default();
+        let nominal = TrainingPeople::default();
         let people = match setup.option("training_people_stay") {
-            Some(_) if flag("training_people_stay")? => usual.seen_from(base),
+            Some(_) if flag("training_people_stay")? => nominal.seen_from(base),
             _ => match setup.option("training_stand") {
                 Some(text) => {
                     let [hx, hy, hz, x, y, z] = numbers_of("training_stand", text)?;
                     let [head_m, hand_m] = [DVec3::new(hx, hy, hz), DVec3::new(x, y, z)];
                     TrainingPeople {
-                        person: standing(&usual, head_m, hand_m),
-                        ..usual
+                        person: standing(&nominal, head_m, hand_m),
+                        ..nominal
                     }
                 }
-                None => usual,
+                None => nominal,
             },
         };
         // Older recordings are all in metres, z up.
@@ -189,23 +189,23 @@ impl Options {
 }
 
 /// The same people at another place.
-fn standing(usual: &TrainingPeople, head_m: DVec3, hand_rest_m: DVec3) -> PersonConfig {
+fn standing(nominal: &TrainingPeople, head_m: DVec3, hand_rest_m: DVec3) -> PersonConfig {
     PersonConfig {
         head_m,
         hand_rest_m,
-        ..usual.person
+        ..nominal.person
     }
 }
 
 /// Word for likely touches without points.
-const USUAL_RANGE: &str = "usual range";
+const NOMINAL_RANGE: &str = "usual range";
 /// Word for a free roll.
 const ANY_ROLL: &str = "any";
 
 fn touches_text(touches: &LikelyTouches) -> anyhow::Result<String> {
     let places = match touches {
         LikelyTouches::Such(places) => places,
-        range if *range == LikelyTouches::default() => return Ok(USUAL_RANGE.to_owned()),
+        range if *range == LikelyTouches::default() => return Ok(NOMINAL_RANGE.to_owned()),
         LikelyTouches::InRange(_) => {
             bail!("a range of likely touches of its own cannot be recorded")
         }
@@ -220,7 +220,7 @@ fn touches_text(touches: &LikelyTouches) -> anyhow::Result<String> {
 }
 
 fn touches_of(text: &str) -> anyhow::Result<LikelyTouches> {
-    if text == USUAL_RANGE {
+    if text == NOMINAL_RANGE {
         return Ok(LikelyTouches::default());
     }
     let places = text.split(';').filter(|place| !place.trim().is_empty());

@@ -11,9 +11,9 @@ pub const EXPERIMENT_2_MEANS: [f64; 3] = [4.25, 4.125, 4.375];
 /// In experiment 1 they find both walls equally real, because the published shares are unknown.
 #[must_use]
 pub fn planted_for(protocol: &Protocol) -> ParticipantConfig {
-    let mut usual = ParticipantConfig::default();
+    let mut nominal = ParticipantConfig::default();
     if ReadyProtocol::of(protocol) == Some(ReadyProtocol::Experiment2) {
-        usual.ratings = EXPERIMENT_2_MEANS.to_vec();
+        nominal.ratings = EXPERIMENT_2_MEANS.to_vec();
     }
-    usual
+    nominal
 }

@@ -23,9 +23,9 @@ pub struct Roughness {
 }
 
 /// Nominal force of a touch, N.
-const USUAL_N: f64 = 7.5;
+const NOMINAL_N: f64 = 7.5;
 /// Nominal speed of the scanning finger, mm/s.
-const USUAL_MM_PER_S: f64 = 60.0;
+const NOMINAL_MM_PER_S: f64 = 60.0;
 
 impl Default for Roughness {
     /// The dissertation's order: 0 < 45 < 63.43 ~ 71.57 ~ 90 degrees, rising with speed. Effect sizes give, with
@@ -94,7 +94,7 @@ impl Roughness {
         let (angle_deg, speed) = (stimulus.angle_deg, stimulus.speed_mm_per_s);
         match stimulus.patch {
             None => Some(self.ln(angle_deg, speed)),
-            Some(patch) => self.ln_of_patch(patch, angle_deg, USUAL_MM_PER_S + speed),
+            Some(patch) => self.ln_of_patch(patch, angle_deg, NOMINAL_MM_PER_S + speed),
         }
     }
 
@@ -105,9 +105,9 @@ impl Roughness {
             let predicted = Vibration::default().predict(texture, scan, speed).ok()?;
             predicted.value().filter(|v| *v > 0.0)
         };
-        let usual = of(&Texture::released(), 90.0, USUAL_MM_PER_S)?;
+        let nominal = of(&Texture::released(), 90.0, NOMINAL_MM_PER_S)?;
         let here = of(&patch.texture(), angle_deg, over_mm_per_s)?;
-        Some(self.patch_exponent * (here / usual).ln())
+        Some(self.patch_exponent * (here / nominal).ln())
     }
 
     /// The logarithm for a rendered stimulus; `None` if it was not felt.
@@ -119,6 +119,6 @@ impl Roughness {
             None => self.ln(angle_deg, speed),
             Some(patch) => self.ln_of_patch(patch, angle_deg, rendered.felt_mm_per_s?)?,
         };
-        Some(at + self.force_exponent * (force / USUAL_N).ln())
+        Some(at + self.force_exponent * (force / NOMINAL_N).ln())
     }
 }

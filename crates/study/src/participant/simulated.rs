@@ -93,7 +93,7 @@ pub struct SimulatedParticipant {
 }
 
 /// Answer of the mean participant to a roughness with logarithm zero.
-const USUAL_ANSWER: f64 = 5.0;
+const NOMINAL_ANSWER: f64 = 5.0;
 /// Smallest and largest answer.
 const SAID: [f64; 2] = [1e-3, 1e8];
 /// Logarithm at the middle of a rating scale, and its distance to the ends.
@@ -111,7 +111,7 @@ impl SimulatedParticipant {
         let mut numbers = Pcg64::seed_from_u64(own);
         let mut normal = || -> f64 { StandardNormal.sample(&mut numbers) };
         Ok(Self {
-            ln_modulus: USUAL_ANSWER.ln() + config.modulus_sd * normal(),
+            ln_modulus: NOMINAL_ANSWER.ln() + config.modulus_sd * normal(),
             sensitivity: (1.0 + config.sensitivity_sd * normal()).max(0.0),
             rates_off: normal(),
             config: config.clone(),

@@ -83,7 +83,7 @@ impl ReadyProtocol {
     /// The protocol. Only the studies of roughness have catch trials and practice.
     #[must_use]
     pub fn protocol(self) -> Protocol {
-        let usual = Protocol {
+        let nominal = Protocol {
             title: self.words()[1].to_owned(),
             subjects: 8,
             ..Protocol::default()
@@ -92,7 +92,7 @@ impl ReadyProtocol {
             practice: 0,
             catch_per_block: 0,
             break_after: 0,
-            ..usual.clone()
+            ..nominal.clone()
         };
         // The board rests.
         let at_rest = StudyFactor::new("speed", ["0"]);
@@ -102,7 +102,7 @@ impl ReadyProtocol {
                 StudyFactor::new("patch", patches.iter().copied()),
                 at_rest.clone(),
             ],
-            ..usual.clone()
+            ..nominal.clone()
         };
         match self {
             Self::Experiment1 => Protocol {
@@ -125,7 +125,7 @@ impl ReadyProtocol {
             Self::Preliminary => by_angle(&["study-1.5", "study-2", "study-2.5", "study-3"]),
             Self::Roughness => Protocol {
                 subjects: 25,
-                ..usual
+                ..nominal
             },
             Self::Cones => by_angle(&["study-3", "cones-3"]),
         }

@@ -255,12 +255,12 @@ fn how_many(
         (intro, found, MOST_SIGNS)
     } else {
         let middle = 0.5 * (end + 1.0);
-        let usual = [0.125, 0.25, 0.5].map(|part| middle + part * (end - middle));
+        let nominal = [0.125, 0.25, 0.5].map(|part| middle + part * (end - middle));
         let own = all
             .iter()
             .map(|r| r.mean)
             .filter(|mean| (1.0 < *mean) && *mean < end);
-        let mut means: Vec<f64> = own.chain(usual).collect();
+        let mut means: Vec<f64> = own.chain(nominal).collect();
         means.sort_by(f64::total_cmp);
         means.dedup();
         let intro = "Exact power of the signed-rank test against the middle at 5 %, by the mean of a population of which no more is assumed. \

@@ -97,7 +97,7 @@ fn measurements_come_in_any_order() {
         .into_iter()
         .flat_map(|deg| [0.0, 40.0, 80.0].map(|speed| level(deg, speed, deg / 10.0 + speed / 8.0)))
         .collect();
-    let usual = Calibration::from_rows(rows.clone()).unwrap();
+    let nominal = Calibration::from_rows(rows.clone()).unwrap();
     let mut sampler = Sampler::new(1);
     for _ in 0..20 {
         let mut others = rows.clone();
@@ -105,9 +105,9 @@ fn measurements_come_in_any_order() {
             others.swap(last, sampler.index(last + 1));
         }
         let other = Calibration::from_rows(others).unwrap();
-        assert_eq!(usual.nodes(), other.nodes());
+        assert_eq!(nominal.nodes(), other.nodes());
         let wanted = sampler.uniform(1.0, 15.0);
-        assert_eq!(usual.level_for(wanted), other.level_for(wanted));
+        assert_eq!(nominal.level_for(wanted), other.level_for(wanted));
     }
 }
 
@@ -131,9 +131,9 @@ fn the_clock_and_half_a_turn_of_the_board_do_not_matter() {
         }
         steps
     };
-    let usual = run(0.0, 1.0);
+    let nominal = run(0.0, 1.0);
     for (clock_s, side) in [(50.0, 1.0), (1e4, 1.0), (1.7e9, 1.0), (0.0, -1.0)] {
-        for (k, (a, b)) in usual.iter().zip(&run(clock_s, side)).enumerate() {
+        for (k, (a, b)) in nominal.iter().zip(&run(clock_s, side)).enumerate() {
             let off = (a.0 - b.0).abs().max((side * a.1).distance(b.1));
             // Unix time is rounded to 0.2 us, a step to a part in 4000.
             assert!(off < 1e-4, "{clock_s} s, {side}, step {k}: {a:?} {b:?}");

@@ -45,7 +45,7 @@ impl WayLeft {
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub(in crate::learned) struct Habits {
     /// Mean remaining displacement, m, and its standard deviation per axis, m.
-    pub(in crate::learned) usual_m: DVec3,
+    pub(in crate::learned) nominal_m: DVec3,
     pub(in crate::learned) scatter_m: f64,
     /// Variances between people of the offset and of the slopes.
     pub(in crate::learned) offset: f64,
@@ -55,7 +55,7 @@ pub(in crate::learned) struct Habits {
 impl Habits {
     /// No differences between people, or none known.
     pub(in crate::learned) const NONE: Self = Self {
-        usual_m: DVec3::ZERO,
+        nominal_m: DVec3::ZERO,
         scatter_m: 1.0,
         offset: 0.0,
         slope: 0.0,
@@ -63,7 +63,7 @@ impl Habits {
 
     /// 1, and the normalised deviation of the remaining displacement from the mean.
     fn terms(&self, left: &WayLeft) -> [f64; TERMS] {
-        let unusual = (left.end_m - left.now_m - self.usual_m) / self.scatter_m;
+        let unusual = (left.end_m - left.now_m - self.nominal_m) / self.scatter_m;
         let most = DVec3::splat(MOST_UNUSUAL);
         let [x, y, z] = unusual.clamp(-most, most).to_array();
         [1.0, x, y, z]
@@ -206,7 +206,7 @@ fn corrected(found: &[DVec3; TERMS], habits: &Habits, left: &WayLeft) -> DVec3 {
 
 /// A held-out reach.
 #[derive(Debug, Clone, Default)]
-pub(super) struct ForeseenReach {
+pub(super) struct PredictedReach {
     /// Number of the person.
     pub(super) person: usize,
     pub(super) contact_m: DVec3,
@@ -216,9 +216,9 @@ pub(super) struct ForeseenReach {
 
 /// The habits at each time left, with the prior variances with which a person's touches best predict the next touch; 0 where they do not
 /// help. The reaches of each person must be in order. One person alone gives no information about differences between people.
-pub(super) fn habits(people: usize, reaches: &[ForeseenReach]) -> [Habits; KNOTS] {
+pub(super) fn habits(people: usize, reaches: &[PredictedReach]) -> [Habits; KNOTS] {
     std::array::from_fn(|k| {
-        let mut habits = usual(reaches, k);
+        let mut habits = nominal(reaches, k);
         if people < 2 {
             return habits;
         }
@@ -253,7 +253,7 @@ pub(super) fn habits(people: usize, reaches: &[ForeseenReach]) -> [Habits; KNOTS
 }
 
 /// Mean remaining displacement at a time left.
-fn usual(reaches: &[ForeseenReach], k: usize) -> Habits {
+fn nominal(reaches: &[PredictedReach], k: usize) -> Habits {
     let each = || reaches.iter().flat_map(|r| &r.left[k]);
     let mean = |of: &dyn Fn(DVec3) -> DVec3| -> DVec3 {
         let (mut sum, mut total) = (DVec3::ZERO, f64::MIN_POSITIVE);
@@ -263,10 +263,10 @@ fn usual(reaches: &[ForeseenReach], k: usize) -> Habits {
         }
         sum / total
     };
-    let usual_m = mean(&|way_m| way_m);
-    let square_m2 = mean(&|way_m| (way_m - usual_m).powf(2.0)).element_sum() / 3.0;
+    let nominal_m = mean(&|way_m| way_m);
+    let square_m2 = mean(&|way_m| (way_m - nominal_m).powf(2.0)).element_sum() / 3.0;
     Habits {
-        usual_m,
+        nominal_m,
         scatter_m: square_m2.sqrt().max(1e-3),
         ..Habits::NONE
     }
@@ -297,7 +297,7 @@ mod tests {
     fn nothing_is_learnt_from_nothing_and_one_wild_reach_hardly_counts() {
         let mut sampler = Sampler::new(2);
         let habits = Habits {
-            usual_m: DVec3::new(0.2, 0.0, 0.0),
+            nominal_m: DVec3::new(0.2, 0.0, 0.0),
             scatter_m: 0.06,
             offset: 0.3,
             slope: 0.06,
@@ -328,7 +328,7 @@ mod tests {
     #[test]
     fn people_who_differ_are_told_from_those_who_do_not() {
         let mut sampler = Sampler::new(3);
-        let mut reaches = |scatter: f64| -> Vec<ForeseenReach> {
+        let mut reaches = |scatter: f64| -> Vec<PredictedReach> {
             let mut all = Vec::new();
             for person in 0..12 {
                 let share = scatter * sampler.normal();
@@ -336,10 +336,10 @@ mod tests {
                     let left = ahead(&mut sampler);
                     // Some bow to the left by a share of the distance.
                     let bow_m = DVec3::Z.cross(left.end_m - left.now_m) * share;
-                    let mut reach = ForeseenReach {
+                    let mut reach = PredictedReach {
                         person,
                         contact_m: left.end_m + bow_m + drawn(&mut sampler, 0.5 * SD_M),
-                        ..ForeseenReach::default()
+                        ..PredictedReach::default()
                     };
                     reach.left[2].push((left, 1.0));
                     all.push(reach);

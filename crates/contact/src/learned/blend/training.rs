@@ -6,7 +6,7 @@ use crate::learned::blend::combination::{
     Axes, Blend, Combined, Personal, Region, combine, placed,
 };
 use crate::learned::blend::evidence::{CLIP, Evidence, clip};
-use crate::learned::blend::habit::{ForeseenReach, Habits, WayLeft, habits};
+use crate::learned::blend::habit::{Habits, PredictedReach, WayLeft, habits};
 use crate::learned::blend::knots::{KNOTS, between_knots, nearest_knot, time_key};
 use crate::learned::blend::sources::SOURCES;
 use crate::learned::blend::turns::Turns;
@@ -272,7 +272,7 @@ fn habits_of(
     blend: &Blend,
     regions: &[Region],
 ) -> [Habits; KNOTS] {
-    let mut reaches = vec![ForeseenReach::default(); evidence.made];
+    let mut reaches = vec![PredictedReach::default(); evidence.made];
     for (row, sample) in evidence.samples.iter().enumerate() {
         // Later samples belong to time-scaled copies.
         let Some(reach) = reaches.get_mut(sample.reach) else {

@@ -25,8 +25,8 @@ impl Blend {
         for factor in self.factors {
             positive("factor at a time left", factor)?;
         }
-        for usual in self.usual_distances {
-            positive("usual distance", usual)?;
+        for nominal in self.nominal_distances {
+            positive("nominal distance", nominal)?;
         }
         self.validate_personal()?;
         for pair in self.arrival.keys.windows(2) {

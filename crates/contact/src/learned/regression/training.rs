@@ -166,9 +166,14 @@ fn weigh(rows: &mut Rows, held_out: &[f64]) {
                 .sum()
         })
         .collect();
-    let usual = by_region(rows, &squares);
+    let nominal = by_region(rows, &squares);
     for row in 0..rows.len() {
-        let expected: f64 = rows.gates(row).iter().zip(&usual).map(|(g, u)| g * u).sum();
+        let expected: f64 = rows
+            .gates(row)
+            .iter()
+            .zip(&nominal)
+            .map(|(g, u)| g * u)
+            .sum();
         rows.weights[row] /= expected + 3.0 * SENSOR_M * SENSOR_M;
     }
 }

@@ -8,11 +8,11 @@ pub enum EvidenceSource {
     /// The estimated end of the motion.
     Motion,
     /// The end of the motion, confirmed by the present fixation.
-    MotionAndLook,
+    MotionAndFixation,
     /// The present fixation: its line of sight, at the distance given by the motion.
-    Look,
+    Fixation,
     /// The fixation before the present one.
-    LookBefore,
+    PreviousFixation,
     /// The places this person has touched before.
     TouchedBefore,
     /// None of the others: anywhere around a resting hand, or the motion with three times its error.
@@ -23,9 +23,9 @@ impl EvidenceSource {
     /// All of them, in the order of shares.
     pub const ALL: [Self; SOURCES] = [
         Self::Motion,
-        Self::MotionAndLook,
-        Self::Look,
-        Self::LookBefore,
+        Self::MotionAndFixation,
+        Self::Fixation,
+        Self::PreviousFixation,
         Self::TouchedBefore,
         Self::Anywhere,
     ];
@@ -37,9 +37,9 @@ pub(in crate::predict) const SOURCES: usize = 6;
 pub type SourceShares = [f64; SOURCES];
 
 /// Nodes of the fixation age for the table of shares, s; shares in between are interpolated.
-pub(super) const LOOK_AGES_S: [f64; 6] = [0.05, 0.15, 0.27, 0.45, 0.8, 1.5];
+pub(super) const FIXATION_AGES_S: [f64; 6] = [0.05, 0.15, 0.27, 0.45, 0.8, 1.5];
 /// The table has one more row, for lost gaze.
-pub(super) const AGES: usize = LOOK_AGES_S.len() + 1;
+pub(super) const AGES: usize = FIXATION_AGES_S.len() + 1;
 /// Nodes of [`Context::cue`] for the table of shares.
 pub(super) const CUES: [f64; 3] = [0.0, 0.5, 1.0];
 /// The table has one more column, for an unknown cue: all samples.
@@ -50,7 +50,7 @@ pub(super) const COLUMNS: usize = CUES.len() + 1;
 pub(in crate::predict) struct Context {
     pub(super) phase: ReachPhase,
     /// Age of the present fixation, s.
-    pub(super) look_age_s: Option<f64>,
+    pub(super) fixation_age_s: Option<f64>,
     /// Remaining weight of the previous fixation, in [0, 1].
     pub(super) before_left: f64,
     /// Has the person touched anything yet?
@@ -73,8 +73,8 @@ fn nodes(kept: &[f64], value: f64) -> [(usize, f64); 2] {
 impl Context {
     /// The surrounding cells of the table of shares: age, cue, weight.
     pub(super) fn nodes(&self) -> [(usize, usize, f64); 4] {
-        let ages = match self.look_age_s {
-            Some(age_s) => nodes(&LOOK_AGES_S, age_s),
+        let ages = match self.fixation_age_s {
+            Some(age_s) => nodes(&FIXATION_AGES_S, age_s),
             None => [(AGES - 1, 1.0), (AGES - 1, 0.0)],
         };
         let all = COLUMNS - 1;
@@ -89,11 +89,11 @@ impl Context {
 
     /// Removes the shares of unavailable sources and normalises the rest.
     pub(super) fn only_those_there(&self, mut shares: SourceShares) -> SourceShares {
-        let moves = !matches!(self.phase, ReachPhase::Rest | ReachPhase::Stirring);
+        let moves = !matches!(self.phase, ReachPhase::Rest | ReachPhase::Drifting);
         let there = [
             f64::from(u8::from(moves)),
-            f64::from(u8::from(moves && self.look_age_s.is_some())),
-            f64::from(u8::from(self.look_age_s.is_some())),
+            f64::from(u8::from(moves && self.fixation_age_s.is_some())),
+            f64::from(u8::from(self.fixation_age_s.is_some())),
             self.before_left,
             f64::from(u8::from(self.has_places)),
             1.0,

@@ -155,28 +155,28 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         let sample = Sample::new(hand, &self.stream, &self.gaze, any, &model, settings);
         let Some(sample) = sample else { return false };
         let weights = self.person.shares(&sample, &model);
-        let sights = sample.looks.map(|look| {
-            let ray = look?.ray;
+        let sights = sample.dwells.map(|dwell| {
+            let ray = dwell?.ray;
             scene.ray_cast(ray.origin_m, ray.direction).ok()?
         });
         for (source, weight) in EvidenceSource::ALL.into_iter().zip(weights) {
             if weight.is_nan() || weight <= NEGLIGIBLE {
                 continue;
             }
-            let look = |i: usize| {
-                let look = sample.looks[i]?;
-                let distance_m = sights[i].map_or(USUAL_LOOK_M, |hit| hit.distance_m);
-                let gaussian = sample.along(&look, model.on_target_sd_rad, Some(distance_m))?;
+            let dwell = |i: usize| {
+                let dwell = sample.dwells[i]?;
+                let distance_m = sights[i].map_or(NOMINAL_FIXATION_M, |hit| hit.distance_m);
+                let gaussian = sample.along(&dwell, model.on_target_sd_rad, Some(distance_m))?;
                 Some((gaussian, self.seen(scene, hand, side, sights[i])))
             };
             let (gaussian, seen) = match source {
                 EvidenceSource::Motion => (sample.motion.map(|[motion, _]| motion), None),
-                EvidenceSource::MotionAndLook => {
+                EvidenceSource::MotionAndFixation => {
                     let seen = self.seen(scene, hand, side, sights[0]);
                     (sample.confirmed(model.on_target_sd_rad), Some(seen))
                 }
-                EvidenceSource::Look => look(0).unzip(),
-                EvidenceSource::LookBefore => look(1).unzip(),
+                EvidenceSource::Fixation => dwell(0).unzip(),
+                EvidenceSource::PreviousFixation => dwell(1).unzip(),
                 EvidenceSource::Anywhere => (sample.anywhere(&model), None),
                 EvidenceSource::TouchedBefore => {
                     self.add_places(scene, &sample, weight);
@@ -250,9 +250,12 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         source: EvidenceSource,
     ) -> Viewpoint {
         let by_motion = sample.motion.is_some()
-            && !matches!(source, EvidenceSource::Look | EvidenceSource::LookBefore);
+            && !matches!(
+                source,
+                EvidenceSource::Fixation | EvidenceSource::PreviousFixation
+            );
         let (origin_m, heading) = match self.gaze.now() {
-            Some(look) if !by_motion => (look.ray.origin_m, Some(look.ray.direction)),
+            Some(dwell) if !by_motion => (dwell.ray.origin_m, Some(dwell.ray.direction)),
             _ => {
                 let slow_m_per_s = self.config.watch.offset_m_per_s;
                 let moves = by_motion || hand.velocity_m_per_s.length() > slow_m_per_s;
@@ -306,7 +309,7 @@ pub enum Experience {
 const NEGLIGIBLE: f64 = 0.005;
 
 /// Assumed distance of the fixated point if the line of sight meets nothing, m.
-const USUAL_LOOK_M: f64 = 0.8;
+const NOMINAL_FIXATION_M: f64 = 0.8;
 
 /// A touched place further than this from its surface is ignored, m: for example, a door has moved.
 const LEFT_M: f64 = 0.03;
@@ -335,7 +338,7 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
             return &self.ranked;
         };
         if self.experience() == Experience::Enough {
-            let eye_m = self.gaze.now().map(|look| look.ray.origin_m);
+            let eye_m = self.gaze.now().map(|dwell| dwell.ray.origin_m);
             let side = self.side.free_side(scene, hand, eye_m);
             let registration_sd_m = self.config.registration_sd_m;
             let watch = &self.config.watch;

@@ -62,12 +62,12 @@ impl EvidenceModel {
     pub fn shares(
         &self,
         phase: ReachPhase,
-        look_age_s: Option<f64>,
+        fixation_age_s: Option<f64>,
         cue: Option<f64>,
     ) -> SourceShares {
         self.shares_in(&Context {
             phase,
-            look_age_s,
+            fixation_age_s,
             before_left: 1.0,
             has_places: true,
             cue,

@@ -33,13 +33,13 @@ impl Default for Person {
 impl Person {
     /// Shares of the sources at a sample; the sample is stored until the next touch.
     pub(super) fn shares(&mut self, sample: &Sample, model: &EvidenceModel) -> SourceShares {
-        let usual = model.shares_in(&sample.context);
+        let nominal = model.shares_in(&sample.context);
         let phase = sample.context.phase as usize;
         let (right, expected) = (&self.right[phase], &self.expected[phase]);
         let own: SourceShares = std::array::from_fn(|i| {
             // The floor keeps one touch from making a generally unreliable source dominant.
-            let before = PEOPLE * usual[i].max(1e-3);
-            usual[i] * (before + right[i]) / (before + expected[i])
+            let before = PEOPLE * nominal[i].max(1e-3);
+            nominal[i] * (before + right[i]) / (before + expected[i])
         });
         let own = sample.context.only_those_there(own);
         self.seen[phase] = Some((*sample, own));
@@ -61,10 +61,10 @@ impl Person {
             let Some(right) = sample.responsibilities(&shares, &logs) else {
                 continue;
             };
-            let usual = model.shares_in(&sample.context);
+            let nominal = model.shares_in(&sample.context);
             for i in 0..SOURCES {
                 self.right[phase][i] = FADES * self.right[phase][i] + right[i];
-                self.expected[phase][i] = FADES * self.expected[phase][i] + usual[i];
+                self.expected[phase][i] = FADES * self.expected[phase][i] + nominal[i];
             }
         }
     }

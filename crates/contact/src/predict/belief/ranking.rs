@@ -39,7 +39,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         let faces = self.shares.faces();
         let total: f64 = faces.iter().map(|f| f.mass).sum();
         let others = touched.map_or(1.0, |_| LEAVING_SHARE);
-        let look = self.gaze.now();
+        let dwell = self.gaze.now();
         // A place touched before is listed separately from the rest of its surface.
         let key = |index: usize| {
             let face = &faces[index];
@@ -100,16 +100,18 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                 time_to_contact_s: self.time_to(hand, point_m, behind && distance_m <= 0.0),
                 probability: p,
                 source: match best.source {
-                    EvidenceSource::Look | EvidenceSource::LookBefore => PredictionSource::Gaze,
+                    EvidenceSource::Fixation | EvidenceSource::PreviousFixation => {
+                        PredictionSource::Gaze
+                    }
                     EvidenceSource::TouchedBefore => PredictionSource::TouchedBefore,
                     EvidenceSource::Anywhere if self.estimate.is_none() => {
                         PredictionSource::Nearest
                     }
                     _ => PredictionSource::Motion,
                 },
-                looked_at_since_s: look
-                    .filter(|look| self.is_looked_at(&look.ray, point_m))
-                    .map(|look| look.since_s),
+                looked_at_since_s: dwell
+                    .filter(|dwell| self.is_looked_at(&dwell.ray, point_m))
+                    .map(|dwell| dwell.since_s),
             });
         }
         if let Some(touched) = touched {

@@ -1,7 +1,7 @@
 //! Predictions of every source for the next contact at one time.
 
 use super::super::gaussian::Gaussian;
-use super::super::gaze_memory::{GazeMemory, Look};
+use super::super::gaze_memory::{Dwell, GazeMemory};
 use super::super::hand::phase::ReachPhase;
 use super::super::hand::place::{HandPlace, gaussian_of};
 use super::super::stream::StreamEstimator;
@@ -23,7 +23,7 @@ const LABEL_SD_M: f64 = 0.008;
 /// Length of the line of sight on which the contact may lie, m.
 const ALONG_M: f64 = 1.2;
 /// Least distance of a contact from the eyes, m.
-const NEAREST_LOOK_M: f64 = 0.1;
+const NEAREST_FIXATION_M: f64 = 0.1;
 /// Standard deviation in depth about the surface on the line of sight, m: past an edge, a nearer or farther one may be meant.
 const DEPTH_SD_M: f64 = 0.4;
 
@@ -34,7 +34,7 @@ pub(in crate::predict) struct Sample {
     /// Predicted end of the motion, and the same with the error of a wrong estimate; `None` at rest.
     pub(super) motion: Option<[Gaussian; 2]>,
     /// The present fixation and the one before.
-    pub(super) looks: [Option<Look>; 2],
+    pub(super) dwells: [Option<Dwell>; 2],
     /// Position of the resting hand, or its last rest before it moved, m.
     pub(super) rest_m: DVec3,
 }
@@ -50,27 +50,27 @@ impl Sample {
         (watch, default_sd_m): (&WatchConfig, f64),
     ) -> Option<Self> {
         let estimate = stream.estimate();
-        let place = HandPlace::new(hand, stream.began(), stream.stirred_m(), estimate, watch);
+        let place = HandPlace::new(hand, stream.began(), stream.drifted_m(), estimate, watch);
         let motion = estimate.and_then(|e| gaussian_of(e, default_sd_m));
         let motion = motion.and_then(|g| Some([g, g.stretched(ASTRAY)?]));
-        let (now, before) = memory.looks(hand.t_s, model.memory_s);
+        let (now, before) = memory.dwells(hand.t_s, model.memory_s);
         let phase = match motion {
-            None if place.phase != ReachPhase::Stirring => ReachPhase::Rest,
+            None if place.phase != ReachPhase::Drifting => ReachPhase::Rest,
             _ => place.phase,
         };
-        let cue = now.zip(motion.as_ref()).and_then(|(look, [motion, _])| {
-            Some((deviations(motion, look, model.on_target_sd_rad)? / DISAGREES).min(1.0))
+        let cue = now.zip(motion.as_ref()).and_then(|(dwell, [motion, _])| {
+            Some((deviations(motion, dwell, model.on_target_sd_rad)? / DISAGREES).min(1.0))
         });
         place.rest_m.is_finite().then(|| Self {
             context: Context {
                 phase,
-                look_age_s: now.map(|look| look.age_s(hand.t_s)),
+                fixation_age_s: now.map(|dwell| dwell.age_s(hand.t_s)),
                 before_left: before.map_or(0.0, |(_, ago_s)| 1.0 - ago_s / model.memory_s),
                 has_places,
                 cue,
             },
             motion,
-            looks: [now.copied(), before.map(|(look, _)| *look)],
+            dwells: [now.copied(), before.map(|(dwell, _)| *dwell)],
             rest_m: place.rest_m,
         })
     }
@@ -78,18 +78,18 @@ impl Sample {
     /// Contact by a fixation: on its line, at the distance given by the motion, or at the surface it meets.
     pub(super) fn along(
         &self,
-        look: &Look,
+        dwell: &Dwell,
         sd_rad: f64,
         distance_m: Option<f64>,
     ) -> Option<Gaussian> {
-        let (origin_m, sight) = (look.ray.origin_m, look.ray.direction);
-        let sd_rad = sd_rad.hypot(look.noise_rad);
+        let (origin_m, sight) = (dwell.ray.origin_m, dwell.ray.direction);
+        let sd_rad = sd_rad.hypot(dwell.noise_rad);
         let across = DMat3::IDENTITY - square(sight);
         let by_motion = self.motion.as_ref();
-        if let Some(gaussian) = by_motion.and_then(|[_, astray]| on_sight(astray, look, sd_rad)) {
+        if let Some(gaussian) = by_motion.and_then(|[_, astray]| on_sight(astray, dwell, sd_rad)) {
             return Some(gaussian);
         }
-        let distance_m = distance_m?.max(NEAREST_LOOK_M);
+        let distance_m = distance_m?.max(NEAREST_FIXATION_M);
         let sd_m = sd_rad * distance_m;
         let covariance_m2 = square(sight) * (DEPTH_SD_M * DEPTH_SD_M) + across * (sd_m * sd_m);
         Gaussian::new(origin_m + sight * distance_m, covariance_m2)
@@ -97,8 +97,8 @@ impl Sample {
 
     /// The motion's end combined with the line of the present fixation.
     pub(super) fn confirmed(&self, sd_rad: f64) -> Option<Gaussian> {
-        let ([motion, _], look) = (self.motion.as_ref()?, self.looks[0]?);
-        on_sight(motion, &look, sd_rad.hypot(look.noise_rad))
+        let ([motion, _], dwell) = (self.motion.as_ref()?, self.dwells[0]?);
+        on_sight(motion, &dwell, sd_rad.hypot(dwell.noise_rad))
     }
 
     /// Contact if no other source is right.
@@ -120,19 +120,19 @@ impl Sample {
             let g = g.and_then(|g| g.widened(isotropic(LABEL_SD_M)));
             g.map_or(f64::NEG_INFINITY, |g| g.log_density(contact_m))
         };
-        let look = |i: usize| {
-            self.looks[i].map_or(f64::NEG_INFINITY, |look| {
-                match self.along(&look, model.on_target_sd_rad, None) {
+        let dwell = |i: usize| {
+            self.dwells[i].map_or(f64::NEG_INFINITY, |dwell| {
+                match self.along(&dwell, model.on_target_sd_rad, None) {
                     Some(along) => by(Some(along)),
-                    None => log_along_sight(&look, contact_m, model.on_target_sd_rad),
+                    None => log_along_sight(&dwell, contact_m, model.on_target_sd_rad),
                 }
             })
         };
         [
             by(self.motion.map(|[motion, _]| motion)),
             by(self.confirmed(model.on_target_sd_rad)),
-            look(0),
-            look(1),
+            dwell(0),
+            dwell(1),
             places.log_density(contact_m, self.motion.as_ref().map(|[_, astray]| astray)),
             by(self.anywhere(model)),
         ]
@@ -153,37 +153,37 @@ impl Sample {
 }
 
 /// Product of a Gaussian and that about a line of sight.
-fn on_sight(gaussian: &Gaussian, look: &Look, sd_rad: f64) -> Option<Gaussian> {
-    let (origin_m, sight) = (look.ray.origin_m, look.ray.direction);
+fn on_sight(gaussian: &Gaussian, dwell: &Dwell, sd_rad: f64) -> Option<Gaussian> {
+    let (origin_m, sight) = (dwell.ray.origin_m, dwell.ray.direction);
     let sd_m = sd_rad * (gaussian.mean_m - origin_m).dot(sight);
     let across = DMat3::IDENTITY - square(sight);
-    let is_ahead = sd_m > sd_rad * NEAREST_LOOK_M;
+    let is_ahead = sd_m > sd_rad * NEAREST_FIXATION_M;
     is_ahead.then(|| gaussian.times(origin_m, across * (1.0 / (sd_m * sd_m))))?
 }
 
 /// Distance of a fixation from the predicted end, in standard deviations per axis; [`DISAGREES`] for eyes that look away, `None` if it cannot be
 /// computed.
-fn deviations(motion: &Gaussian, look: &Look, sd_rad: f64) -> Option<f64> {
-    let sight = look.ray.direction;
-    let to_mean = motion.mean_m - look.ray.origin_m;
+fn deviations(motion: &Gaussian, dwell: &Dwell, sd_rad: f64) -> Option<f64> {
+    let sight = dwell.ray.direction;
+    let to_mean = motion.mean_m - dwell.ray.origin_m;
     let distance_m = to_mean.dot(sight);
-    if distance_m < NEAREST_LOOK_M {
+    if distance_m < NEAREST_FIXATION_M {
         return Some(DISAGREES);
     }
     let axes = axes_across(sight);
-    let sd_m = distance_m * sd_rad.hypot(look.noise_rad);
+    let sd_m = distance_m * sd_rad.hypot(dwell.noise_rad);
     let spread = Plane::of(&motion.covariance_m2, axes).plus(sd_m * sd_m);
     let squared = spread.squared(axes.map(|axis| to_mean.dot(axis)));
     (squared >= 0.0).then(|| (0.5 * squared).sqrt())
 }
 
 /// Log density of a contact on a line of sight at unknown distance, per m³.
-fn log_along_sight(look: &Look, contact_m: DVec3, sd_rad: f64) -> f64 {
-    let to_contact = contact_m - look.ray.origin_m;
-    let rad = look.ray.direction.angle_between(to_contact);
-    let variance = sd_rad * sd_rad + look.noise_rad * look.noise_rad;
+fn log_along_sight(dwell: &Dwell, contact_m: DVec3, sd_rad: f64) -> f64 {
+    let to_contact = contact_m - dwell.ray.origin_m;
+    let rad = dwell.ray.direction.angle_between(to_contact);
+    let variance = sd_rad * sd_rad + dwell.noise_rad * dwell.noise_rad;
     let square_m2 = to_contact
         .length_squared()
-        .max(NEAREST_LOOK_M * NEAREST_LOOK_M);
+        .max(NEAREST_FIXATION_M * NEAREST_FIXATION_M);
     -0.5 * rad * rad / variance - (TAU * variance * ALONG_M * square_m2).ln()
 }

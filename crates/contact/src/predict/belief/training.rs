@@ -161,7 +161,7 @@ impl EvidenceModel {
     fn improved(&self, start: &Self, rows: &[Row]) -> Self {
         let none: Shares = [[[[0.0; SOURCES]; COLUMNS]; AGES]; PHASES];
         let mut counts = none;
-        let (mut looks, mut squares) = (1.0, start.on_target_sd_rad.powi(2));
+        let (mut dwells, mut squares) = (1.0, start.on_target_sd_rad.powi(2));
         let (mut rested, mut first, mut second) = (0.0, DVec3::ZERO, DMat3::ZERO);
         for row in rows {
             let Row {
@@ -183,12 +183,12 @@ impl EvidenceModel {
                 }
             }
             if sample.motion.is_none() {
-                if let Some(look) = &sample.looks[0] {
-                    let weight = row.weight * right[EvidenceSource::Look as usize];
-                    let to_contact = *contact_m - look.ray.origin_m;
-                    let rad = look.ray.direction.angle_between(to_contact);
-                    looks += weight;
-                    squares += weight * (0.5 * rad * rad - look.noise_rad.powi(2));
+                if let Some(dwell) = &sample.dwells[0] {
+                    let weight = row.weight * right[EvidenceSource::Fixation as usize];
+                    let to_contact = *contact_m - dwell.ray.origin_m;
+                    let rad = dwell.ray.direction.angle_between(to_contact);
+                    dwells += weight;
+                    squares += weight * (0.5 * rad * rad - dwell.noise_rad.powi(2));
                 }
                 let weight = row.weight * right[EvidenceSource::Anywhere as usize];
                 let off = *contact_m - sample.rest_m;
@@ -205,7 +205,7 @@ impl EvidenceModel {
         let mean_m = (first + before.mean_m * PULL) / total;
         let second = second + (before.covariance_m2 + square(before.mean_m)) * PULL;
         Self {
-            on_target_sd_rad: (squares / looks).max(1e-6).sqrt(),
+            on_target_sd_rad: (squares / dwells).max(1e-6).sqrt(),
             shares,
             rest: RestingHand {
                 mean_m,

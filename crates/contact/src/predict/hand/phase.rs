@@ -6,7 +6,7 @@ pub enum ReachPhase {
     /// No reach is under way.
     Rest,
     /// No reach is detected yet, but the hand has moved 1 cm since it was last slow.
-    Stirring,
+    Drifting,
     /// A reach seems to have begun; the hand has moved less than 8 cm.
     Onset,
     /// The reach is under way.
@@ -21,7 +21,7 @@ impl ReachPhase {
     /// All of them, in order.
     pub const ALL: [Self; PHASES] = [
         Self::Rest,
-        Self::Stirring,
+        Self::Drifting,
         Self::Onset,
         Self::UnderWay,
         Self::End,

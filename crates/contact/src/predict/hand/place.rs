@@ -17,11 +17,11 @@ pub(in crate::predict) struct HandPlace {
 }
 
 impl HandPlace {
-    /// `began`: beginning of the present reach; `stirred_m`: [`StreamEstimator::stirred_m`](super::super::stream::StreamEstimator::stirred_m).
+    /// `began`: beginning of the present reach; `drifted_m`: [`StreamEstimator::drifted_m`](super::super::stream::StreamEstimator::drifted_m).
     pub(in crate::predict) fn new(
         hand: &HandState,
         began: Option<&ReachBeginning>,
-        stirred_m: f64,
+        drifted_m: f64,
         estimate: Option<&ContactEstimate>,
         watch: &WatchConfig,
     ) -> Self {
@@ -34,7 +34,7 @@ impl HandPlace {
                 ReachPhase::of(hand.point_m.distance(began.place_m), left_s)
             }
             (Some(_), None) => ReachPhase::Onset,
-            (None, _) if stirred_m >= STIRRED_M => ReachPhase::Stirring,
+            (None, _) if drifted_m >= DRIFTED_M => ReachPhase::Drifting,
             (None, _) => ReachPhase::Rest,
         };
         Self {
@@ -45,7 +45,7 @@ impl HandPlace {
 }
 
 /// A hand that has moved further than this since it was last slow starts to move, m: above tracker noise.
-const STIRRED_M: f64 = 0.01;
+const DRIFTED_M: f64 = 0.01;
 
 /// The Gaussian of an estimate; `default_sd_m` applies without a covariance.
 pub(in crate::predict) fn gaussian_of(
@@ -64,15 +64,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_hand_stirs_before_its_reach_is_seen() {
+    fn a_hand_drifts_before_its_reach_is_seen() {
         let mut hand = super::super::resting_at(DVec3::ZERO, 0.0);
         hand.velocity_m_per_s = DVec3::X * 0.2;
-        let phase = |stirred_m: f64| {
-            HandPlace::new(&hand, None, stirred_m, None, &WatchConfig::default()).phase
+        let phase = |drifted_m: f64| {
+            HandPlace::new(&hand, None, drifted_m, None, &WatchConfig::default()).phase
         };
         assert_eq!(phase(0.0), ReachPhase::Rest);
-        assert_eq!(phase(0.5 * STIRRED_M), ReachPhase::Rest);
-        assert_eq!(phase(STIRRED_M), ReachPhase::Stirring);
+        assert_eq!(phase(0.5 * DRIFTED_M), ReachPhase::Rest);
+        assert_eq!(phase(DRIFTED_M), ReachPhase::Drifting);
         assert_eq!(phase(f64::NAN), ReachPhase::Rest);
     }
 }

@@ -1,14 +1,14 @@
 //! The clock of the control loop.
 
+use crate::nominal_step::NominalStep;
 use crate::safety::state::{Channel, SafeReason};
 use crate::safety::supervisor_config::SupervisorConfig;
-use crate::usual_step::UsualStep;
 
 /// Checks the time of each step and sums the sound steps.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::safety) struct Clock {
     last_s: Option<f64>,
-    steps: UsualStep,
+    steps: NominalStep,
     repeated: usize,
     /// Sum of the sound steps, s: the durations of states use it instead of the clock.
     pub(in crate::safety) elapsed_s: f64,
@@ -24,7 +24,7 @@ impl Clock {
         let channel = Channel::Time;
         // With a faulty clock, time advances by the nominal step: states with a duration must still end.
         let most_s = config.timing.max_step_s;
-        let fault_s = self.steps.usual_s().unwrap_or(most_s);
+        let fault_s = self.steps.nominal_s().unwrap_or(most_s);
         if !now_s.is_finite() {
             self.elapsed_s += fault_s;
             return Err(SafeReason::NonFinite(channel));

@@ -68,7 +68,7 @@ impl TimeFrame {
 
 /// Weight of the prior, in touches: variance within a person over variance between people. For simulated people the standard
 /// deviations are 0.12 and 0.25 s.
-const USUAL_TOUCHES: f64 = 0.25;
+const NOMINAL_TOUCHES: f64 = 0.25;
 /// Weight of a touch relative to the next one.
 const FADES: f64 = 0.9;
 /// A hand within this distance of a surface touches it, m: twice the error of a tracker.
@@ -82,10 +82,10 @@ const MOST_S: f64 = 2.0;
 
 impl AvailableTime {
     /// An estimate with this prior mean, s.
-    pub(super) const fn usual(usual_s: f64) -> Self {
+    pub(super) const fn nominal(nominal_s: f64) -> Self {
         Self {
-            mean_s: usual_s,
-            touches: USUAL_TOUCHES,
+            mean_s: nominal_s,
+            touches: NOMINAL_TOUCHES,
             known: None,
             is_touching: false,
         }
@@ -133,7 +133,7 @@ impl AvailableTime {
     }
 
     fn touched(&mut self, had_s: f64) {
-        self.touches = (FADES * self.touches).max(USUAL_TOUCHES) + 1.0;
+        self.touches = (FADES * self.touches).max(NOMINAL_TOUCHES) + 1.0;
         self.mean_s += (had_s.clamp(0.0, MOST_S) - self.mean_s) / self.touches;
     }
 }
@@ -158,7 +158,7 @@ mod tests {
 
     #[test]
     fn a_person_in_a_hurry_is_known_after_two_touches() {
-        let mut time = AvailableTime::usual(0.86);
+        let mut time = AvailableTime::nominal(0.86);
         assert_eq!(time.budget_s(), 0.86);
         touch_after(&mut time, 0.0, 0.4);
         touch_after(&mut time, 10.0, 0.4);
@@ -172,7 +172,7 @@ mod tests {
 
     #[test]
     fn a_hand_that_stays_touches_once() {
-        let mut time = AvailableTime::usual(0.86);
+        let mut time = AvailableTime::nominal(0.86);
         let touching = |k: u32| TimeFrame {
             t_s: 0.01 * f64::from(k),
             known: Some((SurfaceId(0), DVec3::X)),
@@ -195,7 +195,7 @@ mod tests {
             known: Some((SurfaceId(0), DVec3::X)),
             distance_m,
         };
-        let mut time = AvailableTime::usual(0.86);
+        let mut time = AvailableTime::nominal(0.86);
         // A hand that is found on the surface, and one that came to no known place.
         time.step(&at(1.0, 0.0));
         time.forget_reach();
@@ -256,7 +256,7 @@ mod tests {
                 .is_nan()
         );
         // An unknown distance neither starts nor ends a touch.
-        let mut time = AvailableTime::usual(0.86);
+        let mut time = AvailableTime::nominal(0.86);
         let at = |t_s: f64, distance_m: f64| TimeFrame {
             t_s,
             known: Some((SurfaceId(0), DVec3::X)),
@@ -275,7 +275,7 @@ mod tests {
 
     #[test]
     fn another_place_counts_from_when_the_board_was_sent_there() {
-        let mut time = AvailableTime::usual(0.86);
+        let mut time = AvailableTime::nominal(0.86);
         for k in 0..=100 {
             let point_m = if k < 60 { DVec3::Y } else { DVec3::X };
             time.step(&TimeFrame {

@@ -43,7 +43,7 @@ const SLOWS_DOWN: f64 = 3.0;
 /// Below this speed the direction of motion is dominated by noise, m/s.
 const SLOWEST_M_PER_S: f64 = 0.1;
 /// Standard deviation assumed for a time to contact that states none, as a share of the mean.
-const USUAL_SD_SHARE: f64 = 0.25;
+const NOMINAL_SD_SHARE: f64 = 0.25;
 /// The arm waits until all predictions have been finite for this time, s; the same as the supervisor's default recovery time.
 const RECOVERY_S: f64 = 0.25;
 /// Standard deviation of a person's time from reveal to touch, s.
@@ -60,7 +60,7 @@ pub(in crate::session) struct Policy {
     choice: Choice,
     way: Option<Way>,
     /// The contact reported after the last frame.
-    told: Option<ContactPrediction>,
+    reported: Option<ContactPrediction>,
     /// When the hand was last reaching, s.
     reached_s: f64,
     /// While the hand reaches for the goal: the most probable place on its surface and the time until the touch there, m and s, in the last
@@ -75,17 +75,17 @@ pub(in crate::session) struct Policy {
     available_time: AvailableTime,
     /// Time from when the motion of the hand reveals the place to the touch.
     revealed_time: AvailableTime,
-    course: HandMotion,
+    hand_motion: HandMotion,
     /// Reasons for the decisions, for whoever asks.
     pub(in crate::session) explanations: Explanations,
 }
 
 impl Policy {
-    /// `usual_s`: available time assumed for an unknown person; `reach_m`: how far the middle of the board may be from a touch on its
+    /// `nominal_s`: available time assumed for an unknown person; `reach_m`: how far the middle of the board may be from a touch on its
     /// face, m.
     pub(in crate::session) fn new(
         config: PolicyConfig,
-        usual_s: f64,
+        nominal_s: f64,
         reach_m: f64,
     ) -> Result<Self, SessionError> {
         config.validate()?;
@@ -94,16 +94,16 @@ impl Policy {
             reach_m,
             choice: Choice::Wait,
             way: None,
-            told: None,
+            reported: None,
             reached_s: f64::NEG_INFINITY,
             left: None,
             moved_s: f64::NEG_INFINITY,
             bad_s: f64::NEG_INFINITY,
             last_s: f64::NEG_INFINITY,
             fixations: Fixations::default(),
-            available_time: AvailableTime::usual(usual_s),
-            revealed_time: AvailableTime::usual(config.onset_share * usual_s),
-            course: HandMotion::default(),
+            available_time: AvailableTime::nominal(nominal_s),
+            revealed_time: AvailableTime::nominal(config.onset_share * nominal_s),
+            hand_motion: HandMotion::default(),
             explanations: Explanations::default(),
         })
     }
@@ -111,12 +111,12 @@ impl Policy {
     /// Drops the current choice and reach, for a world that jumped; what was learnt about the person stays.
     pub(in crate::session) fn reset(&mut self) {
         self.choice = Choice::Wait;
-        (self.way, self.told, self.left) = (None, None, None);
+        (self.way, self.reported, self.left) = (None, None, None);
         [self.reached_s, self.moved_s, self.bad_s, self.last_s] = [f64::NEG_INFINITY; 4];
-        self.fixations.forget_look();
+        self.fixations.forget_fixation();
         self.available_time.forget_reach();
         self.revealed_time.forget_reach();
-        self.course = HandMotion::default();
+        self.hand_motion = HandMotion::default();
     }
 
     /// Time available to the arm before this person touches, s.
@@ -139,7 +139,7 @@ impl Policy {
         }
         let since_s = t_s - self.last_s;
         self.last_s = t_s;
-        self.course.step(t_s, hand.map(|hand| hand.point_m));
+        self.hand_motion.step(t_s, hand.map(|hand| hand.point_m));
         let Some(first) = ranked.first() else {
             self.available_time.forget_reach();
             self.revealed_time.forget_reach();
@@ -172,7 +172,7 @@ impl Policy {
             reach_m: self.reach_m,
             hypotheses,
             t_s,
-            unknown: self.usual(),
+            unknown: self.nominal(),
             glance_s: self.fixations.glance_s(),
             revealed: TouchTime {
                 median_s: self.revealed_time.budget_s(),
@@ -192,7 +192,7 @@ impl Policy {
             way => way,
         };
         let stays = || {
-            let contact = self.told.filter(|_| arm.waits_at().is_none())?;
+            let contact = self.reported.filter(|_| arm.waits_at().is_none())?;
             let stand = arm.stand(&contact)?;
             Some(Choice::Present(Goal { contact, stand }))
         };
@@ -221,16 +221,16 @@ impl Policy {
         let contact = match decision {
             Decision::Wait => {
                 // An arm without a waiting posture follows this contact, and need not follow its noise.
-                let near = |told: &ContactPrediction| {
-                    told.surface == first.surface
-                        && told.point_m.distance(first.point_m) <= self.reach_m
+                let near = |reported: &ContactPrediction| {
+                    reported.surface == first.surface
+                        && reported.point_m.distance(first.point_m) <= self.reach_m
                 };
-                let told = self.told.filter(near).unwrap_or(hypotheses[0].contact);
-                self.newest(&told, hypotheses)
+                let reported = self.reported.filter(near).unwrap_or(hypotheses[0].contact);
+                self.newest(&reported, hypotheses)
             }
             Decision::Preposition(contact) | Decision::Present(contact) => contact,
         };
-        self.told = Some(contact);
+        self.reported = Some(contact);
         // The time counts from when hand, eyes or habit show the place, whether or not the board was sent.
         let shown = hypotheses
             .iter()
@@ -247,7 +247,7 @@ impl Policy {
     }
 
     fn turn_to_waiting(&mut self, t_s: f64, arm: &impl Presenting) {
-        (self.told, self.left) = (None, None);
+        (self.reported, self.left) = (None, None);
         if self.choice != Choice::Wait {
             self.choice = Choice::Wait;
             self.way = self.way.map(|way| way.to(arm, arm.waits_at(), t_s));
@@ -258,7 +258,10 @@ impl Policy {
     fn watch(&mut self, t_s: f64, ranked: &[ContactPrediction], hand: Option<&HandState>) {
         let still_m_per_s = self.config.still_m_per_s;
         // The mean suppresses the noise of the tracker.
-        let mean = self.course.velocity().map(|course| course.mean_m_per_s);
+        let mean = self
+            .hand_motion
+            .velocity()
+            .map(|hand_motion| hand_motion.mean_m_per_s);
         let velocity = mean.or(hand.map(|hand| hand.velocity_m_per_s));
         let is_still = velocity.is_none_or(|velocity| velocity.length() < still_m_per_s);
         // A fixation that began before the first frame does not count.
@@ -288,10 +291,10 @@ impl Policy {
     }
 
     /// Time of the next touch if nothing is known about it.
-    const fn usual(&self) -> TouchTime {
+    const fn nominal(&self) -> TouchTime {
         TouchTime {
             median_s: self.budget_s(),
-            scale_s: WaitingConfig::USUAL_SOFTNESS_S,
+            scale_s: WaitingConfig::NOMINAL_SOFTNESS_S,
             passed_s: 0.0,
         }
     }
@@ -304,15 +307,15 @@ impl Policy {
         hand: Option<&HandState>,
         arm: &impl Presenting,
     ) -> Hypothesis {
-        let usual = self.usual();
+        let nominal = self.nominal();
         let contact = &expected_soon(*contact, hand);
         let stated =
             (contact.time_to_contact_s).filter(|time| (0.0..f64::INFINITY).contains(&time.mean_s));
-        let expected = stated.map_or(usual, |time| {
+        let expected = stated.map_or(nominal, |time| {
             let sd_s = time.sd_s.filter(|sd_s| *sd_s >= 0.0);
             TouchTime {
                 median_s: time.mean_s,
-                scale_s: scale_of(sd_s.unwrap_or(USUAL_SD_SHARE * time.mean_s)),
+                scale_s: scale_of(sd_s.unwrap_or(NOMINAL_SD_SHARE * time.mean_s)),
                 passed_s: 0.0,
             }
         });
@@ -335,15 +338,18 @@ impl Policy {
                 Some(_) => match self.chosen_since_s(contact) {
                     Some(since_s) => {
                         let passed_s = (t_s - since_s).max(0.0);
-                        let time = TouchTime { passed_s, ..usual };
+                        let time = TouchTime {
+                            passed_s,
+                            ..nominal
+                        };
                         let awaited = time.still_awaited();
                         (self.fixations.leads(meant, passed_s, awaited), time)
                     }
-                    None => (0.0, usual),
+                    None => (0.0, nominal),
                 },
                 // Without a fixation, only habit says that a place is next.
-                None if contact.source == PredictionSource::TouchedBefore => (1.0, usual),
-                None => (0.0, usual),
+                None if contact.source == PredictionSource::TouchedBefore => (1.0, nominal),
+                None => (0.0, nominal),
             },
         };
         let chance = share * contact.probability;
@@ -395,10 +401,11 @@ impl Policy {
         };
         let is_goal = self.is_goal(contact);
         let is_fast = hand.velocity_m_per_s.length() >= self.config.still_m_per_s;
-        let course = self.course.velocity();
+        let hand_motion = self.hand_motion.velocity();
         // Without a history, only fast motion can be distinguished from noise.
         let found_m_per_s = hand.velocity_m_per_s * f64::from(u8::from(is_fast));
-        let mean_m_per_s = course.map_or(found_m_per_s, |course| course.mean_m_per_s);
+        let mean_m_per_s =
+            hand_motion.map_or(found_m_per_s, |hand_motion| hand_motion.mean_m_per_s);
         let off_m_per_s = mean_m_per_s.dot(contact.normal);
         if contact.distance_m <= self.config.near_m {
             // Close to the surface, the direction to a point on it is unreliable, and people who search for the place move back and forth at up to
@@ -411,8 +418,8 @@ impl Policy {
         let way = (contact.point_m - hand.point_m).normalize_or_zero();
         let closing_m_per_s = mean_m_per_s.dot(way);
         // A hand that comes to rest after a touch also approaches some place, but it loses speed.
-        let gains = |course: MeanVelocity| course.gained_m_per_s.dot(way) >= 0.0;
-        let sets_off = is_goal || is_fast || course.is_none_or(gains);
+        let gains = |hand_motion: MeanVelocity| hand_motion.gained_m_per_s.dot(way) >= 0.0;
+        let sets_off = is_goal || is_fast || hand_motion.is_none_or(gains);
         // A hand that retracts upwards approaches a point above it, but not its surface.
         let is_towards = off_m_per_s <= ALONG_SHARE * closing_m_per_s;
         if closing_m_per_s >= self.config.reach_m_per_s && is_towards && sets_off {

@@ -2,7 +2,7 @@
 
 use super::config::PolicyConfig;
 use super::explanation::{Explanation, WeighedChoice, WeighedPlace};
-use super::way::{Presenting, Stand, USUAL_S, Way, arrival_s, part_way, travel_s};
+use super::way::{NOMINAL_S, Presenting, Stand, Way, arrival_s, part_way, travel_s};
 use hwall_contact::ContactPrediction;
 use hwall_haptics::{PREPOSITION_SHARE, surface_axes};
 use hwall_kinematics::JointPositions;
@@ -237,7 +237,7 @@ impl<A: Presenting> Chooser<'_, A> {
         // times for the way back and the way on add like perpendicular distances.
         let by_then = way.now(self.t_s + self.glance_s);
         let back_s = travel_s(self.arm, by_then.as_ref(), self.arm.waits_at().as_ref());
-        late += self.elsewhere() * self.too_late(&self.unknown, 0.0, USUAL_S.hypot(back_s));
+        late += self.elsewhere() * self.too_late(&self.unknown, 0.0, NOMINAL_S.hypot(back_s));
         late + goal.map_or(0.0, |_| self.config.false_dispatch * (1.0 - there))
     }
 

@@ -31,7 +31,7 @@ const FADES: f64 = 0.9;
 /// Prior: one fixation that led to a reach.
 const LED_BEFORE: f64 = 1.0;
 /// Mean duration of fixations on scenes, s [Henderson, Trends in Cognitive Sciences 7(11):498, 2003].
-const USUAL_GLANCE_S: f64 = 0.33;
+const NOMINAL_GLANCE_S: f64 = 0.33;
 /// Shortest fixation that counts, s.
 const SHORTEST_S: f64 = 0.1;
 /// Longest time from the end of a fixation to its reach, s.
@@ -42,7 +42,7 @@ impl Default for Fixations {
         Self {
             led: LED_BEFORE,
             all: LED_BEFORE,
-            glance_s: USUAL_GLANCE_S,
+            glance_s: NOMINAL_GLANCE_S,
             under_way: None,
             counted_s: None,
         }
@@ -70,7 +70,7 @@ impl Fixations {
     }
 
     /// Drops the current fixation without counting it.
-    pub(super) const fn forget_look(&mut self) {
+    pub(super) const fn forget_fixation(&mut self) {
         self.under_way = None;
     }
 
@@ -80,10 +80,10 @@ impl Fixations {
         if !frame.is_still && !frame.reaches {
             self.under_way = None;
         }
-        let look = frame
+        let fixation = frame
             .since_s
             .filter(|since_s| Some(*since_s) != self.counted_s);
-        let is_over = |[since_s, seen_s]: [f64; 2]| match look {
+        let is_over = |[since_s, seen_s]: [f64; 2]| match fixation {
             Some(now_s) => now_s != since_s,
             None => frame.t_s - seen_s > FOLLOWS_S,
         };
@@ -96,7 +96,7 @@ impl Fixations {
             Some(seen) if is_over(seen) => self.ended(false),
             _ => {}
         }
-        if let Some(since_s) = look {
+        if let Some(since_s) = fixation {
             self.under_way = Some([since_s, frame.t_s]);
         }
     }
@@ -173,12 +173,12 @@ mod tests {
     fn a_fixation_that_outlasts_glances_leads_to_a_reach() {
         let mut fixations = Fixations::default();
         // Three of four are glances of 0.2 s.
-        for look in 0..40 {
-            let since_s = f64::from(look);
+        for fixation in 0..40 {
+            let since_s = f64::from(fixation);
             for k in 0..=20 {
                 fixations.step(&frame(since_s + 0.01 * f64::from(k), Some(since_s), false));
             }
-            fixations.step(&frame(since_s + 0.4, None, look % 4 == 3));
+            fixations.step(&frame(since_s + 0.4, None, fixation % 4 == 3));
         }
         let glance_s = fixations.glance_s();
         assert!((glance_s - 0.2).abs() < 0.02, "{glance_s}");

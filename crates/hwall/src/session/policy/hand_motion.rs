@@ -23,7 +23,7 @@ pub(super) struct MeanVelocity {
 }
 
 /// Averaging time, s.
-const COURSE_S: f64 = 0.1;
+const AVERAGED_S: f64 = 0.1;
 /// Spacing of the stored positions, s, at any rate of the tracker.
 const APART_S: f64 = 0.01;
 /// Enough for the averaging time, and half of it again for frames at uneven times.
@@ -55,10 +55,10 @@ impl HandMotion {
             let old = |(then_s, _): &&(f64, DVec3)| t_s - then_s >= age_s - EXACT_S;
             self.places.iter().flatten().find(old).copied()
         };
-        let (first_s, first_m) = ago(COURSE_S)?;
-        let (middle_s, middle_m) = ago(0.5 * COURSE_S)?;
+        let (first_s, first_m) = ago(AVERAGED_S)?;
+        let (middle_s, middle_m) = ago(0.5 * AVERAGED_S)?;
         let takes_s = [t_s - first_s, middle_s - first_s, t_s - middle_s];
-        if takes_s[0] > LONGEST * COURSE_S || takes_s[1] < EXACT_S {
+        if takes_s[0] > LONGEST * AVERAGED_S || takes_s[1] < EXACT_S {
             return None;
         }
         Some(MeanVelocity {
@@ -73,12 +73,12 @@ mod tests {
     use super::*;
 
     fn after(frames: usize, period_s: f64, x_m: impl Fn(f64) -> f64) -> Option<MeanVelocity> {
-        let mut course = HandMotion::default();
+        let mut hand_motion = HandMotion::default();
         for frame in 0..frames {
             let t_s = period_s * frame as f64;
-            course.step(t_s, Some(DVec3::X * x_m(t_s)));
+            hand_motion.step(t_s, Some(DVec3::X * x_m(t_s)));
         }
-        course.velocity()
+        hand_motion.velocity()
     }
 
     #[test]
@@ -103,10 +103,10 @@ mod tests {
     fn too_little_a_gap_and_a_lost_hand_tell_nothing() {
         assert_eq!(after(5, 0.01, |t| t), None);
         assert_eq!(after(3, 0.3, |t| t), None);
-        let mut course = HandMotion::default();
-        (0..20).for_each(|i| course.step(0.01 * f64::from(i), Some(DVec3::ZERO)));
-        assert!(course.velocity().is_some());
-        course.step(0.2, None);
-        assert_eq!(course.velocity(), None);
+        let mut hand_motion = HandMotion::default();
+        (0..20).for_each(|i| hand_motion.step(0.01 * f64::from(i), Some(DVec3::ZERO)));
+        assert!(hand_motion.velocity().is_some());
+        hand_motion.step(0.2, None);
+        assert_eq!(hand_motion.velocity(), None);
     }
 }

@@ -31,7 +31,7 @@ pub(in crate::session) trait Presenting {
 }
 
 /// Travel time assumed if it is unknown, s.
-pub(super) const USUAL_S: f64 = 0.5;
+pub(super) const NOMINAL_S: f64 = 0.5;
 /// Delay from a decision to the start of the motion, s: the delays of the arm and of the frame.
 const REACTION_S: f64 = 0.03;
 
@@ -45,7 +45,7 @@ pub(super) fn travel_s(
     to: Option<&JointPositions>,
 ) -> f64 {
     let known = || arm.travel_s(from?, to?);
-    known().unwrap_or(USUAL_S)
+    known().unwrap_or(NOMINAL_S)
 }
 
 /// Time from a configuration until the board stands within `slack_m` of a place, s, with the detour of a waiting arm.

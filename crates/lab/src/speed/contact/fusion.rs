@@ -16,7 +16,7 @@ use hwall_testkit::{Timing, titled};
 /// # Errors
 /// Errors of training and prediction.
 pub fn fusion(seed: u64) -> anyhow::Result<Section> {
-    let condition = Condition::usual();
+    let condition = Condition::nominal();
     let size = StudySize {
         participants: 16,
         seed,

@@ -6,7 +6,7 @@ use hwall_kinematics::JointPositions;
 use hwall_scene::SurfaceId;
 
 /// Available time, s.
-const USUAL_S: f64 = 0.86;
+const NOMINAL_S: f64 = 0.86;
 
 /// An arm whose board takes the given times from its waiting posture to each surface, s; between surfaces they add. `None`: it cannot hold
 /// the board there. The joint with the number of the surface moves to it, the third one along it.
@@ -51,7 +51,7 @@ fn place(surface: usize, y: f64, sd_m: f64, probability: f64) -> ContactPredicti
 }
 
 fn policy() -> Policy {
-    Policy::new(PolicyConfig::default(), USUAL_S, 0.075).expect("the defaults")
+    Policy::new(PolicyConfig::default(), NOMINAL_S, 0.075).expect("the defaults")
 }
 
 fn hand_at(t_s: f64, point_m: DVec3, velocity_m_per_s: DVec3) -> HandState {
@@ -133,13 +133,13 @@ fn for_people_who_look_around_the_arm_only_comes_nearer() {
     let mut policy = policy();
     // Fixations that lead to no touch, again and again.
     let mut last = Decision::Wait;
-    for look in 0..6 {
-        let since_s = f64::from(look) + 0.3;
+    for fixation in 0..6 {
+        let since_s = f64::from(fixation) + 0.3;
         let nothing = [place(1, 0.0, 0.5, 1.0)];
         rests(&mut policy, &nothing, arm, [since_s - 0.3, since_s - 0.01]);
         let ranked = [looked_at(place(0, 0.0, 0.02, 0.95), since_s)];
         last = rests(&mut policy, &ranked, arm, [since_s, since_s + 0.4]);
-        if look == 0 {
+        if fixation == 0 {
             assert!(matches!(last, Decision::Present(_)), "{last:?}");
         }
     }
@@ -379,7 +379,7 @@ fn the_time_from_reveal_to_touch_is_learnt_for_each_person_and_starts_anew_with_
     let mut policy = policy();
     let arm = Arm([Some(0.5), None]);
     let before_s = policy.revealed_time.budget_s();
-    assert!((before_s - 0.4 * USUAL_S).abs() < 1e-12);
+    assert!((before_s - 0.4 * NOMINAL_S).abs() < 1e-12);
     let target = place(0, 0.0, 0.01, 1.0);
     let reaches = |policy: &mut Policy, began_s: f64| {
         for frame in 0..=130 {
@@ -541,7 +541,7 @@ fn a_pre_position_counts_the_time_until_the_arm_is_there() {
         hypotheses: &[hypothesis],
         t_s: 0.0,
         glance_s: 0.3,
-        unknown: time(USUAL_S),
+        unknown: time(NOMINAL_S),
         revealed: time(0.4),
     };
     let choice = Choice::Preposition(Goal { contact, stand });
@@ -611,8 +611,8 @@ fn short_glances_make_it_cheaper_to_send_the_board() {
             hypotheses: &[],
             t_s: 0.0,
             glance_s,
-            unknown: time(USUAL_S),
-            revealed: time(USUAL_S),
+            unknown: time(NOMINAL_S),
+            revealed: time(NOMINAL_S),
         };
         let way = Way::at(arm.waits_at()).to(&arm, stand.q, 0.0);
         chooser.loss(&Choice::Present(Goal { contact, stand }), &way)

@@ -88,14 +88,14 @@ impl Person {
 #[test]
 fn somebody_in_a_hurry_is_waited_for_elsewhere_and_somebody_slow_is_not() {
     let walls = walls();
-    let usual = walls.waiting.expect("a posture");
+    let nominal = walls.waiting.expect("a posture");
     let other = *walls.others[0].atlas.waiting();
     assert!(
-        usual.max_abs_difference(&other) > 0.02,
-        "{usual:?} {other:?}"
+        nominal.max_abs_difference(&other) > 0.02,
+        "{nominal:?} {other:?}"
     );
     let mut person = Person::meets(&walls);
-    assert_eq!(person.perception.waits_at(), Some(usual));
+    assert_eq!(person.perception.waits_at(), Some(nominal));
     for _ in 0..4 {
         person.touches(0.3);
     }
@@ -126,5 +126,5 @@ fn somebody_in_a_hurry_is_waited_for_elsewhere_and_somebody_slow_is_not() {
         slow.touches(1.2);
     }
     assert!(slow.perception.budget_s() > 0.7);
-    assert!(slow.rests_at(&usual));
+    assert!(slow.rests_at(&nominal));
 }

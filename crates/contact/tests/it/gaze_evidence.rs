@@ -46,16 +46,16 @@ fn person(habits: &Habits, touches: usize, seed: u64) -> (Vec<HandFrame>, Vec<St
         move || DVec3::new(0.7, places.uniform(-0.5, 0.5), places.uniform(0.9, 1.5))
     };
     // Fixations with their start times, and hand movements with start and end.
-    let (mut looks, mut ways, mut contacts) = (vec![(0.0, ahead)], Vec::new(), Vec::new());
+    let (mut dwells, mut ways, mut contacts) = (vec![(0.0, ahead)], Vec::new(), Vec::new());
     let mut t_s = 0.0;
     for _ in 0..touches {
         t_s += habits.ahead_s;
         for _ in 0..habits.glances {
-            looks.push((t_s, on_wall()));
+            dwells.push((t_s, on_wall()));
             t_s += sampler.uniform(habits.glance_s[0], habits.glance_s[1]);
         }
         let target_m = on_wall();
-        looks.push((t_s, target_m));
+        dwells.push((t_s, target_m));
         t_s += habits.lead_s;
         let there_s = t_s + 0.7;
         ways.push((t_s, there_s, REST, target_m));
@@ -64,7 +64,7 @@ fn person(habits: &Habits, touches: usize, seed: u64) -> (Vec<HandFrame>, Vec<St
             contact_s: there_s,
         });
         let back_s = there_s + 0.3;
-        looks.push((back_s, ahead));
+        dwells.push((back_s, ahead));
         ways.push((back_s, back_s + 0.6, target_m, REST));
         t_s = back_s + 0.8;
     }
@@ -79,7 +79,7 @@ fn person(habits: &Habits, touches: usize, seed: u64) -> (Vec<HandFrame>, Vec<St
             let noise = gaussian(&mut sampler) * 5e-4;
             frame.set_point(HandPoint::Index, Some(hand_m + noise));
             frame.head_m = Some(EYE);
-            let seen_m = looks.iter().rfind(|l| l.0 <= t_s).unwrap().1;
+            let seen_m = dwells.iter().rfind(|l| l.0 <= t_s).unwrap().1;
             let exact = gaze_at(EYE, seen_m).direction;
             frame.gaze = Some(blurred(&mut sampler, exact, 0.009));
             frame
@@ -124,7 +124,7 @@ fn how_long_a_look_precedes_a_reach_is_learnt() {
     assert_eq!(steady.touches, 96);
     // If a person looks at one thing and touches it, a recent fixation is on the target and an old one is straight ahead.
     let now = |model: &EvidenceModel, age_s: f64| {
-        model.shares(ReachPhase::Rest, Some(age_s), None)[EvidenceSource::Look as usize]
+        model.shares(ReachPhase::Rest, Some(age_s), None)[EvidenceSource::Fixation as usize]
     };
     assert!(
         now(&steady, 0.15) > 0.85 && now(&steady, 0.3) > 0.85,
@@ -142,7 +142,7 @@ fn how_long_a_look_precedes_a_reach_is_learnt() {
     // While moving, the hand follows the fixated place.
     for model in [&steady, &glancing] {
         let on_the_way = model.shares(ReachPhase::UnderWay, Some(0.8), Some(0.0));
-        let looked_at = [EvidenceSource::MotionAndLook, EvidenceSource::Look];
+        let looked_at = [EvidenceSource::MotionAndFixation, EvidenceSource::Fixation];
         assert!(
             looked_at
                 .map(|s| on_the_way[s as usize])

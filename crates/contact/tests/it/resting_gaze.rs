@@ -3,7 +3,7 @@
 use crate::common::{
     self, EYE, Fused, ball, blurred, front, fused, gaze_at, hand as hand_at, scene, side,
 };
-use crate::look::Vague;
+use crate::gaze_evidence::Vague;
 use glam::{DMat3, DVec3};
 use hwall_contact::*;
 use hwall_hand::{Fixation, Gaze, GazeRay, HandFrame, HandState};
@@ -123,11 +123,11 @@ fn in_flight_and_lost_for_a_moment_the_last_prediction_holds() {
             let hand = hand_at(t_s, DVec3::new(0.5, -0.2, 1.2), DVec3::X * 0.06);
             see(&mut *predictor, &scene, &hand, gaze).first().copied()
         };
-        let look = |t_s: f64| Gaze::Fixed(Fixation::of_ray(0.0, t_s, gaze_at(EYE, target_m)));
+        let dwell = |t_s: f64| Gaze::Fixed(Fixation::of_ray(0.0, t_s, gaze_at(EYE, target_m)));
         let mut before = None;
         for i in 0..40 {
             let t_s = 0.01 * f64::from(i);
-            before = at(t_s, look(t_s));
+            before = at(t_s, dwell(t_s));
         }
         let before = before.unwrap();
         assert_eq!(Some(before.surface), scene.find("door"));
@@ -143,7 +143,7 @@ fn in_flight_and_lost_for_a_moment_the_last_prediction_holds() {
             assert_eq!(p.surface, before.surface, "{t_s}");
             assert_close!(p.point_m, before.point_m, Tol::abs(0.01));
         }
-        let p = at(0.66, look(0.66)).unwrap();
+        let p = at(0.66, dwell(0.66)).unwrap();
         assert_close!(p.point_m, before.point_m, Tol::abs(0.01));
         assert_eq!(p.looked_at_since_s, Some(0.0));
         // After a longer loss the gaze is no longer used.

@@ -11,21 +11,21 @@ const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
 ///
 /// People move along much the same paths at different speeds, with proportional speed profiles [Atkeson 1985]. So a scaled reach shows how other
 /// people would have moved, and a model of a few people does not have to extrapolate to slower hands.
-pub(in crate::learned) fn at_another_pace(
+pub(in crate::learned) fn at_another_speed(
     reaches: &[&LabelledReach],
     times: f64,
 ) -> Vec<LabelledReach> {
     // Not in step with any cycle of places: otherwise a person who alternates between walls would be learned as slow at one and fast at the other.
-    let pace = |index: usize| match (index as f64 * GOLDEN_RATIO).fract() < 0.5 {
+    let speed = |index: usize| match (index as f64 * GOLDEN_RATIO).fract() < 0.5 {
         true => times,
         false => times.recip(),
     };
     let copies = reaches.iter().enumerate();
-    copies.map(|(k, reach)| paced(reach, pace(k))).collect()
+    copies.map(|(k, reach)| at_speed(reach, speed(k))).collect()
 }
 
 /// The reach slowed down by the factor `times`, with the same contact and sampling rate.
-fn paced(reach: &LabelledReach, times: f64) -> LabelledReach {
+fn at_speed(reach: &LabelledReach, times: f64) -> LabelledReach {
     let mut copy = reach.clone();
     if let Some(samples) = resampled(reach, times) {
         copy.frames = samples.into_iter().map(|sample| sample.frame).collect();
@@ -92,7 +92,7 @@ mod tests {
     #[test]
     fn a_copy_takes_the_same_way_in_another_time() {
         let made = reach();
-        let copies = at_another_pace(&[&made, &made], 1.6);
+        let copies = at_another_speed(&[&made, &made], 1.6);
         for (copy, times) in copies.iter().zip([1.6, 1.0 / 1.6]) {
             copy.validate().expect("a reach");
             assert_eq!(copy.contact_s, made.contact_s);
@@ -111,7 +111,7 @@ mod tests {
     #[test]
     fn no_turn_of_places_is_only_made_slow() {
         let made = reach();
-        let copies = at_another_pace(&[&made; 120], 2.0);
+        let copies = at_another_speed(&[&made; 120], 2.0);
         let is_slow = |copy: &LabelledReach| copy.duration_s() > made.duration_s();
         for of in 1..=8 {
             for place in 0..of {
@@ -131,7 +131,7 @@ mod tests {
                 frame.set_point(HandPoint::Index, None);
             }
         }
-        for copy in at_another_pace(&[&made, &made], 1.7) {
+        for copy in at_another_speed(&[&made, &made], 1.7) {
             copy.validate().expect("a reach");
         }
     }
