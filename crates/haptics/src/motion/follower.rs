@@ -310,12 +310,12 @@ impl Follower {
     }
 
     /// Number of samples of candidate paths that the planner checked in its last answered call: usually none, never more than
-    /// [`PlannerConfig::looks`](super::PlannerConfig::looks) plus [`Planner::MOST_LOOKS`]. A longer search continues in the next call while the
+    /// [`PlannerConfig::samples`](super::PlannerConfig::samples) plus [`Planner::MOST_SAMPLES`]. A longer search continues in the next call while the
     /// current motion continues; it restarts for a target that jumps or changes its distance behind the surface, and after braking. Plans and inverse
     /// kinematics count as the samples that take about as long.
     #[must_use]
-    pub const fn looks(&self) -> usize {
-        self.answer.looks
+    pub const fn samples(&self) -> usize {
+        self.answer.samples
     }
 
     /// How many barrier rectangles, and boxes around them, those checks tested.

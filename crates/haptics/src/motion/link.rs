@@ -70,7 +70,7 @@ pub(super) struct Answer {
     pub(super) surfaces: u64,
     pub(super) protrusion_m: Option<f64>,
     pub(super) link_in_front: Option<LinkInFront>,
-    pub(super) looks: usize,
+    pub(super) samples: usize,
     pub(super) tests: usize,
     /// Does a new motion begin?
     pub(super) moves: bool,
@@ -92,7 +92,7 @@ impl Default for Answer {
             surfaces: 0,
             protrusion_m: None,
             link_in_front: None,
-            looks: 0,
+            samples: 0,
             tests: 0,
             moves: false,
             motion: MotionPlan::reserved(),

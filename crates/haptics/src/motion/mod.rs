@@ -6,7 +6,7 @@
 //! taken if the corners and the centre of the face stay behind the surfaces (3 mm are allowed). Otherwise the planner bends the path at its worst
 //! point, along the gradient of the distance. If that fails, the path passes a point behind the goal or behind the board, or stops there. The
 //! quickest path that stays behind is taken. If there is none, the board completes its current motion, which is safe, and stands still
-//! (`Follower::is_blocked`); the search is repeated after `ApproachConfig::retry_s`. A step checks a bounded number of samples (`Follower::looks`); a
+//! (`Follower::is_blocked`); the search is repeated after `ApproachConfig::retry_s`. A step checks a bounded number of samples (`Follower::samples`); a
 //! longer search continues in the next steps.
 //!
 //! The surface nearest to a point decides on which side the point is. Beside a shelf the board is therefore behind the wall, not in front of the

@@ -21,8 +21,8 @@ const DRIFT_S: f64 = 0.01;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlannerConfig {
     /// Samples after which a call of [`Planner::plan`] checks no further path; default 400, some 0.5 ms. The call still finishes the path that it is
-    /// checking: [`Planner::MOST_LOOKS`] more.
-    pub looks: usize,
+    /// checking: [`Planner::MOST_SAMPLES`] more.
+    pub samples: usize,
     /// Steps of the control loop after which a plan begins; default 0, for a planner that is called between two steps. A planner on its own thread
     /// needs as many as planning takes.
     pub lead_steps: u32,
@@ -31,7 +31,7 @@ pub struct PlannerConfig {
 impl Default for PlannerConfig {
     fn default() -> Self {
         Self {
-            looks: 400,
+            samples: 400,
             lead_steps: 0,
         }
     }
@@ -42,7 +42,7 @@ impl PlannerConfig {
     #[must_use]
     pub const fn on_thread() -> Self {
         Self {
-            looks: 2000,
+            samples: 2000,
             lead_steps: 0,
         }
     }
@@ -87,8 +87,8 @@ pub struct Planner {
 const MOST_LATER_STEPS: u32 = 20;
 
 impl Planner {
-    /// Most samples that a call checks beyond [`PlannerConfig::looks`].
-    pub const MOST_LOOKS: usize = super::search::LOOKS_OF_LAST;
+    /// Most samples that a call checks beyond [`PlannerConfig::samples`].
+    pub const MOST_SAMPLES: usize = super::search::SAMPLES_OF_LAST;
 
     pub(super) fn new(link: Link, goals: Goals, route: Route, reference: ReferenceMotion) -> Self {
         Self {
@@ -152,7 +152,7 @@ impl Planner {
         self.knows_surfaces = false;
     }
 
-    /// Plans for the newest step, within [`PlannerConfig::looks`]; was there one? A longer search continues with the next step.
+    /// Plans for the newest step, within [`PlannerConfig::samples`]; was there one? A longer search continues with the next step.
     pub fn plan(&mut self) -> bool {
         if self.listen().is_none() {
             return false;
@@ -197,7 +197,7 @@ impl Planner {
         {
             self.route.fit(q);
         }
-        self.route.begin_step(self.config.looks, &self.asked.person);
+        self.route.begin_step(self.config.samples, &self.asked.person);
         self.forget();
         if self.asked.goes {
             let aimed = self.aim();
@@ -338,7 +338,7 @@ impl Planner {
         let face = self.goals.solver.arm().forward(&begins.state().q);
         answer.protrusion_m = self.route.protrusion_m(&face, self.goals.goal());
         answer.surfaces = self.surfaces;
-        (answer.looks, answer.tests) = (self.route.looks(), self.route.tests());
+        (answer.samples, answer.tests) = (self.route.samples(), self.route.tests());
         let q = &begins.state().q;
         self.link_in_front = (self.route).link_in_front(self.link_in_front, q, self.goals.goal());
         answer.link_in_front = self.link_in_front;

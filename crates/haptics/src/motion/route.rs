@@ -68,8 +68,8 @@ pub(super) struct Route {
     /// The current search.
     search: Option<Search>,
     /// Samples checked in this step, and the number after which no further path is begun.
-    looks: usize,
-    most_looks: usize,
+    samples: usize,
+    most_samples: usize,
 }
 
 impl Route {
@@ -89,8 +89,8 @@ impl Route {
             is_blocked: false,
             retry_in_s: 0.0,
             search: None,
-            looks: 0,
-            most_looks: 0,
+            samples: 0,
+            most_samples: 0,
         }
     }
 
@@ -191,8 +191,8 @@ impl Route {
     }
 
     /// Samples checked since [`begin_step`](Self::begin_step).
-    pub(super) const fn looks(&self) -> usize {
-        self.looks
+    pub(super) const fn samples(&self) -> usize {
+        self.samples
     }
 
     /// Boxes and rectangles tested since then.
@@ -201,8 +201,8 @@ impl Route {
     }
 
     /// Begins a step: resets the counters.
-    pub(super) fn begin_step(&mut self, most_looks: usize, person: &PersonBody) {
-        (self.looks, self.most_looks) = (0, most_looks);
+    pub(super) fn begin_step(&mut self, most_samples: usize, person: &PersonBody) {
+        (self.samples, self.most_samples) = (0, most_samples);
         self.person = *person;
         self.barriers.begin();
     }
@@ -303,7 +303,7 @@ impl Route {
             footprints: [None; PLACES + 3],
             planes: [None; PLACES + 2],
             clear: None,
-            looks: 0,
+            samples: 0,
         };
         for (i, (role, place)) in self.places(goal).enumerate() {
             let face = board_pose(place.point_m, place.normal, place.roll_rad)?;
@@ -408,14 +408,14 @@ impl Route {
         };
         let mut around = Surroundings {
             check,
-            most_looks: self.most_looks,
+            most_samples: self.most_samples,
             allowed_m,
             detours_m: config.detours_m,
             shorter_than_m,
             behind: [before_goal, behind_here],
         };
         let found = search.go_on(&mut around, reference, solver);
-        self.looks += around.check.looks;
+        self.samples += around.check.samples;
         let Some(best) = found? else {
             self.search = Some(search);
             return Ok(());

@@ -2,15 +2,15 @@
 
 use super::goal::Destination;
 use super::solver::{Place, Solver};
-use super::way::{Check, LOOKS_OF_WAY, Way};
+use super::way::{Check, SAMPLES_OF_WAY, Way};
 use crate::error::HapticsError;
 use hwall_kinematics::{BranchPolicy, JointPositions};
 use hwall_motion::ReferenceMotion;
 
 /// Cost of an inverse-kinematics solution, in samples.
-const LOOKS_OF_SOLUTION: usize = 2;
+const SAMPLES_OF_SOLUTION: usize = 2;
 /// Samples of the last path of a step, which is checked to its end.
-pub(super) const LOOKS_OF_LAST: usize = LOOKS_OF_SOLUTION + LOOKS_OF_WAY;
+pub(super) const SAMPLES_OF_LAST: usize = SAMPLES_OF_SOLUTION + SAMPLES_OF_WAY;
 /// A bend within this share of the straight path's duration plus this time, s, is taken without further search.
 const GOOD_ENOUGH: f64 = 1.15;
 const GOOD_ENOUGH_S: f64 = 0.02;
@@ -40,7 +40,7 @@ pub(super) struct Behind {
 pub(super) struct Surroundings<'a> {
     pub(super) check: Check<'a>,
     /// A step checks another path only if it has used fewer samples than this; the rest waits for the next step.
-    pub(super) most_looks: usize,
+    pub(super) most_samples: usize,
     /// How far a path may come in front of a surface, m.
     pub(super) allowed_m: f64,
     pub(super) detours_m: [f64; DETOURS],
@@ -113,7 +113,7 @@ impl Search {
     ) -> Result<Option<Way>, HapticsError> {
         self.is_from_here = false;
         let is_found = |search: &Self| search.stage == Stage::Over && search.is_from_here;
-        while around.check.looks < around.most_looks || is_found(self) {
+        while around.check.samples < around.most_samples || is_found(self) {
             self.stage = match self.stage {
                 Stage::Straight => self.straight(around, reference, solver)?,
                 Stage::UnderWay => self.under_way(around, reference, solver),
@@ -217,7 +217,7 @@ impl Search {
             point_m: behind.place.point_m - behind.place.normal * behind_m,
             ..behind.place
         };
-        around.check.looks += LOOKS_OF_SOLUTION;
+        around.check.samples += SAMPLES_OF_SOLUTION;
         let Ok(found) = solver.on_place(&place, &behind.near, BranchPolicy::Keep)? else {
             return Ok(next);
         };

@@ -29,16 +29,16 @@ const LEVER_M: f64 = 0.075;
 /// After this many stretches of the same length, longer ones are tried.
 const CALM: usize = 3;
 /// Most dense samples of a path, and the least time between two of them, s.
-const MOST_LOOKS: usize = 400;
+const MOST_DENSE_SAMPLES: usize = 400;
 const CLOSEST_S: f64 = 1.25e-4;
 /// Cost of a plan, in samples.
-const LOOKS_OF_PLAN: usize = 8;
+const SAMPLES_OF_PLAN: usize = 8;
 /// Cost of a check of the whole arm, in samples of the board; near an obstacle each stretch is divided into so many parts.
-const LOOKS_OF_BODY: usize = 2;
+const SAMPLES_OF_BODY: usize = 2;
 const PARTS: usize = 4;
 /// All samples of a path: its plan, the coarse check, the dense check, and from where there were too many dense ones to its end.
-pub(super) const LOOKS_OF_WAY: usize =
-    LOOKS_OF_PLAN + SAMPLES + LOOKS_OF_BODY * (1 + PARTS * SAMPLES) + 2 * MOST_LOOKS + 2;
+pub(super) const SAMPLES_OF_WAY: usize =
+    SAMPLES_OF_PLAN + SAMPLES + SAMPLES_OF_BODY * (1 + PARTS * SAMPLES) + 2 * MOST_DENSE_SAMPLES + 2;
 /// Most places besides the destination that count while the board is over them.
 pub(super) const PLACES: usize = 8;
 
@@ -136,8 +136,8 @@ struct Look {
 
 /// The same with its velocity.
 #[derive(Debug, Clone, Copy)]
-struct CloseLook {
-    look: Look,
+struct DenseSample {
+    sample: Look,
     at_m: [DVec3; 5],
     speed_m_per_s: [f64; 5],
     qd_rad_per_s: [f64; MOST_JOINTS],
@@ -147,13 +147,13 @@ struct CloseLook {
     qdd_rad_per_s2: [f64; MOST_JOINTS],
 }
 
-impl CloseLook {
+impl DenseSample {
     /// Upper bounds of the path lengths of the points up to another sample, m.
     ///
     /// A point is no faster than at either end plus what its acceleration adds from there. The acceleration of a point of a chain is at most
     /// `Σ r_i (a_i + w_i (w_i + 2 Σ_{j<i} w_j))` for joints at distances `r`, with accelerations `a` and speeds `w`.
     fn ways_m(&self, to: &Self) -> [f64; 5] {
-        let dt_s = to.look.t_s - self.look.t_s;
+        let dt_s = to.sample.t_s - self.sample.t_s;
         let (mut most, mut before) = (0.0, 0.0);
         for i in 0..MOST_JOINTS {
             let lever_m = self.lever_m[i].max(to.lever_m[i]) + LEVER_M;
@@ -191,7 +191,7 @@ pub(super) struct Check<'a> {
     pub(super) planes: [Option<Plane>; PLACES + 2],
     pub(super) clear: Option<Clear<'a>>,
     /// Number of samples checked.
-    pub(super) looks: usize,
+    pub(super) samples: usize,
 }
 
 impl Check<'_> {
@@ -220,7 +220,7 @@ impl Check<'_> {
         if left_s <= 0.0 {
             return here_m + HERE_M;
         }
-        self.looks += SAMPLES;
+        self.samples += SAMPLES;
         let ahead_m = |i: usize| {
             let q = reference.ahead(left_s * i as f64 / SAMPLES as f64).q;
             self.protrusion_m(&solver.arm().forward(&q))
@@ -229,8 +229,8 @@ impl Check<'_> {
     }
 
     /// Samples the considered motion.
-    fn look(&mut self, t_s: f64, reference: &ReferenceMotion, solver: &Solver) -> Look {
-        self.looks += 1;
+    fn sample(&mut self, t_s: f64, reference: &ReferenceMotion, solver: &Solver) -> Look {
+        self.samples += 1;
         let q = reference.considered(t_s).q;
         let face = solver.arm().forward(&q);
         Look {
@@ -246,9 +246,9 @@ impl Check<'_> {
     fn nearest(&mut self, duration_s: f64, reference: &ReferenceMotion) -> Option<Worst> {
         let clear = self.clear?;
         let mut worst: Option<Worst> = None;
-        let mut looks = 0;
-        let mut look = |t_s: f64| {
-            looks += LOOKS_OF_BODY;
+        let mut samples = 0;
+        let mut sample = |t_s: f64| {
+            samples += SAMPLES_OF_BODY;
             let q = reference.considered(t_s).q;
             let in_front_m = clear.beyond_m(&q);
             if in_front_m > worst.map_or(0.0, |worst| worst.in_front_m) {
@@ -260,21 +260,21 @@ impl Check<'_> {
             }
             (t_s, q, in_front_m)
         };
-        let mut before = look(0.0);
+        let mut before = sample(0.0);
         for i in 1..=SAMPLES {
-            let after = look(duration_s * i as f64 / SAMPLES as f64);
+            let after = sample(duration_s * i as f64 / SAMPLES as f64);
             let turned = JointVelocities(std::array::from_fn(|i| after.1[i] - before.1[i]));
             let way_m = clear.separation.body().most_m_per_s(&turned);
             // Two parts that approach each other both move.
             if before.2 + after.2 + 2.0 * way_m > 0.0 {
                 for part in 1..PARTS {
                     let share = part as f64 / PARTS as f64;
-                    look(before.0 + share * (after.0 - before.0));
+                    sample(before.0 + share * (after.0 - before.0));
                 }
             }
             before = after;
         }
-        self.looks += looks;
+        self.samples += samples;
         worst
     }
 
@@ -288,27 +288,27 @@ impl Check<'_> {
         let mut worst: Option<Worst> = None;
         for i in 1..=SAMPLES {
             let t_s = duration_s * i as f64 / SAMPLES as f64;
-            self.look(t_s, reference, solver).make_worse(&mut worst);
+            self.sample(t_s, reference, solver).make_worse(&mut worst);
         }
         worst
     }
 
     /// Samples the considered motion with its velocity.
-    fn look_closely(
+    fn dense_sample(
         &mut self,
         t_s: f64,
         reference: &ReferenceMotion,
         solver: &Solver,
-    ) -> CloseLook {
-        self.looks += 1;
+    ) -> DenseSample {
+        self.samples += 1;
         let state = reference.considered(t_s);
         let (face, jacobian) = solver.arm().forward_and_jacobian(&state.q);
         let twist = jacobian.twist(&state.qd);
         let at_m = corners_and_middle(self.board, &face);
         let corner_m = self.board.half_width_m.hypot(self.board.half_height_m);
         let limits = reference.limits();
-        CloseLook {
-            look: Look {
+        DenseSample {
+            sample: Look {
                 t_s,
                 q: state.q,
                 points: self.barriers.all_in_front(
@@ -332,7 +332,7 @@ impl Check<'_> {
     }
 
     /// How far each point of the face may come in front of a surface between two samples, m; `enough_m` where it stays within that.
-    fn most_between_m(&self, from: &CloseLook, to: &CloseLook, enough_m: f64) -> [f64; 5] {
+    fn most_between_m(&self, from: &DenseSample, to: &DenseSample, enough_m: f64) -> [f64; 5] {
         let ways_m = from.ways_m(to);
         std::array::from_fn(|i| {
             let stretch = Stretch {
@@ -360,35 +360,35 @@ impl Check<'_> {
         let bound_m = enough_m.max(0.0) + BETWEEN_M;
         let mut dt_s = longest_s;
         let mut calm = 0;
-        let mut from = self.look_closely(0.0, reference, solver);
-        for looks in 1.. {
-            if from.look.t_s >= duration_s {
+        let mut from = self.dense_sample(0.0, reference, solver);
+        for samples in 1.. {
+            if from.sample.t_s >= duration_s {
                 break;
             }
-            let to_s = (from.look.t_s + dt_s).min(duration_s);
-            let mut to = self.look_closely(to_s, reference, solver);
+            let to_s = (from.sample.t_s + dt_s).min(duration_s);
+            let mut to = self.dense_sample(to_s, reference, solver);
             let is_out = worst.is_some_and(|worst| worst.in_front_m > enough_m);
             if is_out {
                 // One sample exceeds the limit: its worst value need not be exact.
-                to.look.make_worse(&mut worst);
+                to.sample.make_worse(&mut worst);
                 (dt_s, from) = (longest_s, to);
                 continue;
             }
             let between_m = self.most_between_m(&from, &to, bound_m);
             let is_close = between_m.iter().all(|m| *m <= bound_m);
-            let is_last = looks >= MOST_LOOKS;
+            let is_last = samples >= MOST_DENSE_SAMPLES;
             if !is_close && !is_last && dt_s > CLOSEST_S {
                 (dt_s, calm) = (0.5 * dt_s, 0);
                 continue;
             }
             if !is_close {
-                for (point, most_m) in to.look.points.iter_mut().zip(between_m) {
+                for (point, most_m) in to.sample.points.iter_mut().zip(between_m) {
                     if let Some(point) = point.as_mut().filter(|_| most_m > bound_m) {
                         point.in_front_m = point.in_front_m.max(most_m);
                     }
                 }
             }
-            to.look.make_worse(&mut worst);
+            to.sample.make_worse(&mut worst);
             calm += 1;
             dt_s = match (is_last, calm >= CALM) {
                 (true, _) => longest_s,
@@ -411,7 +411,7 @@ impl Check<'_> {
         reference: &mut ReferenceMotion,
         solver: &Solver,
     ) -> Result<Way, HapticsError> {
-        self.looks += LOOKS_OF_PLAN;
+        self.samples += SAMPLES_OF_PLAN;
         let duration_s = reference.consider(&q, by_way_of.as_ref())?;
         let enough_m = enough_m + SPARE_M;
         let mut worst = self.worst(duration_s, reference, solver);
@@ -447,7 +447,7 @@ impl Check<'_> {
 /// would stall the control loop.
 fn longest_s(duration_s: f64) -> f64 {
     let nominal_s = (duration_s / SAMPLES as f64).min(LONGEST_S);
-    nominal_s.max(duration_s / MOST_LOOKS as f64)
+    nominal_s.max(duration_s / MOST_DENSE_SAMPLES as f64)
 }
 
 #[cfg(test)]

@@ -53,8 +53,8 @@ fn go_on(follower: &mut Follower) {
 }
 
 /// Most samples that a call of the planner checks.
-fn most_looks() -> usize {
-    PlannerConfig::default().looks + Planner::MOST_LOOKS
+fn most_samples() -> usize {
+    PlannerConfig::default().samples + Planner::MOST_SAMPLES
 }
 
 /// A place on one of the surfaces.
@@ -123,7 +123,7 @@ fn random_targets(
                 follower.set_speed_share(share).unwrap();
             }
             go_on(&mut follower);
-            assert!(follower.looks() <= most_looks());
+            assert!(follower.samples() <= most_samples());
             outcome.in_front_m.extend(follower.protrusion_m());
         }
         if stays {
@@ -357,8 +357,8 @@ fn steps_of_a_search(share: f64, restless: bool) -> (usize, usize) {
             follower.set_speed_share(share * more).unwrap();
         }
         go_on(&mut follower);
-        steps += usize::from(follower.looks() > 0);
-        most = most.max(follower.looks());
+        steps += usize::from(follower.samples() > 0);
+        most = most.max(follower.samples());
         if follower.commanded_velocity().0.iter().any(|qd| *qd != 0.0) {
             break;
         }
@@ -387,7 +387,7 @@ fn a_search_that_takes_long_goes_on_in_the_next_steps() {
         let (steps, most) = steps_of_a_search(0.002, restless);
         println!("{steps} steps, at most {most} looks");
         assert!((10..60).contains(&steps), "{restless}: {steps}");
-        assert!(most <= most_looks(), "{restless}: {most}");
+        assert!(most <= most_samples(), "{restless}: {most}");
     }
 }
 

@@ -48,7 +48,7 @@ struct Found {
     /// Distance that the arm has moved, m.
     way_m: f64,
     /// Number of checks whether the arm can stop in time, and how often it could not.
-    looks: u32,
+    samples: u32,
     violations: u32,
     /// Cycles in which a channel had been too old for longer than the arm needs to stop, and those of them in which a part moved.
     blind: u32,
@@ -199,7 +199,7 @@ fn run(seed: u64, person: Person, who: PersonPart, gone_s: &[std::ops::Range<f64
             return found;
         }
         if cycle % LOOKS_EVERY == 0 {
-            found.looks += 1;
+            found.samples += 1;
             let stops = can_stop(&body, &sent, &braking, head_m);
             found.violations += u32::from(!stops);
         }
@@ -286,7 +286,7 @@ fn meets(before: &ArmCapsules, now: &ArmCapsules, head_m: DVec3) -> Option<(usiz
 
 fn all(seeds: std::ops::Range<u64>, who: PersonPart) {
     let (mut met, mut way_m, mut count) = (0, 0.0, 0);
-    let (mut looks, mut violations) = (0_u64, 0);
+    let (mut samples, mut violations) = (0_u64, 0);
     for seed in seeds {
         let mut random = Sampler::new(seed ^ 0x5eed);
         for person in [
@@ -299,7 +299,7 @@ fn all(seeds: std::ops::Range<u64>, who: PersonPart) {
             let found = run(seed, person, who, &[0.0..0.0, 0.0..0.0]);
             way_m += found.way_m;
             count += 1;
-            looks += u64::from(found.looks);
+            samples += u64::from(found.samples);
             violations += found.violations;
             if found.violations > 0 {
                 println!("seed {seed} {person:?}: {} violations", found.violations);
@@ -321,7 +321,7 @@ fn all(seeds: std::ops::Range<u64>, who: PersonPart) {
     );
     println!(
         "goal: (d) a person at 1.6 m/s is there before a part stands, 22 ms of reaction and braking at the guard's accelerations \
-         | 0 | {violations} | {looks} moments of {count} people"
+         | 0 | {violations} | {samples} moments of {count} people"
     );
     assert!(met == 0 && violations == 0 && way_m > 0.3);
 }

@@ -127,9 +127,9 @@ impl Watched {
             }
         }
         while bench.session.next_event().is_some() {}
-        let looks = bench.session.control().renderer().follower().looks();
-        if looks > PlannerConfig::default().looks + Planner::MOST_LOOKS {
-            return Err(format!("a call of the planner with {looks} looks at ways"));
+        let samples = bench.session.control().renderer().follower().samples();
+        if samples > PlannerConfig::default().samples + Planner::MOST_SAMPLES {
+            return Err(format!("a call of the planner with {samples} looks at ways"));
         }
         let Asked { forward, inverse } = bench.asked;
         if forward > MOST_FORWARD || inverse > MOST_INVERSE {

@@ -32,7 +32,7 @@ const COUNTS: [(&str, Count); 4] = [
     ("configurations of poses in a control step", |c| {
         c.asked.inverse
     }),
-    ("looks at ways in a call of the planner", |c| c.looks),
+    ("samples of paths in a call of the planner", |c| c.samples),
     ("boxes and rectangles tested in it", |c| c.tests),
 ];
 

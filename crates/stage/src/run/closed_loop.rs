@@ -225,7 +225,7 @@ impl<P: Predictor> Controller for Timed<'_, P> {
         self.costs.push(StepCost {
             step_ns,
             asked,
-            looks: follower.looks() as u32,
+            samples: follower.samples() as u32,
             tests: follower.tests() as u32,
             ..StepCost::default()
         });

@@ -7,8 +7,8 @@ use std::sync::Arc;
 #[test]
 fn slow_ways_are_not_looked_at_more_often_than_others() {
     for duration_s in [1e-3, 0.3, 3.0, 12.0, 300.0, 3e3, 1e9] {
-        let looks = duration_s / longest_s(duration_s);
-        assert!(looks <= MOST_LOOKS as f64 * (1.0 + 1e-12), "{looks}");
+        let samples = duration_s / longest_s(duration_s);
+        assert!(samples <= MOST_DENSE_SAMPLES as f64 * (1.0 + 1e-12), "{samples}");
     }
     assert_eq!(longest_s(3.0), LONGEST_S);
 }
@@ -27,7 +27,7 @@ fn no_way_between_two_looks_is_longer_than_its_bound() {
         footprints: [None; PLACES + 3],
         planes: [None; PLACES + 2],
         clear: None,
-        looks: 0,
+        samples: 0,
     };
     let mut sampler = Sampler::new(91);
     let mut anywhere = || {
@@ -48,13 +48,13 @@ fn no_way_between_two_looks_is_longer_than_its_bound() {
         for i in 0..40 {
             let dt_s = [LONGEST_S, 5e-3, 1e-3, CLOSEST_S][i % 4];
             let t_s = (duration_s - dt_s) * i as f64 / 40.0;
-            let mut look = |t_s| check.look_closely(t_s, &reference, &solver);
-            let (a, b) = (look(t_s), look(t_s + dt_s));
+            let mut sample = |t_s| check.dense_sample(t_s, &reference, &solver);
+            let (a, b) = (sample(t_s), sample(t_s + dt_s));
             let bounds_m = a.ways_m(&b);
             let mut ways_m = [0.0; 5];
             let mut before = a.at_m;
             for step in 1..=20 {
-                let at_m = look(t_s + dt_s * f64::from(step) / 20.0).at_m;
+                let at_m = sample(t_s + dt_s * f64::from(step) / 20.0).at_m;
                 for (way_m, (to, from)) in ways_m.iter_mut().zip(at_m.iter().zip(&before)) {
                     *way_m += to.distance(*from);
                 }

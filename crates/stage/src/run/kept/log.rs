@@ -70,8 +70,8 @@ pub struct StepCost {
     /// Queries of the arm in the step, if [counted](crate::input::arms::BoardArm::counted).
     pub asked: Asked,
     /// In the previous planning call: instants of paths checked for the board, and boxes and rectangles tested.
-    pub looks: u32,
-    /// See `looks`.
+    pub samples: u32,
+    /// See `samples`.
     pub tests: u32,
 }
 
