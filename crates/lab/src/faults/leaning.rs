@@ -11,6 +11,7 @@ use hwall::haptics::board_pose;
 use hwall::{SessionState, session_supervisor};
 use hwall_fri::MOST_BEHIND_S;
 use hwall_fri::controller::FaultConfig;
+use hwall_geometry::Pose;
 use hwall_scene::Scene;
 use hwall_sim::{HandBody, HandDrive};
 use hwall_stage::run::simulated_arm::{ArmLevel, SimulatedArm};
@@ -56,11 +57,38 @@ impl Product {
     /// # Errors
     /// Settings outside their ranges; a board that does not come.
     pub fn lean(&self, path: Path, lean: &Lean) -> anyhow::Result<Held> {
+        let before = board_pose(TARGET_M + BEFORE_M * DVec3::X, DVec3::X, 0.0)?;
+        let mut bench = self.in_place(path, lean, &before)?;
+        let hand = Hand::Body {
+            config: lean.hand,
+            depth_m: lean.depth_m() + BEFORE_M,
+            rise_s: 0.6,
+            until_s: f64::INFINITY,
+        };
+        let (first_m, began_s) = (bench.arm.pose().position_m(), bench.t_s);
+        let (mut sound_s, mut given_j, mut samples) = (began_s, 0.0, Vec::new());
+        while bench.t_s < (sound_s + LEANS_S).min(began_s + MOST_S) {
+            let was = bench.arm.pose();
+            let wrench = bench.push_on(&hand.aim(&before, bench.t_s - began_s))?;
+            bench.answer(Some(wrench), None, None)?;
+            let is = bench.arm.pose();
+            let turned = small_rotation(is.rotation() * was.rotation().transpose());
+            given_j += wrench.force_n.dot(is.position_m() - was.position_m());
+            given_j += wrench.moment_n_m.dot(turned);
+            samples.push((given_j, (is.position_m() - first_m).x));
+            if matches!(bench.session.state(), SessionState::Safe(_)) {
+                sound_s = bench.t_s + DT_S;
+            }
+        }
+        Ok(Held::of(lean, &samples))
+    }
+
+    /// The board is in place, the hand waits at a pose before it, and the link begins to miss answers.
+    fn in_place(&self, path: Path, lean: &Lean, before: &Pose) -> anyhow::Result<Bench> {
         let mut supervisor = session_supervisor();
         if let (Path::Link, Some(obedience)) = (path, &mut supervisor.obedience) {
             obedience.delay_s += MOST_BEHIND_S;
         }
-        let before = board_pose(TARGET_M + BEFORE_M * DVec3::X, DVec3::X, 0.0)?;
         let mut bench = Bench::of(
             &self.0,
             (&scene(lean)?, &self.0.door.1),
@@ -87,28 +115,7 @@ impl Product {
                 ..FaultConfig::default()
             })?;
         }
-        let hand = Hand::Body {
-            config: lean.hand,
-            depth_m: lean.depth_m() + BEFORE_M,
-            rise_s: 0.6,
-            until_s: f64::INFINITY,
-        };
-        let (first_m, began_s) = (bench.arm.pose().position_m(), bench.t_s);
-        let (mut sound_s, mut given_j, mut samples) = (began_s, 0.0, Vec::new());
-        while bench.t_s < (sound_s + LEANS_S).min(began_s + MOST_S) {
-            let was = bench.arm.pose();
-            let wrench = bench.push_on(&hand.aim(&before, bench.t_s - began_s))?;
-            bench.answer(Some(wrench), None, None)?;
-            let is = bench.arm.pose();
-            let turned = small_rotation(is.rotation() * was.rotation().transpose());
-            given_j += wrench.force_n.dot(is.position_m() - was.position_m());
-            given_j += wrench.moment_n_m.dot(turned);
-            samples.push((given_j, (is.position_m() - first_m).x));
-            if matches!(bench.session.state(), SessionState::Safe(_)) {
-                sound_s = bench.t_s + DT_S;
-            }
-        }
-        Ok(Held::of(lean, &samples))
+        Ok(bench)
     }
 }
 
