@@ -123,7 +123,7 @@ impl Product {
 fn scene(lean: &Lean) -> anyhow::Result<Scene> {
     let asked = &lean.panel;
     let [inertia, stiffness, damping] = [asked.inertia, asked.stiffness, asked.damping];
-    if lean.seed % 3 != 0 {
+    if !lean.seed.is_multiple_of(3) {
         let sidecar = format!(
             "[surface.panel]\nkind = \"sliding_panel\"\ndirection = [-1, 0, 0]\nrange_m = [0, 0.25]\nmass_kg = {inertia:?}\n\
              stiffness_n_per_m = {stiffness:?}\ndamping_n_s_per_m = {damping:?}\n"
