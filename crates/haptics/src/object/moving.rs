@@ -19,6 +19,8 @@ pub struct MovingObject {
     config: ObjectConfig,
     /// The configured inertia, or a larger one.
     inertia: f64,
+    /// The configured damping, or a larger one.
+    damping: f64,
     table: PieceTable,
     state: State,
 }
@@ -61,6 +63,7 @@ impl MovingObject {
         };
         Ok(Self {
             inertia: config.inertia,
+            damping: config.damping,
             config,
             table,
             state,
@@ -79,15 +82,21 @@ impl MovingObject {
         self.inertia
     }
 
-    /// Makes the object heavier than configured, up to `inertia` (kg m² or kg); a value below the current inertia has no effect. The velocity stays.
-    /// Does not allocate.
+    /// Makes the object heavier than configured, up to `inertia` (kg m² or kg); a value below the current inertia has no effect. The velocity stays,
+    /// and so does the damping ratio with its spring, up to critical damping: otherwise it would swing for longer. Does not allocate.
     ///
     /// # Errors
     /// NaN, an infinity or a value that is not positive; the object stays as it was.
     pub fn raise_inertia(&mut self, inertia: f64) -> Result<(), HapticsError> {
         positive("inertia", inertia)?;
         if inertia > self.inertia {
-            self.table.set_inertia(inertia, self.config.damping);
+            let ObjectConfig {
+                damping, stiffness, ..
+            } = self.config;
+            let critical = |inertia: f64| 2.0 * (stiffness * inertia).sqrt();
+            let kept = (inertia / self.config.inertia).sqrt() * damping;
+            self.damping = damping.max(kept.min(critical(inertia)));
+            self.table.set_inertia(inertia, self.damping);
             self.inertia = inertia;
         }
         Ok(())
@@ -163,7 +172,7 @@ impl MovingObject {
             return 0.0;
         };
         let pull = self.pull(&way, state.position, force);
-        (pull - self.config.damping * state.velocity) / self.inertia
+        (pull - self.damping * state.velocity) / self.inertia
     }
 
     /// Places the object at a position, with a velocity. A click is armed below its snap.

@@ -35,6 +35,8 @@ pub(super) struct PortAccount {
     step: usize,
     seen: EnergyObserver,
     sure_j: f64,
+    /// Way against the hand that was commanded and not made yet, m.
+    outstanding_m: f64,
 }
 
 /// Worst-case cost of a further command of size x: `a x² + b x`, in addition to what is reserved already.
@@ -62,11 +64,16 @@ impl PortAccount {
             step: 0,
             seen: EnergyObserver::new(),
             sure_j: 0.0,
+            outstanding_m: 0.0,
         })
     }
 
     pub(super) const fn set_hand_stiffness(&mut self, n_per_m: f64) {
         self.config.hand.stiffness_n_per_m = n_per_m;
+    }
+
+    pub(super) const fn set_outstanding(&mut self, way_m: f64) {
+        self.outstanding_m = way_m;
     }
 
     pub(super) const fn set_braking(&mut self, m_per_s2: f64) {
@@ -285,6 +292,9 @@ impl PortAccount {
             let speed = (-velocity).max(0.0);
             reserved_j += force_n(speed, time_s) * speed * window_s;
         }
+        let left_m = self.outstanding_m;
+        let mean_n = (now_n + 0.5 * hand.stiffness_n_per_m * left_m).min(hand.push_n.max(now_n));
+        reserved_j = reserved_j.max(mean_n * left_m);
         time_s += period_s;
         // Moving away from a hand that only pushes costs nothing.
         if wanted > 0.0 {

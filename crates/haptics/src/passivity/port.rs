@@ -104,6 +104,11 @@ impl PassivePort {
         self.account.set_hand_stiffness(n_per_m);
     }
 
+    /// Sets the way against the hand that was commanded and that the device has not made yet, m: it may be longer than the delay explains.
+    pub(crate) const fn set_outstanding(&mut self, way_m: f64) {
+        self.account.set_outstanding(way_m);
+    }
+
     /// Sets the largest deceleration of the device from now on, m/s².
     pub(crate) const fn set_braking(&mut self, m_per_s2: f64) {
         self.account.set_braking(m_per_s2);

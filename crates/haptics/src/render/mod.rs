@@ -57,7 +57,7 @@
 //!   like `5 ms · k` more damping.
 //! - **Light objects are made heavier.** Within the delay `t` the system cannot react to a hand of stiffness `k`; below about `(k + 1000 N/m) t²` at
 //!   the face the board may oscillate. `ObjectRendering::least_inertia` is that bound; `ObjectStep::raised_inertia` reports that it was applied. With
-//!   30 ms and a hand of 3000 N/m it is 3.7 kg: such an arm cannot render a button of 50 g.
+//!   30 ms and a hand of 3000 N/m it is 3.7 kg: such an arm cannot render a button of 50 g. A heavier object keeps its damping ratio.
 //! - **The face stays on the path.** Joint speeds and accelerations limit the motion along the path, not each joint by itself. An object that
 //!   accelerates faster feels heavier; one that the arm cannot follow is held back (`ObjectStep::unreachable`).
 //! - **Requirements of a position interface**: commands every 1 to 5 ms are tracked with a constant delay, without overshoot; external torques (or a

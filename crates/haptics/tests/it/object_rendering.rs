@@ -215,8 +215,10 @@ fn a_raised_inertia_is_that_of_a_heavier_object() {
     let mut raised = MovingObject::new(config.clone()).unwrap();
     raised.raise_inertia(2.0).unwrap();
     raised.raise_inertia(1.0).unwrap();
+    // The damping ratio stays.
     let mut heavy = MovingObject::new(ObjectConfig {
         inertia: 2.0,
+        damping: (2.0_f64 / config.inertia).sqrt() * config.damping,
         ..config
     })
     .unwrap();

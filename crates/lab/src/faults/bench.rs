@@ -7,6 +7,7 @@ use super::script::{REST_M, Script, TARGET_M};
 use anyhow::Context;
 use glam::DVec3;
 use hwall::hand::HandFrame;
+use hwall::haptics::safety::SupervisorConfig;
 use hwall::haptics::{Arm, ArmCommand, ArmState, Board};
 use hwall::{Session, SessionConfig, SessionState, Walls, WallsConfig, session_supervisor};
 use hwall_fri::controller::FaultConfig;
@@ -38,6 +39,16 @@ const MOST_REACH_S: f64 = 1.0;
 /// Largest offset from the default place along the wall, in either direction, m.
 const BESIDE_M: f64 = 0.3;
 
+/// A door that turns about its edge, 0.6 m beside the middle.
+pub(super) const HINGE: &str = "[surface.door]\nkind = \"revolving_door\"\nhinge_point_m = [0.6, -0.6, 0]\nhinge_axis = [0, 0, 1]\n";
+
+/// A surface of this name in the plane x = 0.6 m.
+pub(super) fn scene_of(name: &str, sidecar: Option<&str>) -> anyhow::Result<Scene> {
+    let x = TARGET_M.x;
+    let obj = format!("o {name}\nv {x} -0.6 0\nv {x} 1 0\nv {x} 1 2\nv {x} -0.6 2\nf 1 2 3 4\n");
+    Ok(Scene::from_obj_str(&obj, sidecar)?.0)
+}
+
 /// Common data of all runs.
 pub(super) struct Setup {
     arm: BoardArm,
@@ -45,7 +56,7 @@ pub(super) struct Setup {
     board: Board,
     wall: (Scene, Walls),
     rough: (Scene, Walls),
-    door: (Scene, Walls),
+    pub(super) door: (Scene, Walls),
 }
 
 impl Setup {
@@ -53,23 +64,17 @@ impl Setup {
         let board = Board::default();
         let arm = BoardArm::named("iiwa7", &board)?.counted();
         let srs = arm.closed_form().context("no closed form")?.clone();
-        let x = TARGET_M.x;
-        let part = |name: &str| {
-            format!("o {name}\nv {x} -0.6 0\nv {x} 1 0\nv {x} 1 2\nv {x} -0.6 2\nf 1 2 3 4\n")
-        };
-        let scene = |obj: String, sidecar: Option<&str>| -> anyhow::Result<(Scene, Walls)> {
-            let (scene, _) = Scene::from_obj_str(&obj, sidecar)?;
+        let scene = |name, sidecar| -> anyhow::Result<(Scene, Walls)> {
+            let scene = scene_of(name, sidecar)?;
             // As in the main job: the arm waits behind the surface.
             let walls = Walls::of(&scene, &srs, &board, &WallsConfig::default())?;
             Ok((scene, walls))
         };
-        let hinge = format!(
-            "[surface.door]\nkind = \"revolving_door\"\nhinge_point_m = [{x}, -0.6, 0]\nhinge_axis = [0, 0, 1]\nrange_deg = [0, 30]\n"
-        );
+        let hinge = format!("{HINGE}range_deg = [0, 30]\n");
         Ok(Self {
-            wall: scene(part("wall"), None)?,
-            rough: scene(part("wall"), Some("[surface.wall]\nroughness = 0.5\n"))?,
-            door: scene(part("door"), Some(&hinge))?,
+            wall: scene("wall", None)?,
+            rough: scene("wall", Some("[surface.wall]\nroughness = 0.5\n"))?,
+            door: scene("door", Some(&hinge))?,
             max_velocity_rad_per_s: *srs.max_velocity_rad_per_s(),
             arm,
             board,
@@ -121,9 +126,23 @@ impl Bench {
         level: Option<ArmLevel>,
         seed: u64,
     ) -> anyhow::Result<Self> {
-        let (scene, walls) = setup.scene(phase);
         let mut supervisor = session_supervisor();
         supervisor.head.frozen_s = Some(HEAD_FROZEN_S);
+        let hand = HandBody::new(HandBodyConfig::default(), TARGET_M + REST_M, DVec3::ZERO)?;
+        let (scene, walls) = setup.scene(phase);
+        Self::of(setup, (scene, walls), phase, level, supervisor, hand, seed)
+    }
+
+    /// The same with any scene, supervisor and hand.
+    pub(super) fn of(
+        setup: &Setup,
+        (scene, walls): (&Scene, &Walls),
+        phase: Phase,
+        level: Option<ArmLevel>,
+        supervisor: SupervisorConfig,
+        hand: HandBody,
+        seed: u64,
+    ) -> anyhow::Result<Self> {
         let board_level = level.unwrap_or(ArmLevel::Servo);
         let config = SessionConfig {
             object_command: board_level.object_command(&setup.arm)?,
@@ -153,7 +172,7 @@ impl Bench {
         Ok(Self {
             arm,
             session,
-            hand: HandBody::new(HandBodyConfig::default(), TARGET_M + REST_M, DVec3::ZERO)?,
+            hand,
             script_is_over: false,
             script: Script::of(phase),
             phase,
@@ -192,6 +211,37 @@ impl Bench {
     /// One control period with a fault, a wrong number, or both. `fault`: the fault, and its duration so far, s.
     pub(super) fn cycle(
         &mut self,
+        fault: Option<(Fault, f64)>,
+        number: Option<&WrongNumber>,
+    ) -> anyhow::Result<()> {
+        self.answer(None, fault, number)?;
+        let drive = match self.script_is_over {
+            true => HandDrive::Force(DVec3::ZERO),
+            false => self.script.drive(self.t_s - self.script_from_s),
+        };
+        let mut wrench = self.push_on(&drive)?;
+        if matches!(fault, Some((Fault::Other(Other::EdgePush), _))) {
+            let rotation = self.arm.pose().rotation();
+            let force_n = rotation.z_axis * -80.0;
+            let lever_m = rotation.x_axis * 0.099;
+            wrench.force_n += force_n;
+            wrench.moment_n_m += lever_m.cross(force_n);
+        }
+        self.arm.apply_wrench(wrench)?;
+        Ok(())
+    }
+
+    /// The wrench of the hand on the board in the coming period.
+    pub(super) fn push_on(&mut self, drive: &HandDrive) -> anyhow::Result<Wrench> {
+        let (pose, twist) = (self.arm.pose(), self.arm.twist());
+        self.hand_wrench = self.hand.step(DT_S, &pose, &twist, drive)?;
+        Ok(self.hand_wrench)
+    }
+
+    /// The session answers the state, and the arm moves for one period, pushed by a wrench that the state does not show yet, or by the last one.
+    pub(super) fn answer(
+        &mut self,
+        wrench: Option<Wrench>,
         fault: Option<(Fault, f64)>,
         number: Option<&WrongNumber>,
     ) -> anyhow::Result<()> {
@@ -240,23 +290,12 @@ impl Bench {
             self.send(command, fault)?;
             self.command = Some(command);
         }
+        if let Some(wrench) = wrench {
+            self.arm.apply_wrench(wrench)?;
+        }
         self.arm.advance(DT_S)?;
         self.cycles += 1;
         self.t_s = self.cycles as f64 * DT_S;
-        let drive = match self.script_is_over {
-            true => HandDrive::Force(DVec3::ZERO),
-            false => self.script.drive(self.t_s - self.script_from_s),
-        };
-        let (pose, twist) = (self.arm.pose(), self.arm.twist());
-        self.hand_wrench = self.hand.step(DT_S, &pose, &twist, &drive)?;
-        let mut wrench = self.hand_wrench;
-        if matches!(fault, Some((Fault::Other(Other::EdgePush), _))) {
-            let force_n = pose.rotation().z_axis * -80.0;
-            let lever_m = pose.rotation().x_axis * 0.099;
-            wrench.force_n += force_n;
-            wrench.moment_n_m += lever_m.cross(force_n);
-        }
-        self.arm.apply_wrench(wrench)?;
         Ok(())
     }
 

@@ -5,6 +5,7 @@ pub mod document;
 pub mod fault;
 pub mod figure;
 pub mod impact;
+pub mod leaning;
 mod number;
 pub mod outcome;
 mod predictor;

@@ -98,18 +98,19 @@ pub fn verdicts(rows: &[Row]) -> MarkdownTable {
     table
 }
 
-fn held_table(held: &[Held]) -> MarkdownTable {
+fn held_table(held: &[(Way, Held)]) -> MarkdownTable {
     let mut table = titled(
         "arm, way | finger, N/m | hands | most generated, J | beyond the reserve | swing on, %",
     );
     let reserve_j = ObjectPortConfig::default().reserve_j;
     for way in Way::ALL {
         for [low, high] in FINGERS_N_PER_M {
-            let of_it = |h: &&Held| h.way == way && (low..high).contains(&h.stiffness_n_per_m);
-            let all: Vec<_> = held.iter().filter(of_it).collect();
+            let of_it =
+                |(of, h): &&(Way, Held)| *of == way && (low..high).contains(&h.stiffness_n_per_m);
+            let all: Vec<_> = held.iter().filter(of_it).map(|(_, h)| h).collect();
             let count = |what: &dyn Fn(&Held) -> bool| all.iter().filter(|h| what(h)).count();
             let most_j = all.iter().map(|h| h.generated_j).fold(0.0, f64::max);
-            let swings = count(&|h| h.swing_m > SWINGS_ON_M);
+            let swings = count(&Held::swings_on);
             table.row([
                 way.name(),
                 format!("{low} to {high}"),

@@ -57,7 +57,7 @@ pub struct Results {
     /// Every object in every control mode.
     pub rows: Vec<Row>,
     /// Light objects as they are rendered.
-    pub held: Vec<Held>,
+    pub held: Vec<(Way, Held)>,
 }
 
 /// The held push, N.
@@ -116,7 +116,13 @@ pub fn run(seed: u64, mut progress: impl FnMut(f64)) -> anyhow::Result<Results> 
             progress((k as f64 + i as f64 / objects.len() as f64) / 4.0);
         }
     }
-    let held = stability::at_random(&rig, stability::HANDS, seed)?;
+    let leans = stability::at_random(stability::HANDS, seed);
+    let mut held = Vec::new();
+    for way in Way::ALL {
+        for lean in &leans {
+            held.push((way, stability::rendered(&rig, way, lean)?));
+        }
+    }
     progress(1.0);
     Ok(Results { rows, held })
 }

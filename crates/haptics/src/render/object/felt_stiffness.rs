@@ -5,6 +5,9 @@ const SAMPLES: usize = 64;
 
 /// The stiffness of the hand as seen by the loop: force changes against position changes, by least squares.
 ///
+/// The sign does not matter: below the resonance of a stiff finger with the mass `m` behind it, the hand seems to have the stiffness `-m ω²`, and the
+/// loop oscillates with it as it does with a spring.
+///
 /// Only changes about their mean over one loop delay count. So an increasing push or a steady motion has no effect, while a loop that begins to
 /// oscillate reveals its stiffness within one delay. The estimate is kept for the whole touch: a hand that has lost contact for a moment is as stiff
 /// when it returns.
@@ -63,11 +66,11 @@ impl FeltStiffness {
         let [force_n, way_m] = change;
         self.product += share * (-force_n * way_m - self.product);
         self.square += share * (way_m * way_m - self.square);
-        let now_n_per_m = self.product / (self.square + self.least_m * self.least_m);
+        let now_n_per_m = self.product.abs() / (self.square + self.least_m * self.least_m);
         self.stiffest_n_per_m += share * (now_n_per_m - self.stiffest_n_per_m).max(0.0);
     }
 
-    /// Estimated stiffness, N/m; about zero for a hand whose push does not depend on the position.
+    /// Estimated size of the stiffness, N/m; about zero for a hand whose push does not depend on the position.
     pub(super) const fn n_per_m(&self) -> f64 {
         self.stiffest_n_per_m
     }

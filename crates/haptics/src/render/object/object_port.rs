@@ -181,18 +181,18 @@ impl ObjectPort {
     }
 
     /// One period, with the measured force along the path (N m or N), the measured face, the part of its position that is a slide of the board and no
-    /// motion of the object (rad or m), and the energy of the object (J). `rate` is the wanted rate, rad/s or m/s; returns the allowed one.
+    /// motion of the object (rad or m), the energy of the object (J), and the way that the face was commanded to make in this touch (rad or m). `rate` is the wanted rate,
+    /// rad/s or m/s; returns the allowed one.
     pub(in crate::render) fn limited(
         &mut self,
         (force, face, slid_along): (f64, &Pose, f64),
-        held_j: f64,
+        (held_j, commanded): (f64, f64),
         rate: f64,
         dt_s: f64,
     ) -> Result<f64, HapticsError> {
         let along = self.path.way_between(&self.face, face) - slid_along;
         let position_m = self.lever_m * along;
-        let late = ((self.force_delay_s / dt_s - 0.5).max(0.0)).round();
-        let late = late.min((POSITIONS - 1) as f64);
+        let late = (self.force_delay_s / dt_s).min((POSITIONS - 2) as f64);
         let port = match &mut self.port {
             Some(port) => port,
             empty => {
@@ -207,16 +207,19 @@ impl ObjectPort {
         };
         let newest = (self.ledger.steps as usize) % POSITIONS;
         self.positions[newest] = position_m;
-        let then = (newest + POSITIONS - late as usize) % POSITIONS;
+        let ago = |periods: usize| self.positions[(newest + POSITIONS - periods) % POSITIONS];
+        let (whole, share) = (late as usize, late.fract());
+        let then_m = (1.0 - share) * ago(whole) + share * ago(whole + 1);
         let hand_force_n = force / self.lever_m;
-        self.stiffness
-            .step(hand_force_n, self.positions[then], dt_s);
+        self.stiffness.step(hand_force_n, then_m, dt_s);
         let least_n_per_m = self.config.hand.stiffness_n_per_m;
         port.set_hand_stiffness(self.stiffness.n_per_m().max(least_n_per_m));
+        // A cut of the supervisor or the link may delay what was commanded by more than is known.
+        port.set_outstanding((position_m - self.lever_m * commanded).max(0.0));
         let wanted = self.lever_m * rate;
         let most = self.config.most_m_per_s;
         let out = port.step(&PortInput {
-            position_m: self.positions[then],
+            position_m: then_m,
             hand_force_n,
             wanted: wanted.min(most),
             stored_j: Some(held_j + 0.5 * self.config.reserve_j),

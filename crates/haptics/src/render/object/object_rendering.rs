@@ -308,11 +308,12 @@ impl ObjectRendering {
         let (_, velocity) = object.after(self.force.after(lead_s / 2.0)[0], lead_s)?;
         let measured = (pushed, self.follower.arm().forward(&state.q));
         let held_j = object.energy_j();
+        let commanded = self.follower.commanded_way();
         let port = &mut self.port;
         let slid_along = self.follower.slid_along();
         let followed = self.follower.follow((wanted, velocity), dt_s, |rate| {
             let (force, face) = (measured.0, &measured.1);
-            port.limited((force, face, slid_along), held_j, rate, dt_s)
+            port.limited((force, face, slid_along), (held_j, commanded), rate, dt_s)
         })?;
         port.sent(followed.rate, followed.most_acceleration);
         self.most_acceleration = followed.most_acceleration;

@@ -379,6 +379,11 @@ impl PathFollower {
         self.reached
     }
 
+    /// The way that the face was commanded to make since the beginning, rad or m.
+    pub(in crate::render) fn commanded_way(&self) -> f64 {
+        self.reached - self.position
+    }
+
     /// Moves to a nearby position on the path. Returns why the face cannot be there, if so; the joints then stay.
     ///
     /// # Errors
