@@ -127,3 +127,38 @@ pub fn table(touches: &[ToldTouch]) -> MarkdownTable {
     }
     table
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_known_by_then_counts() {
+        let changes = [
+            (1.0, Some(Task::Stroke)),
+            (1.75, None),
+            (1.95, Some(Task::Grasp)),
+        ];
+        let touch = ToldTouch::new(Task::Grasp, 2.0, &changes, Some(0.02));
+        let stroke = Some(Task::Stroke);
+        assert_eq!(touch.told, [stroke, None, None, Some(Task::Grasp)]);
+        assert_eq!(
+            ToldTouch::new(Task::Push, 0.5, &changes, None).told,
+            [None; 4]
+        );
+        let text = table(&[touch]).to_string();
+        assert!(
+            text.contains("20.0") && text.contains("0 / 0 / 0 / 1 / 0"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn four_people_do_four_things() {
+        let does = |number| with_gesture(PersonConfig::default(), number).gesture;
+        for (number, task) in Task::ALL.into_iter().enumerate() {
+            assert_eq!(does(number as u64), Some(gesture(task)));
+            assert_eq!(does(number as u64 + 4), does(number as u64));
+        }
+    }
+}
