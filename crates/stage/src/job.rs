@@ -240,6 +240,11 @@ fn in_corridor(options: &JobOptions, kind: BaseKind) -> anyhow::Result<CorridorR
             "--base {name} excludes {flag}: the corridor has its own rooms, walker and files"
         );
     }
+    ensure!(
+        options.predictor != Some(PredictorKind::EndToEnd),
+        "--base {} excludes --predictor end-to-end: its joints are learnt for walls that stand still before the arm",
+        kind.name()
+    );
     let hand_meets = options.hand_meets;
     ensure!(
         hand_meets.is_none_or(|most| (0.0..=0.3).contains(&most)),
@@ -287,6 +292,7 @@ mod tests {
             "--hand nowhere.csv",
             "--place none",
             "--gestures",
+            "--predictor end-to-end",
             "--hand-origin 0,0,0,0",
             "--fri-bursts 0.02",
             "--explain",
