@@ -162,7 +162,7 @@ fn a_base_that_cut_a_corner_goes_on() {
     )
     .unwrap();
     let mut steps = 0;
-    while !drive.has_arrived() {
+    while steps == 0 || !drive.has_arrived() {
         // A new choice every 0.1 s.
         if steps % 25 == 0 {
             let way = route(drive.stopping_m(), to_m, &AREA).unwrap();
