@@ -3,6 +3,7 @@
 
 mod error;
 mod fingertip;
+pub mod gesture;
 mod objects;
 pub mod response;
 pub mod session;

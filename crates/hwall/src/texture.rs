@@ -2,6 +2,7 @@
 
 use crate::error::SessionError;
 use crate::fingertip::Fingertip;
+use crate::response::Task;
 use glam::{DVec2, DVec3};
 use hwall_contact::ContactPrediction;
 use hwall_geometry::Pose;
@@ -205,13 +206,16 @@ pub struct BoardTexture {
     touch: Option<Touched>,
     /// The newest finger; if the tracker loses it during a touch, it is assumed to stay in place.
     fingertip: Option<Fingertip>,
+    /// The present touch is answered by a board at rest.
+    stands: bool,
 }
 
 /// A touch under way.
 #[derive(Debug, Clone, Copy)]
 struct Touched {
     touch: TexturedTouch,
-    began_s: f64,
+    /// From when on the finger scans, s.
+    scans_from_s: f64,
     /// Middle of the board at zero displacement, m; on a moving object, where this point was when the touch began.
     origin_m: DVec3,
     /// Where its stroke starts, m; the normal of the face and the roll of the board there, rad.
@@ -232,6 +236,8 @@ pub(crate) struct TextureInput {
     pub(crate) roughness: Option<f64>,
     /// The finger, while the hand is tracked.
     pub(crate) fingertip: Option<Fingertip>,
+    /// What the hand is doing.
+    pub(crate) gesture: Option<Task>,
     /// How the surface itself moves under the hand.
     pub(crate) surface_motion: SurfaceMotion,
 }
@@ -263,6 +269,7 @@ impl BoardTexture {
             motion: levels.motion.clone(),
             touch: None,
             fingertip: None,
+            stands: false,
         }
     }
 
@@ -290,10 +297,15 @@ impl BoardTexture {
         let mut step = TextureStep::default();
         let Some(fingertip) = self.fingertip.filter(|_| input.touched) else {
             step.ended = self.rest(now_s, input.roughness);
+            self.stands = false;
             return step;
         };
         if self.touch.is_none() {
-            self.touch = self.begin(now_s, q, base_from_board, input, fingertip.point_m);
+            self.stands |= matches!(input.gesture, Some(Task::Push | Task::Grasp));
+            if self.stands {
+                return step;
+            }
+            self.touch = self.begin(now_s, q, base_from_board, input, &fingertip);
             step.started = self.touch.map(|t| t.touch);
         }
         let Some(touch) = &mut self.touch else {
@@ -313,7 +325,7 @@ impl BoardTexture {
             });
         }
         let in_plane = |v: DVec3| DVec2::new(v.dot(x), v.dot(y));
-        let landed = now_s - touch.began_s >= LANDING_S;
+        let landed = now_s >= touch.scans_from_s;
         // A finger that moves along with the surface does not scan it.
         let surface = input.surface_motion;
         let finger = FingerState {
@@ -348,7 +360,7 @@ impl BoardTexture {
         q: &JointPositions,
         base_from_board: &Pose,
         input: &TextureInput,
-        finger_m: DVec3,
+        finger: &Fingertip,
     ) -> Option<Touched> {
         let (surface, roughness) = (input.surface?, input.roughness?);
         let level = *self.encoding.level_for(roughness)?;
@@ -358,8 +370,14 @@ impl BoardTexture {
         let in_space = |v: DVec2| axes[0] * v.x + axes[1] * v.y;
         let at_m = base_from_board.position_m();
         // Both directions along the bumps feel the same; choose the one with more of the face ahead.
-        let off_m = (finger_m - at_m).dot(axes[0]);
-        let expected_rad = if off_m > 0.0 { PI } else { 0.0 };
+        let off_m = (finger.point_m - at_m).dot(axes[0]);
+        let [along, up] = axes.map(|axis| finger.velocity_m_per_s.dot(axis));
+        let strokes = input.gesture == Some(Task::Stroke) && along.hypot(up) > RESTS_M_PER_S;
+        let expected_rad = match strokes {
+            true => up.atan2(along),
+            false if off_m > 0.0 => PI,
+            false => 0.0,
+        };
         self.motion.scan_mut().expect(expected_rad).ok()?;
         let long = base_from_board.rotation().x_axis;
         let roll_rad = long.dot(axes[1]).atan2(long.dot(axes[0]));
@@ -376,7 +394,7 @@ impl BoardTexture {
                 level,
                 axes,
             },
-            began_s: now_s,
+            scans_from_s: now_s + if strokes { 0.0 } else { LANDING_S },
             origin_m: at_m - in_space(rest),
             stroke_from_m: at_m,
             normal,

@@ -6,6 +6,7 @@ use crate::input::arms::{BoardArm, NamedArm};
 use crate::input::base_flag::{BaseFlag, BaseKind};
 use crate::input::file_plan::FilePlan;
 use crate::input::numbers::{counted, up_to};
+use crate::person::gestures;
 use crate::person::predictors::{PredictorKind, Predictors};
 use crate::person::responses::{self, Scenery};
 use crate::recording;
@@ -141,6 +142,10 @@ pub fn run(
             "--fri-bursts with --period-ms {period_ms}: FRI has periods of 1 to 10 whole milliseconds"
         );
     }
+    ensure!(
+        !(options.setting.gestures && options.mcap.is_some()),
+        "--gestures excludes --mcap: a replay does not learn gestures"
+    );
     let outputs = Outputs {
         folder: &options.out,
         json: options.json.as_deref(),
@@ -173,8 +178,11 @@ pub fn run(
     if let Some(remark) = learnt {
         note(remark);
     }
+    let gestures = options.setting.gestures;
+    let gestures = gestures.then(|| gestures::model(&scenery)).transpose()?;
     let stage = Stage {
         level: options.arm_level,
+        gestures: gestures.as_ref(),
         fri,
         explain: options.explain,
         ..Stage::of(&scenery, &predictors, 1e-3 * options.period_ms)
@@ -215,6 +223,7 @@ fn in_corridor(options: &JobOptions, kind: BaseKind) -> anyhow::Result<CorridorR
         ("--hand", setting.hand.is_some()),
         ("--base-from", setting.base_from.is_some()),
         ("--place", setting.place.is_some()),
+        ("--gestures", setting.gestures),
         ("--hand-origin", setting.hand_origin.is_some()),
         ("--fri-bursts", options.fri_bursts.is_some()),
         ("--explain", options.explain.is_some()),
@@ -231,6 +240,11 @@ fn in_corridor(options: &JobOptions, kind: BaseKind) -> anyhow::Result<CorridorR
             "--base {name} excludes {flag}: the corridor has its own rooms, walker and files"
         );
     }
+    ensure!(
+        options.predictor != Some(PredictorKind::EndToEnd),
+        "--base {} excludes --predictor end-to-end: its joints are learnt for walls that stand still before the arm",
+        kind.name()
+    );
     let hand_meets = options.hand_meets;
     ensure!(
         hand_meets.is_none_or(|most| (0.0..=0.3).contains(&most)),
@@ -265,6 +279,7 @@ mod tests {
             ("--fri-bursts 0.02 --period-ms 2.5", "whole milliseconds"),
             ("--period-ms 21", "--period-ms must lie in"),
             ("--hand-meets 0.2", "--base drives or both"),
+            ("--gestures --mcap a.mcap", "--gestures excludes --mcap"),
         ] {
             // No work is done: the scene does not exist.
             let words = words.split(' ').chain(["--scene", "nowhere.obj"]);
@@ -276,6 +291,8 @@ mod tests {
             "--scene nowhere.obj",
             "--hand nowhere.csv",
             "--place none",
+            "--gestures",
+            "--predictor end-to-end",
             "--hand-origin 0,0,0,0",
             "--fri-bursts 0.02",
             "--explain",

@@ -9,6 +9,7 @@ use crate::input::place::{self, Contacts};
 use crate::input::recording_units::RecordingUnits;
 use crate::input::scene_file::{SceneFile, SceneFlags, unit_hint};
 use crate::input::trial;
+use crate::person::gestures::with_gesture;
 use crate::person::hand::Hand;
 use crate::person::kinds::PersonKind;
 use crate::person::participants::{self, Participant};
@@ -81,6 +82,10 @@ pub struct SettingFlags {
     /// Kind of simulated people
     #[arg(long, value_enum, default_value_t, conflicts_with = "hand")]
     pub person: PersonKind,
+    /// Infers from the hand, before the contact, whether it touches, pushes, grasps or strokes, answers each differently, and prints how early they
+    /// were told apart. Simulated people do one of the four, in turn by person
+    #[arg(long)]
+    pub gestures: bool,
     /// Number of touches of the simulated people; each person makes a dozen
     #[arg(long, default_value_t = 12, default_value_ifs = IN_CORRIDOR, conflicts_with = "hand", value_parser = whole_within::<1, 100_000>, allow_negative_numbers = true)]
     pub touches: u64,
@@ -194,7 +199,11 @@ impl Setting {
         let scene = base.scene_seen(&scene)?;
         // With a given base, people stand at the default place in front of it.
         let stood = flags.base_from.map_or(FloorPose::ORIGIN, |_| base);
-        let participants = participants::simulated_at(stood, &scene, arm, kind, touches, seed)?;
+        let config = |number, person_seed| match flags.gestures {
+            true => with_gesture(kind.config(person_seed), seed.wrapping_add(number)),
+            false => kind.config(person_seed),
+        };
+        let participants = participants::simulated_as(config, stood, &scene, arm, touches, seed)?;
         Ok(Self {
             likely_touches: participants::likely_touches(&scene, arm, &participants),
             scene,

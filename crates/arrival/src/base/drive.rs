@@ -139,7 +139,7 @@ fn rests(point: &JointPoint) -> bool {
 }
 
 /// A leg's end this near to the line of the present leg, m, is approached without stopping, at the nearest point of that line.
-const NEAR_M: f64 = 0.05;
+pub(super) const NEAR_M: f64 = 0.05;
 /// Shorter legs are not driven, m.
 const SHORTEST_M: f64 = 0.001;
 

@@ -1,5 +1,6 @@
 //! Ways of the base around areas that it stays out of.
 
+use super::drive::NEAR_M;
 use glam::DVec2;
 
 /// A rectangle along the axes that the axis of the base stays out of.
@@ -25,6 +26,21 @@ impl KeepOutArea {
     #[must_use]
     pub fn contains(&self, at_m: DVec2) -> bool {
         at_m.cmpgt(self.low_m).all() && at_m.cmplt(self.high_m).all()
+    }
+
+    /// The nearest place on the edge, for a place inside that is no farther from it than a base may miss the end of a leg.
+    fn beside(&self, at_m: DVec2) -> DVec2 {
+        let edges = [
+            at_m.with_x(self.low_m.x),
+            at_m.with_x(self.high_m.x),
+            at_m.with_y(self.low_m.y),
+            at_m.with_y(self.high_m.y),
+        ];
+        let near = edges
+            .into_iter()
+            .filter(|edge| edge.distance(at_m) <= NEAR_M);
+        let nearest = near.min_by(|a, b| a.distance(at_m).total_cmp(&b.distance(at_m)));
+        nearest.filter(|_| self.contains(at_m)).unwrap_or(at_m)
     }
 
     /// Does a straight way lead through the inside?
@@ -64,9 +80,11 @@ impl KeepOutArea {
 
 /// The shortest way from one place to another outside an area, past its corners, without the beginning; `None` if the end is inside.
 ///
-/// From inside it first leaves across, along y: rooms of a corridor along x are left through their outer walls.
+/// From inside it first leaves across, along y: rooms of a corridor along x are left through their outer walls. A beginning that is inside by less than
+/// a leg may miss its end counts as on the edge.
 #[must_use]
 pub fn route(from_m: DVec2, to_m: DVec2, area: &KeepOutArea) -> Option<Vec<DVec2>> {
+    let from_m = area.beside(from_m);
     if !area.contains(from_m) {
         return around(from_m, to_m, area).map(|(_, way)| way);
     }

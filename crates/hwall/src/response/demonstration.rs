@@ -15,11 +15,13 @@ pub enum Task {
     Push,
     /// Grasps an edge or a handle, with the edge of the board between the fingers.
     Grasp,
+    /// Slides along a surface with extended fingers.
+    Stroke,
 }
 
 impl Task {
     /// In the order of [`JointPosterior::tasks`](super::JointPosterior::tasks).
-    pub const ALL: [Self; 3] = [Self::Touch, Self::Push, Self::Grasp];
+    pub const ALL: [Self; 4] = [Self::Touch, Self::Push, Self::Grasp, Self::Stroke];
 
     /// Name for tables.
     #[must_use]
@@ -28,6 +30,7 @@ impl Task {
             Self::Touch => "touch",
             Self::Push => "push",
             Self::Grasp => "grasp",
+            Self::Stroke => "stroke",
         }
     }
 }

@@ -23,7 +23,7 @@ pub struct JointPosterior {
     /// Probability of that component.
     pub probability: f64,
     /// Probability of each task, in the order of [`Task::ALL`].
-    pub tasks: [f64; 3],
+    pub tasks: [f64; Task::ALL.len()],
     /// Mean phase, 0 to 1.
     pub phase: f64,
     /// Time until the end of the reach, s; `None` if it cannot be predicted.
@@ -215,7 +215,7 @@ impl ResponseFilter {
     /// # Errors
     /// Arithmetic that overflowed.
     pub fn posterior(&mut self) -> Result<JointPosterior, SessionError> {
-        let mut tasks = [0.0; 3];
+        let mut tasks = [0.0; _];
         let (mut component, mut probability) = (0, 0.0);
         for (part, task) in self.tasks.iter().enumerate() {
             let share = self.bank.component_probability(part);

@@ -145,6 +145,7 @@ impl<P: Predictor> Session<P> {
             untold: None,
             barriers,
             openings: opening_receiver,
+            gestures: None,
             felt: config.adapts.then_some(felt),
             events: EventQueue::new(),
             newest: Newest::default(),

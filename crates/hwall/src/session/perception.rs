@@ -10,6 +10,8 @@ use super::waiting::{Presents, Waiting};
 use super::world::{World, WorldChange, WorldPose};
 use crate::error::SessionError;
 use crate::fingertip::Fingertip;
+use crate::gesture::{GestureFilter, GestureModel};
+use crate::response::Task;
 #[cfg(feature = "texture")]
 use crate::texture::{Presenter, TextureLevels};
 use crate::walls::Walls;
@@ -54,6 +56,8 @@ pub struct Perception<P> {
     pub(super) openings: OpeningReceiver,
     /// `None` if the session does not adapt.
     pub(super) felt: Option<FeltTouches>,
+    /// `None`: every touch is answered alike.
+    pub(super) gestures: Option<GestureFilter>,
     pub(super) events: EventQueue,
     pub(super) newest: Newest,
 }
@@ -194,6 +198,11 @@ impl<P: Predictor> Perception<P> {
         }
         let ranked = self.predictor.predict(&self.scene, &input);
         let first = ranked.first().copied();
+        if let Some(gestures) = &mut self.gestures {
+            let normal = first.map(|contact| contact.normal);
+            // After an overflow the reach is forgotten, and its touch is answered as any other.
+            let _ = gestures.step(input.frame, input.hand, normal);
+        }
         let decided = self.policy.step(
             frame.t_s,
             ranked,
@@ -243,6 +252,7 @@ impl<P: Predictor> Perception<P> {
                 bystanders: self.newest.person.bystanders_after(frame, arm_s),
                 people_before: self.newest.person.people_before + u64::from(frame.is_of_another),
                 seen_s: arm_s,
+                gesture: self.gesture(),
                 ..Guidance::default()
             },
             goal: self.newest.goal,
@@ -386,6 +396,23 @@ impl<P: Predictor> Perception<P> {
     /// From now on, why the policy decides as it does goes there while it is asked for.
     pub fn explain_to(&mut self, explanations: &Explanations) {
         self.policy.explanations = explanations.clone();
+    }
+
+    /// From now on, answers what the hand is about to do, each touch as inferred when it begins: the board stands still under a push or a grasp (a
+    /// panel or a door still yields), and under a stroke its texture moves against the course of the hand at once. Other touches are answered
+    /// as without this.
+    ///
+    /// # Errors
+    /// As [`GestureModel::filter`].
+    pub fn tell_gestures(&mut self, model: &GestureModel) -> Result<(), SessionError> {
+        self.gestures = Some(model.filter()?);
+        Ok(())
+    }
+
+    /// What the hand is about to do, or did last; `None` if unknown.
+    #[must_use]
+    pub fn gesture(&self) -> Option<Task> {
+        self.gestures.as_ref()?.task()
     }
 
     /// Estimated time that this person leaves the arm from dispatch to touch, s.

@@ -6,6 +6,7 @@ mod chains;
 mod common;
 mod events;
 mod felt_touches;
+mod gestures;
 mod invariances;
 mod led_by_joints;
 mod loop_attacks;

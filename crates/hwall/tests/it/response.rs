@@ -51,6 +51,7 @@ impl Reach {
         let curled = match self.task {
             Task::Touch => 0.06,
             Task::Push => 0.0,
+            Task::Stroke => -0.05,
             Task::Grasp => 0.05 * minimum_jerk((share - 0.6) / 0.4),
         };
         let mut frame = HandFrame::empty(t_s);

@@ -32,6 +32,9 @@ pub struct PersonConfig {
     pub rest_scatter_m: f64,
     /// Hand gesture; `None` draws one of the three per person. Default pointing.
     pub gesture: Option<Gesture>,
+    /// Does the hand take the shape of its gesture only on the way, from a hand at rest that is the same for all gestures, and not always fully?
+    /// Default no.
+    pub takes_shape: bool,
     /// Deviation of the direction of the extended fingers, drawn per person and again per reach, sd in
     /// each of two directions, rad; at most 0.2. Default 0.
     pub posture_rad: f64,
@@ -109,6 +112,7 @@ impl Default for PersonConfig {
             hand_rest_m: DVec3::new(0.95, 0.15, 0.72),
             rest_scatter_m: 0.0,
             gesture: Some(Gesture::Pointing),
+            takes_shape: false,
             posture_rad: 0.0,
             hand_length_m: [0.17, 0.205],
             mean_reach_s: [0.6, 1.2],

@@ -15,11 +15,22 @@ pub enum Gesture {
     Opening,
     /// All fingers extended and spread, then closed around the object at contact.
     Grasping,
+    /// The open palm turned to the surface, fingers upwards.
+    Pushing,
+    /// Fingers extended; the fingertip comes along the surface and slides on until the hand withdraws.
+    Stroking,
 }
 
 impl Gesture {
-    /// The three touching gestures; grasping must be requested.
+    /// The three touching gestures; the others must be requested.
     pub const ALL: [Self; 3] = [Self::Pointing, Self::Flat, Self::Opening];
+    /// One gesture for each thing a hand may do: touch, push, grasp, stroke.
+    pub const TASKS: [Self; 4] = [
+        Self::Pointing,
+        Self::Pushing,
+        Self::Grasping,
+        Self::Stroking,
+    ];
 }
 
 /// Hand length (wrist to the tip of the middle finger) of the tables below, m.
@@ -75,6 +86,8 @@ pub(super) struct Hand {
     pub(super) length_m: f64,
     /// Fraction of the time to contact at which an opening hand is fully open.
     pub(super) open_by: f64,
+    /// How far the hand takes the shape of its gesture on the way, from that of a hand at rest, 0 to 1; `None`: it has the shape all the time.
+    pub(super) takes_shape: Option<f64>,
 }
 
 impl Hand {
@@ -88,7 +101,7 @@ impl Hand {
     ) -> (DVec3, [DVec3; 5]) {
         let table = match self.gesture {
             Gesture::Pointing => POINTING_M,
-            Gesture::Flat => FLAT_M,
+            Gesture::Flat | Gesture::Pushing | Gesture::Stroking => FLAT_M,
             Gesture::Grasping => {
                 // The hand closes in the last part of the reach.
                 let closed = minimum_jerk((elapsed - CLOSES_FROM) / (1.0 - CLOSES_FROM));
@@ -99,6 +112,14 @@ impl Hand {
                 std::array::from_fn(|i| CLENCHED_M[i].lerp(FLAT_M[i], open))
             }
         };
+        let table = match self.takes_shape {
+            None => table,
+            Some(most) => {
+                let taken = most * minimum_jerk(elapsed / self.open_by);
+                // A hand at rest is half open.
+                std::array::from_fn(|i| CLENCHED_M[i].lerp(FLAT_M[i], 0.5).lerp(table[i], taken))
+            }
+        };
         let size = self.length_m / REFERENCE_LENGTH_M;
         let from_palm = table.map(|tip| base_from_hand * (tip * size));
         let palm_m = index_tip_m - from_palm[1];
@@ -106,6 +127,22 @@ impl Hand {
         let mut tips_m = from_palm.map(|tip| palm_m + tip);
         tips_m[1] = index_tip_m;
         (palm_m, tips_m)
+    }
+}
+
+impl Hand {
+    /// Orientation at the contact with a surface of this unit normal.
+    pub(super) fn at_contact(&self, fingers: DVec3, normal: DVec3) -> DQuat {
+        match self.gesture {
+            // The back of the hand faces away from the surface.
+            Gesture::Pushing => {
+                let y = normal
+                    .cross(fingers)
+                    .normalize_or(normal.any_orthonormal_vector());
+                DQuat::from_mat3(&DMat3::from_cols(y.cross(normal), y, normal))
+            }
+            _ => orientation(fingers),
+        }
     }
 }
 

@@ -11,6 +11,10 @@ use std::f64::consts::TAU;
 /// Streams of random numbers. Those of the nominal person are separate, so that other traits do not change them.
 const PLAIN_HABITS: u64 = 0;
 const HABITS: u64 = 0xD1B5_4A32_D192_ED03;
+const SHAPES: u64 = 0x3C6E_F372_FE94_F82B;
+
+/// How far a hand takes the shape of its gesture, an assumption.
+const SHAPE_TAKEN: [f64; 2] = [0.5, 1.0];
 
 /// A person with individual habits: hand and gesture, speed, speed profile, bow of the reach, posture, gaze, tremor.
 ///
@@ -61,6 +65,8 @@ impl Person {
                 gesture: config.gesture.unwrap_or(any),
                 length_m,
                 open_by: draw.within([0.6, 0.95]),
+                takes_shape: (config.takes_shape)
+                    .then(|| Draw::new(seed, SHAPES).within(SHAPE_TAKEN)),
             },
             mean_reach_s: plain.within(config.mean_reach_s),
             bow_direction_rad: plain.within([0.0, TAU]),

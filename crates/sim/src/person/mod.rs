@@ -18,7 +18,7 @@
 //! | speed profile | time is warped, so that the peak comes early or late (0.3 to 0.7 of the time) |
 //! | correction | the first movement falls short and to one side; a second one overlaps with it and corrects the error; the path is the sum of both |
 //! | movement time | grows with a power of the distance: 0.5 keeps the same peak acceleration |
-//! | gesture | pointing, flat all the time, or clenched at rest and opening on approach; grasping on request |
+//! | gesture | pointing, flat all the time, or clenched at rest and opening on approach; grasping, pushing and stroking on request |
 //! | posture, rests, head, lean | scatter from person to person and from reach to reach |
 //! | gaze | leads, is inaccurate, misses the target throughout a reach, or leaves shortly before the contact |
 //! | tracker | noise, and points that are lost for a while, independently |

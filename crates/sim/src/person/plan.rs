@@ -1,11 +1,12 @@
 //! Planning of touches: times, paths and gaze.
 
 use super::config::PersonConfig;
-use super::draw::Draw;
+use super::draw::{Draw, scrambled};
 use super::gaze::{Fixation, LookAt, SACCADE_S, deflected};
+use super::gesture::Gesture;
 use super::glances::Glances;
 use super::habits::{Person, scattered};
-use super::planned_touch::{PlannedTouch, Timeline};
+use super::planned_touch::{PlannedTouch, Stroke, Timeline};
 use super::profile::{PEAKS, Profile};
 use super::reach::{Approach, ReachPath, ReachPlan, Shape, TouchPlan};
 use super::sequence::TouchSequence;
@@ -17,11 +18,17 @@ use std::f64::consts::TAU;
 /// Streams of random numbers, separate from those of the habits and, for the nominal person, from each other.
 const PLAIN_REACHES: u64 = 0x9E37_79B9_7F4A_7C15;
 const REACHES: u64 = 0xAEF1_7502_108E_F2D9;
+const STROKES: u64 = 0x5740_4B35_0D1E_7C63;
 
 /// A change of mind occurs at a fraction of the time to contact in this range, and the reach takes longer by the
 /// factor below.
 const SWITCH: [f64; 2] = [0.25, 0.6];
 const CHANGED_TAKES: f64 = 1.3;
+
+/// Length of a stroke, m, and the fraction of the time to contact at which the hand begins to move along it: assumptions. With the default hold
+/// its peak speed is 0.1 to 0.35 m/s.
+const STROKE_M: [f64; 2] = [0.06, 0.14];
+const STROKE_FROM: f64 = 0.7;
 
 /// Deviation of an off-target gaze, and size of the gaze shift when it leaves, rad.
 const MISS_RAD: [f64; 2] = [0.26, 0.70];
@@ -133,6 +140,7 @@ impl Person {
         Ok(PlannedTouch {
             fingers: self.fingers(&path, posture_rad),
             fingers_meant: meant.map(|(meant, _)| self.fingers(&meant, posture_rad)),
+            stroke: self.stroke(&approach.path, &timeline, index),
             approach,
             back,
             timeline,
@@ -169,9 +177,28 @@ impl Person {
         self.habits().mean_reach_s * longer.powf(self.config().distance_exponent)
     }
 
-    /// A direction midway between the line of the arm and the inward normal of the surface, deflected by these angles.
+    /// The stroke of a hand that strokes, in a random direction.
+    fn stroke(&self, path: &ReachPath, times: &Timeline, index: usize) -> Option<Stroke> {
+        if self.gesture() != Gesture::Stroking {
+            return None;
+        }
+        let mut draw = Draw::new(self.seed(), STROKES ^ scrambled(index as u64));
+        let (length_m, (sin, cos)) = (draw.within(STROKE_M), draw.within([0.0, TAU]).sin_cos());
+        let (u, v) = path.normal().any_orthonormal_pair();
+        let contact_s = times.contact_s(path);
+        let from_s = times.start_s + STROKE_FROM * (contact_s - times.start_s);
+        let along_m = (u * cos + v * sin) * length_m;
+        Some(Stroke::new(along_m, [from_s, times.withdraw_s], contact_s))
+    }
+
+    /// A direction midway between the line of the arm and the inward normal of the surface, deflected by these angles;
+    /// along the surface for a palm that pushes.
     fn fingers(&self, path: &ReachPath, off_rad: [f64; 2]) -> DVec3 {
         let into = -path.normal();
+        if self.gesture() == Gesture::Pushing {
+            let up = DVec3::Z.reject_from_normalized(into);
+            return deflected(up.normalize_or(self.forward()), off_rad);
+        }
         let to_target = (path.target_m() - self.shoulder_m()).normalize_or(into);
         deflected((to_target + into).normalize_or(into), off_rad)
     }

@@ -3,6 +3,7 @@
 use super::config::PersonConfig;
 use super::gaze::Fixation;
 use super::glances::Glance;
+use super::profile::minimum_jerk;
 use super::reach::{Approach, ReachPath};
 use glam::DVec3;
 
@@ -42,8 +43,46 @@ impl Timeline {
     }
 }
 
+/// A movement along the surface, added to the reach and zero at the contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Stroke {
+    along_m: DVec3,
+    from_to_s: [f64; 2],
+    done_at_contact: f64,
+}
+
+impl Stroke {
+    pub(super) fn new(along_m: DVec3, from_to_s: [f64; 2], contact_s: f64) -> Self {
+        let stroke = Self {
+            along_m,
+            from_to_s,
+            done_at_contact: 0.0,
+        };
+        Self {
+            done_at_contact: stroke.done(contact_s),
+            ..stroke
+        }
+    }
+
+    fn done(&self, t_s: f64) -> f64 {
+        let [from_s, to_s] = self.from_to_s;
+        minimum_jerk((t_s - from_s) / (to_s - from_s))
+    }
+
+    /// Distance from the reach, of which the fraction `approach` is done: zero at both rests.
+    fn off_m(&self, t_s: f64, approach: f64, is_back: bool) -> DVec3 {
+        let done = self.done(t_s);
+        self.along_m
+            * match is_back {
+                true => (done - self.done_at_contact) * approach,
+                false => done - self.done_at_contact * approach,
+            }
+    }
+}
+
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct PlannedTouch {
+    pub(super) stroke: Option<Stroke>,
     pub(super) approach: Approach,
     /// The path to the next rest, reversed.
     pub(super) back: ReachPath,
@@ -66,12 +105,15 @@ impl PlannedTouch {
     }
 
     pub(super) fn tip_m(&self, t_s: f64) -> DVec3 {
-        let tau = self.timeline.tau(t_s);
-        if self.is_back(t_s) {
-            self.back.tip_m(tau)
-        } else {
-            self.approach.tip_m(tau)
-        }
+        let (tau, is_back) = (self.timeline.tau(t_s), self.is_back(t_s));
+        let (tip_m, path) = match is_back {
+            true => (self.back.tip_m(tau), &self.back),
+            false => (self.approach.tip_m(tau), &self.approach.path),
+        };
+        let off_m = |stroke: &Stroke| stroke.off_m(t_s, path.approach(tau), is_back);
+        self.stroke
+            .as_ref()
+            .map_or(tip_m, |stroke| tip_m + off_m(stroke))
     }
 
     /// The current path, and the progress of the change of mind.

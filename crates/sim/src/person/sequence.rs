@@ -172,9 +172,10 @@ impl TouchSequence {
                 let (path, changed) = touch.way(t_s);
                 let tau = touch.timeline.tau(t_s);
                 let share = path.approach(tau);
-                let mut at_contact = gesture::orientation(touch.fingers);
+                let mut at_contact = hand.at_contact(touch.fingers, path.normal());
                 if let Some(meant) = touch.fingers_meant {
-                    at_contact = gesture::orientation(meant).slerp(at_contact, changed);
+                    let meant = hand.at_contact(meant, path.normal());
+                    at_contact = meant.slerp(at_contact, changed);
                 }
                 let turned = at_rest.slerp(at_contact, share);
                 let (palm_m, mut tips_m) = hand.place(path.elapsed(tau), turned, index_tip_m);

@@ -172,7 +172,7 @@ fn an_opening_hand_opens_steadily_and_the_others_do_not() {
                     assert!(openings.is_sorted_by(|a, b| *a <= b + 1e-12));
                     assert!(openings[200] - openings[0] > 0.035 * size);
                 }
-                Gesture::Pointing | Gesture::Flat | Gesture::Grasping => {
+                _ => {
                     assert_close!(openings[200], openings[0], Tol::abs(1e-12));
                 }
             }
@@ -240,4 +240,59 @@ fn a_change_of_mind_is_smooth_and_told() {
         refused,
         Err(SimError::BehindSurface { touch: 0, .. })
     ));
+}
+
+/// A stroking hand crosses the surface at its target while it moves along it, and rests where others do; the palm of a pushing hand faces the surface.
+#[test]
+fn hands_that_stroke_move_along_the_surface_and_palms_that_push_face_it() {
+    let plan = TouchPlan {
+        target_m: DVec3::new(0.6, 0.1, 0.5),
+        normal: DVec3::X,
+    };
+    for (gesture, seed) in Gesture::TASKS.into_iter().zip([1, 2, 3, 4]) {
+        let config = PersonConfig {
+            gesture: Some(gesture),
+            takes_shape: true,
+            ..PersonConfig::default()
+        };
+        let person = Person::new(config, seed).unwrap();
+        let hand = person.plan(&[plan; 2]).unwrap();
+        let [first, second] = [hand.touches()[0], hand.touches()[1]];
+        let tip_m = |t_s: f64| hand.true_index_tip(t_s);
+        assert!(tip_m(first.contact_s).distance(plan.target_m) < 1e-3);
+        let slid_m = tip_m(first.withdraw_s)
+            .with_x(0.0)
+            .distance(tip_m(first.contact_s).with_x(0.0));
+        let along = hand
+            .true_index_velocity_m_per_s(first.contact_s)
+            .with_x(0.0)
+            .length();
+        let strokes = gesture == Gesture::Stroking;
+        assert_eq!(
+            (slid_m > 0.04, along > 0.03),
+            (strokes, strokes),
+            "{slid_m} {along}"
+        );
+        // Position and velocity have no leap, and both rests are those of other hands.
+        for at in [
+            first.contact_s,
+            first.press_s,
+            first.withdraw_s,
+            first.end_s,
+        ] {
+            assert!(tip_m(at - 1e-5).distance(tip_m(at + 1e-5)) < 1e-4);
+        }
+        assert!(tip_m(first.end_s).distance(tip_m(second.start_s)) < 1e-3);
+        let [rest, touch] = [0.0, first.contact_s].map(|t_s| hand.truth(t_s));
+        let back =
+            |s: &hwall_sim::PersonSample| (s.tips_m[1] - s.palm_m).cross(s.tips_m[4] - s.palm_m);
+        let faces = |s| -back(s).normalize().x;
+        assert_eq!(
+            faces(&touch) > 0.9,
+            gesture == Gesture::Pushing,
+            "{gesture:?}"
+        );
+        assert!(faces(&rest) < 0.5);
+        assert!(touch.tips_m.iter().all(|tip| tip.x > 0.599), "{gesture:?}");
+    }
 }

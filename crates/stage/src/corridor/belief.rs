@@ -25,6 +25,9 @@ const STARTS_S: f64 = TURN_S;
 /// Within this distance of the standing place the person does not walk, m: half of the least distance between two places.
 const STANDS_M: f64 = 0.6;
 
+/// A hand this near to a surface is at it, m.
+const AT_HAND_M: f64 = 0.1;
+
 /// Speed of the head above which a person walks, m/s: leaning and swaying are slower.
 const WALKS_M_PER_S: f64 = 0.35;
 /// Weight of the touches after the next one: two of three on average. Their time after it, s: reach, hold and pause. Their offsets: to the
@@ -49,6 +52,8 @@ pub(super) struct Belief {
     head_m: Option<DVec2>,
     velocity_m_per_s: DVec2,
     came: DVec2,
+    /// A point on the wall in front of which the person stands, and its normal: where the hand was last at a surface, or the eyes during the walk.
+    before: Option<(DVec3, DVec3)>,
 }
 
 impl Belief {
@@ -81,6 +86,16 @@ impl Belief {
         let new = 1.0 - ((self.last_s - frame.t_s) / MEMORY_S).exp().clamp(0.0, 1.0);
         self.last_s = frame.t_s;
         let far = looked_at(frame, &room.scene, if walks { 0.0 } else { FAR_M })?;
+        let on_walk = far.as_ref().filter(|_| walks);
+        let stands = match (on_walk, frame.contact_point()) {
+            (Some(far), _) => Some((far.point_m, far.normal)),
+            (None, Some(hand)) if !walks => {
+                let at = room.scene.closest_touchable(hand.position_m, AT_HAND_M)?;
+                at.map(|at| (at.point_m, facing(at.normal, hand.position_m - at.point_m)))
+            }
+            _ => None,
+        };
+        self.before = stands.or(self.before);
         let ranked = match (&far, walks) {
             (Some(far), _) => std::slice::from_ref(far),
             (None, true) => &[],
@@ -101,9 +116,10 @@ impl Belief {
         Ok(())
     }
 
-    /// Forgets the places when the person enters another room; keeps the walking direction.
+    /// Forgets the places and the wall when the person enters another room; keeps the walking direction.
     pub(super) fn forget(&mut self) {
         self.weights.clear();
+        self.before = None;
     }
 
     /// The most probable places for a person whose eyes are above this point of the floor, m.
@@ -136,6 +152,16 @@ impl Belief {
         let stands_m = match first.touch_s > AT_PLACE_S {
             true => (first.point_m + first.normal * BEFORE_M).truncate(),
             false => person_m,
+        };
+        // A doubtful next touch moves itself alone: the later ones stay at the wall in front of the person.
+        let (point_m, normal) = match self.before {
+            Some(before) if first.touch_s <= AT_PLACE_S => before,
+            _ => (first.point_m, first.normal),
+        };
+        let first = BaseHypothesis {
+            point_m,
+            normal,
+            ..first
         };
         found.extend(self.later(&first, stands_m));
         found

@@ -1,5 +1,6 @@
 //! The corridor as a whole, and its walker.
 
+use super::belief::Belief;
 use super::hall::Hall;
 use super::moving::{ArmMay, BaseRecord, Held, MovingBase, Seen, Truth, hand_meets_m_per_s};
 use super::report;
@@ -14,8 +15,10 @@ use crate::person::predictors::{PredictorKind, Predictors, TrainingPeople};
 use glam::{DVec2, DVec3};
 use hwall::arrival::base::{BaseHypothesis, SeenHand};
 use hwall::response::EndToEnd;
-use hwall_hand::Pose;
+use hwall_contact::ContactPrediction;
+use hwall_hand::{HandFrame, Pose};
 use hwall_haptics::{Board, ContactLimits};
+use hwall_scene::SurfaceId;
 use hwall_view::ViewFrame;
 
 /// The table and the JSON of two touches, with the ray predictor.
@@ -275,4 +278,47 @@ fn a_walker_moves_continuously() {
         }
         assert!(waited > 0);
     }
+}
+
+/// Regression: a glance at another wall moved all later touches there, and the base braked for it.
+#[test]
+fn a_doubtful_next_touch_leaves_the_later_ones_at_the_wall() {
+    let arm = BoardArm::named("iiwa7", &Board::default()).unwrap();
+    let hall = Hall::new(&arm, 1, 3).unwrap();
+    let room = &hall.rooms[0];
+    let place = |surface: &str, at_m: DVec3, normal: DVec3| {
+        let surfaces = room.scene.surfaces().iter();
+        let id = surfaces.clone().position(|s| s.name == surface).unwrap();
+        ContactPrediction {
+            probability: 1.0,
+            ..ContactPrediction::of_place(SurfaceId(id), at_m, normal)
+        }
+    };
+    let south = place("wall_south", DVec3::new(0.8, 0.0, 0.4), DVec3::Y);
+    let west = place("wall_west_a", DVec3::new(0.0, 0.7, 0.4), DVec3::X);
+    let person_m = DVec2::new(0.75, 0.68);
+    let frame = |t_s: f64, hand_m: DVec3| HandFrame {
+        palm_m: Some(hand_m),
+        head_m: Some(person_m.extend(0.6)),
+        ..HandFrame::empty(t_s)
+    };
+    let mut belief = Belief::default();
+    let mut see = |from_s: f64, hand_m, seen: ContactPrediction| {
+        for i in 0..90 {
+            let frame = frame(from_s + f64::from(i) / 90.0, hand_m);
+            belief.see(&frame, false, &[seen], room).unwrap();
+        }
+        let hypotheses = belief.hypotheses(room, person_m);
+        let on = |normal: DVec3| {
+            let there = hypotheses.iter().filter(|h| h.normal.dot(normal) > 0.9);
+            there.map(|h| h.probability).sum::<f64>()
+        };
+        on(DVec3::Y) / (on(DVec3::Y) + on(DVec3::X))
+    };
+    let rest_m = DVec3::new(0.8, 0.4, 0.4);
+    // It touches the south wall, rests, and is then predicted at the other wall.
+    assert!(see(0.0, DVec3::new(0.8, 0.05, 0.4), south) > 0.99);
+    assert!((0.6..0.9).contains(&see(1.0, rest_m, west)));
+    // A touch there moves the later ones.
+    assert!(see(2.0, DVec3::new(0.05, 0.7, 0.4), west) < 0.01);
 }

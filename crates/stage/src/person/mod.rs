@@ -1,5 +1,6 @@
 //! Simulated and recorded people, their touches, training data, and predictors.
 
+pub mod gestures;
 pub mod hand;
 pub mod kinds;
 pub mod participants;

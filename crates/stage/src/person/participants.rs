@@ -62,12 +62,28 @@ pub fn simulated_at(
     touches: usize,
     seed: u64,
 ) -> anyhow::Result<Vec<Participant>> {
+    let config = |_, seed| kind.config(seed);
+    simulated_as(config, base, scene, arm, touches, seed)
+}
+
+/// As [`simulated_at`], with the settings of each person by number and seed.
+///
+/// # Errors
+/// As [`simulated`].
+pub fn simulated_as(
+    config: impl Fn(u64, u64) -> PersonConfig,
+    base: FloorPose,
+    scene: &Scene,
+    arm: &BoardArm,
+    touches: usize,
+    seed: u64,
+) -> anyhow::Result<Vec<Participant>> {
     let people = touches.div_ceil(DOZEN);
     (0..people)
         .map(|number| {
             let count = DOZEN.min(touches - number * DOZEN);
             let seed = seed_of(seed, number as u64);
-            let config = base.person_seen(kind.config(seed));
+            let config = base.person_seen(config(number as u64, seed));
             participant(scene, arm, config, count, seed)
         })
         .collect()

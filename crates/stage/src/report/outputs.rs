@@ -97,7 +97,7 @@ pub fn text(runs: &[PersonRun], maps: &WallMaps, mapping: Duration) -> anyhow::R
         tables::table(runs, maps, mapping),
         tables::regrets(runs),
         tables::who_was_right(runs),
-        tables::textures(runs) + &tables::pushes(runs)
+        tables::textures(runs) + &tables::pushes(runs) + &tables::gestures(runs)
     ))
 }
 

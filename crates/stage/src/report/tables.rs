@@ -1,6 +1,7 @@
 //! The table of a run, and its touches as CSV.
 
 use crate::input::numbers;
+use crate::person::gestures::{self, ToldTouch};
 use crate::person::predictors::{PREDICTORS, PredictorKind};
 use crate::report::summary::{Sorted, Summary, step_ns};
 use crate::run::judged::judge::{Outcome, RIGHT_M};
@@ -278,6 +279,17 @@ fn listed(runs: &[PersonRun]) -> impl Iterator<Item = (String, &JudgedTouch)> {
             (format!("{whose}{} {surface}", i + 1), touch)
         })
     })
+}
+
+/// How early gestures were told apart; empty without gestures.
+#[must_use]
+pub fn gestures(runs: &[PersonRun]) -> String {
+    let touches = runs.iter().flat_map(|run| &run.touches);
+    let told: Vec<ToldTouch> = touches.filter_map(|touch| touch.told).collect();
+    match told.is_empty() {
+        true => String::new(),
+        false => format!("\n{}", gestures::table(&told)),
+    }
 }
 
 /// For every touch of the first person on a textured surface: wanted and felt texture; empty if no texture was

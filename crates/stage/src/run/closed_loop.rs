@@ -49,6 +49,9 @@ pub fn run(
         ..SessionSettings::of(scenery)
     };
     let mut session = settings.session(stage.predictors.for_another_person())?;
+    if let Some(gestures) = stage.gestures {
+        session.perception_mut().tell_gestures(gestures)?;
+    }
     let explanations = Explanations::default();
     explanations.ask(stage.explain.is_some());
     session.perception_mut().explain_to(&explanations);

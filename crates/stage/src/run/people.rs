@@ -1,5 +1,6 @@
 //! The closed loop for several people: a separate run and a fresh session for each.
 
+use crate::person::gestures::{self, ToldTouch};
 use crate::person::participants::Participant;
 use crate::person::predictors::PREDICTORS;
 use crate::person::responses::Scenery;
@@ -22,6 +23,8 @@ pub struct JudgedTouch {
     pub outcome: Outcome,
     /// The optimum.
     pub regret: Regret,
+    /// What was inferred of the gesture; `None` without gestures.
+    pub told: Option<ToldTouch>,
     /// Lead of each predictor, see [`judge::leads`].
     pub leads_s: [Option<f64>; PREDICTORS],
 }
@@ -107,12 +110,20 @@ fn person(
     let known_s: Vec<f64> = regret.iter().map(|regret| regret.known_s).collect();
     run.trace.boards = snapshots::at_contacts(arm, &run.ticks, &outcomes);
     run.trace.arms = snapshots::of_one_touch(arm, &run.ticks, &outcomes, &known_s);
+    let does = stage.gestures.and_then(|_| gestures::task_of(hand));
+    let told = |outcome: &Outcome| {
+        let contact_s = outcome.touch.contact_s;
+        let slid_m = judge::slid_m(&outcome.touch, &run.ticks);
+        Some(ToldTouch::new(does?, contact_s, &run.gestures, slid_m))
+    };
+    let told: Vec<_> = outcomes.iter().map(told).collect();
     // Free tens of thousands of steps per person, which are no longer needed.
     run.ticks = Vec::new();
-    let touches = outcomes.into_iter().zip(regret).zip(leads);
-    let touches = touches.map(|((outcome, regret), leads_s)| JudgedTouch {
+    let touches = outcomes.into_iter().zip(regret).zip(leads).zip(told);
+    let touches = touches.map(|(((outcome, regret), leads_s), told)| JudgedTouch {
         outcome,
         regret,
+        told,
         leads_s,
     });
     Ok(PersonRun {

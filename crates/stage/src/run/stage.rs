@@ -3,6 +3,7 @@
 use crate::person::predictors::Predictors;
 use crate::person::responses::Scenery;
 use crate::run::simulated_arm::ArmLevel;
+use hwall::gesture::GestureModel;
 use hwall::haptics::RendererConfig;
 use hwall::haptics::body::Room;
 use hwall::haptics::safety::PersonPart;
@@ -25,6 +26,8 @@ pub struct Stage<'a> {
     pub fri: Option<FaultConfig>,
     /// When the board is sent.
     pub policy: PolicyConfig,
+    /// Tells gestures apart; `None`: all touches are answered alike.
+    pub gestures: Option<&'a GestureModel>,
     /// Prints decisions of the policy: of the frame at this time, s, or each one that changes.
     pub explain: Option<Option<f64>>,
     /// Control period, s.
@@ -41,6 +44,7 @@ impl<'a> Stage<'a> {
             level: ArmLevel::Servo,
             fri: None,
             policy: PolicyConfig::default(),
+            gestures: None,
             explain: None,
             period_s,
         }

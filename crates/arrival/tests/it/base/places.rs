@@ -148,6 +148,37 @@ fn ways_stay_out_of_the_room() {
     }
 }
 
+/// Regression: a base that had cut a corner by millimetres was sent back to the corner at every choice, and crept around it.
+#[test]
+fn a_base_that_cut_a_corner_goes_on() {
+    let corner_m = dvec2(AREA.high_m.x, AREA.low_m.y);
+    let to_m = corner_m + dvec2(0.2, 1.0);
+    let mut drive = BaseDrive::new(
+        BaseLimits::default(),
+        BasePose {
+            at_m: corner_m + dvec2(-0.014, 0.014),
+            yaw_rad: 0.0,
+        },
+    )
+    .unwrap();
+    let mut steps = 0;
+    while steps == 0 || !drive.has_arrived() {
+        // A new choice every 0.1 s.
+        if steps % 25 == 0 {
+            let way = route(drive.stopping_m(), to_m, &AREA).unwrap();
+            drive.set_route(&way, 0.0).unwrap();
+        }
+        drive.step(0.004, |_, _| true).unwrap();
+        steps += 1;
+        assert!(steps < 1000, "{:?}", drive.state().pose());
+    }
+    let least_s = drive.leg_s(1.02, 0.8);
+    assert!(f64::from(steps) * 0.004 < least_s + 0.2, "{steps} steps");
+    // From farther inside it leaves first.
+    let way = route(corner_m + dvec2(-0.2, 0.3), to_m, &AREA).unwrap();
+    assert!(way.len() > 1);
+}
+
 #[test]
 fn the_base_goes_where_it_serves_what_is_probable() {
     let (arm, config) = (SrsArm::iiwa7(), BaseInversionConfig::default());

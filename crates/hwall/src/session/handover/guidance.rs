@@ -1,6 +1,7 @@
 //! What the tracker's side sends to the control side.
 
 use crate::fingertip::Fingertip;
+use crate::response::Task;
 use crate::session::response::Answer;
 use glam::DVec3;
 use hwall_hand::{Bystanders, HandFrame, MOST_BYSTANDERS};
@@ -37,6 +38,8 @@ pub(in crate::session) struct Guidance {
     /// The configuration that answers the hand, from a predictor that gives joints. The arm goes there regardless of the target's place,
     /// which is then only the position of the face at these joints.
     pub(in crate::session) answer: Option<Answer>,
+    /// What the hand is about to do.
+    pub(in crate::session) gesture: Option<Task>,
     /// When the hand is expected at the surface, on the clock of the arm, s.
     pub(in crate::session) contact_s: Option<f64>,
     /// How many times the virtual world has moved.
@@ -67,6 +70,8 @@ const ELBOW: u64 = 4096;
 const OTHER_HAND: u64 = 8192;
 /// Of the first one; the others follow.
 const BYSTANDER: u64 = 16384;
+/// Of the first task; the others follow.
+const GESTURE: u64 = 1 << 32;
 
 impl Guidance {
     /// Who stands by after another frame, at `arm_s` on the clock of the arm. Only an empty list says that somebody has left: whom a list leaves out, or
@@ -160,7 +165,7 @@ impl Guidance {
             put(18, SURFACE, &[]);
             words[18] = surface.0 as u64;
         }
-        words[0] = present;
+        words[0] = present | self.gesture.map_or(0, |task| GESTURE << task as u64);
         words[1] = self.world_moves;
         words[65] = self.people_before;
         words
@@ -208,6 +213,9 @@ impl Guidance {
                 at: joints(44),
                 short: joints(58),
             }),
+            gesture: Task::ALL
+                .into_iter()
+                .find(|task| has(GESTURE << *task as u64)),
             contact_s: has(CONTACT).then(|| number(17)),
             world_moves: words[1],
             people_before: words[65],
@@ -253,6 +261,7 @@ mod tests {
                 at: JointPositions([0.5, 0.4, 0.3, 0.2, 0.1, 0.0, -0.1]),
                 short: JointPositions([0.6, 0.4, 0.3, 0.2, 0.1, 0.0, -0.2]),
             }),
+            gesture: Some(Task::Stroke),
             contact_s: Some(13.0),
             world_moves: 3,
             people_before: 2,
@@ -290,6 +299,7 @@ mod tests {
                 });
             }),
             without(&|g| g.answer = None),
+            without(&|g| g.gesture = None),
             without(&|g| g.contact_s = None),
         ] {
             assert_eq!(Guidance::from_words(&guidance.to_words()), guidance);

@@ -51,6 +51,25 @@ pub fn judge(arm: &BoardArm, touches: &[Touch], ticks: &[Tick]) -> anyhow::Resul
     outcomes.collect()
 }
 
+/// Furthest motion of the board along the surface while the touch was felt, m; `None`: not felt.
+#[must_use]
+pub fn slid_m(touch: &Touch, ticks: &[Tick]) -> Option<f64> {
+    let from = ticks.partition_point(|tick| tick.t_s < touch.contact_s);
+    let felt = ticks[from..]
+        .iter()
+        .take_while(|tick| tick.t_s <= touch.end_s);
+    let mut felt_m = felt
+        .filter(|tick| tick.in_contact)
+        .map(|tick| tick.base_from_board.position_m());
+    let first_m = felt_m.next()?;
+    let off_m = |at_m: DVec3| {
+        (at_m - first_m)
+            .reject_from_normalized(touch.normal)
+            .length()
+    };
+    Some(felt_m.map(off_m).fold(0.0, f64::max))
+}
+
 fn judge_one(arm: &BoardArm, touch: &Touch, ticks: &[Tick]) -> anyhow::Result<Outcome> {
     let board = arm.board();
     let at = ticks.partition_point(|tick| tick.t_s <= touch.contact_s);

@@ -11,6 +11,7 @@ use crate::run::kept::view_log::ViewLog;
 use crate::run::simulated_arm::SimulatedArm;
 use glam::DVec3;
 use hwall::reachability::Presented;
+use hwall::response::Task;
 use hwall::{Cycle, Event, EventKind, Session, SessionState};
 use hwall_contact::{PredictionSource, Predictor};
 use hwall_hand::{HandFrame, LostReason, Tracking};
@@ -42,6 +43,8 @@ pub struct Run {
     pub look_ups: usize,
     /// See `look_ups`.
     pub moved: usize,
+    /// What the hand was about to do, as inferred, change by change.
+    pub gestures: Vec<(f64, Option<Task>)>,
     /// Each loss of the hand.
     pub losses: Vec<Loss>,
     /// Number of holds of the arm, and of latched ones that needed a reset by a person.
@@ -204,6 +207,10 @@ impl Log {
         let is_same = |last: &Sent| (last.target, last.goal) == (target, goal);
         if !run.sent.last().is_some_and(is_same) {
             run.sent.push(Sent { t_s, target, goal });
+        }
+        let gesture = session.perception().gesture();
+        if run.gestures.last().is_none_or(|(_, last)| *last != gesture) {
+            run.gestures.push((t_s, gesture));
         }
         let in_front = control.link_in_front().map(|found| found.in_front_m);
         run.links_in_front_m.extend(in_front);

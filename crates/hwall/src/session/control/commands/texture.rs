@@ -34,6 +34,7 @@ impl Control {
                 surface: guidance.surface,
                 roughness: guidance.roughness,
                 fingertip: guidance.fingertip,
+                gesture: guidance.gesture,
                 surface_motion,
             },
         );
