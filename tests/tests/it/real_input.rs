@@ -9,7 +9,7 @@ use hwall_stage::person::hand::Hand;
 use hwall_stage::person::predictors::{PredictorKind, Predictors};
 use hwall_stage::person::responses::Scenery;
 use hwall_stage::run::closed_loop;
-use hwall_stage::run::judged::judge;
+use hwall_stage::run::evaluation::judge;
 use hwall_stage::run::stage::Stage;
 use hwall_stage::setting::{Setting, SettingFlags};
 use hwall_testkit::shared;

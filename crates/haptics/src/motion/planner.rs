@@ -197,7 +197,8 @@ impl Planner {
         {
             self.route.fit(q);
         }
-        self.route.begin_step(self.config.samples, &self.asked.person);
+        self.route
+            .begin_step(self.config.samples, &self.asked.person);
         self.forget();
         if self.asked.goes {
             let aimed = self.aim();

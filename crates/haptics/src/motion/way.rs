@@ -37,8 +37,11 @@ const SAMPLES_OF_PLAN: usize = 8;
 const SAMPLES_OF_BODY: usize = 2;
 const PARTS: usize = 4;
 /// All samples of a path: its plan, the coarse check, the dense check, and from where there were too many dense ones to its end.
-pub(super) const SAMPLES_OF_WAY: usize =
-    SAMPLES_OF_PLAN + SAMPLES + SAMPLES_OF_BODY * (1 + PARTS * SAMPLES) + 2 * MOST_DENSE_SAMPLES + 2;
+pub(super) const SAMPLES_OF_WAY: usize = SAMPLES_OF_PLAN
+    + SAMPLES
+    + SAMPLES_OF_BODY * (1 + PARTS * SAMPLES)
+    + 2 * MOST_DENSE_SAMPLES
+    + 2;
 /// Most places besides the destination that count while the board is over them.
 pub(super) const PLACES: usize = 8;
 

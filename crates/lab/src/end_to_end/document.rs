@@ -4,7 +4,7 @@ use super::ends::{EndError, EndErrors, SHARES};
 use super::study::{Led, Request, Results, TOLD_AT, ToldApart};
 use crate::documents::Documents;
 use crate::report::{Gap, fill, page};
-use hwall_stage::run::judged::judge::Outcome;
+use hwall_stage::run::evaluation::judge::Outcome;
 use hwall_testkit::{Column, MarkdownTable, percent_of, quantiles, table_of, titled};
 use std::path::PathBuf;
 

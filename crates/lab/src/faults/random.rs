@@ -129,7 +129,9 @@ impl Watched {
         while bench.session.next_event().is_some() {}
         let samples = bench.session.control().renderer().follower().samples();
         if samples > PlannerConfig::default().samples + Planner::MOST_SAMPLES {
-            return Err(format!("a call of the planner with {samples} looks at ways"));
+            return Err(format!(
+                "a call of the planner with {samples} looks at ways"
+            ));
         }
         let Asked { forward, inverse } = bench.asked;
         if forward > MOST_FORWARD || inverse > MOST_INVERSE {

@@ -7,7 +7,7 @@ use crate::report::page;
 use hwall_stage::numbers::counted;
 use hwall_stage::person::predictors::PredictorKind;
 use hwall_stage::report::summary::Summary;
-use hwall_stage::run::judged::regret::Miss;
+use hwall_stage::run::evaluation::regret::Miss;
 use hwall_testkit::{Column, MarkdownTable, cells, or_none, quantiles, table_of};
 use std::path::PathBuf;
 

@@ -21,8 +21,8 @@ use hwall_stage::person::predictors::{PredictorKind, Predictors, TrainingPeople}
 use hwall_stage::person::responses::Scenery;
 use hwall_stage::person::touches::Touch;
 use hwall_stage::report::summary::Summary;
-use hwall_stage::run::judged::regret::Miss;
-use hwall_stage::run::kept::view_log::ViewLog;
+use hwall_stage::run::evaluation::regret::Miss;
+use hwall_stage::run::logs::view_log::ViewLog;
 use hwall_stage::run::people::{self, PersonRun};
 use hwall_stage::run::stage::Stage;
 use hwall_stage::training::{ON_TARGET_RAD, first_rest_s};

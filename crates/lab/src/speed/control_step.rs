@@ -6,7 +6,7 @@ use hwall_stage::built_in_room::BuiltInRoom;
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::{PredictorKind, Predictors, TrainingPeople};
 use hwall_stage::run::closed_loop;
-use hwall_stage::run::kept::log::StepCost;
+use hwall_stage::run::logs::log::StepCost;
 use hwall_stage::run::stage::Stage;
 use hwall_testkit::{Timing, format_ns, quantile, titled};
 

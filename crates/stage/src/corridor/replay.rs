@@ -3,7 +3,7 @@
 use super::hall::{Hall, Room};
 use super::run::Walked;
 use crate::input::arms::BoardArm;
-use crate::run::kept::view_log::ViewLog;
+use crate::run::logs::view_log::ViewLog;
 use hwall_view::{ViewScene, replay_page};
 
 /// The page of a walk, with the rooms in which it touched something.

@@ -16,7 +16,7 @@ use crate::person::kinds::PersonKind;
 use crate::person::predictors::{PredictorKind, Predictors, TrainingPeople};
 use crate::person::responses::Scenery;
 use crate::person::touches::{FAR_M, facing};
-use crate::run::kept::view_log::ViewLog;
+use crate::run::logs::view_log::ViewLog;
 use crate::run::simulated_arm::{ArmLevel, Finger, SimulatedArm};
 use crate::run::stage::SessionSettings;
 use anyhow::Context;

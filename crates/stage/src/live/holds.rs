@@ -2,7 +2,7 @@
 
 use crate::console::note;
 use crate::input::numbers::counted;
-use crate::run::kept::tick::Stop;
+use crate::run::logs::tick::Stop;
 use hwall::haptics::LinkInFront;
 use hwall::haptics::body::ArmBody;
 use hwall::{Control, SessionState};

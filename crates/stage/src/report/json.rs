@@ -1,7 +1,7 @@
 //! The touches of a run and their summary as JSON, for other programs; docs/COMMANDS.md explains each number.
 
 use crate::report::summary::Summary;
-use crate::run::judged::regret::Miss;
+use crate::run::evaluation::regret::Miss;
 use crate::run::people::{JudgedTouch, PersonRun};
 use anyhow::Context;
 use serde_json::{Value, json};

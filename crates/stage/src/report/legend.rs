@@ -2,7 +2,7 @@
 
 use crate::report::figure::{Area, Draw};
 use crate::report::figures::{COLOURS, TEXT};
-use crate::run::kept::trace::TouchMark;
+use crate::run::logs::trace::TouchMark;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 

@@ -3,9 +3,9 @@
 use crate::person::predictors::PredictorKind;
 use crate::report::figure::{Area, Axes, Plot, figure};
 use crate::report::figures::{COLOURS, Sign, legend_beside};
-use crate::run::judged::judge::RIGHT_M;
-use crate::run::kept::push_log::ForceSample;
-use crate::run::kept::trace::Trace;
+use crate::run::evaluation::judge::RIGHT_M;
+use crate::run::logs::push_log::ForceSample;
+use crate::run::logs::trace::Trace;
 use glam::DVec3;
 use plotters::prelude::*;
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! Summary figures of a run.
 
-use crate::run::judged::regret::Miss;
+use crate::run::evaluation::regret::Miss;
 use crate::run::people::{JudgedTouch, PersonRun};
 use glam::DVec3;
 use hwall_testkit::quantile;

@@ -8,7 +8,10 @@ use std::sync::Arc;
 fn slow_ways_are_not_looked_at_more_often_than_others() {
     for duration_s in [1e-3, 0.3, 3.0, 12.0, 300.0, 3e3, 1e9] {
         let samples = duration_s / longest_s(duration_s);
-        assert!(samples <= MOST_DENSE_SAMPLES as f64 * (1.0 + 1e-12), "{samples}");
+        assert!(
+            samples <= MOST_DENSE_SAMPLES as f64 * (1.0 + 1e-12),
+            "{samples}"
+        );
     }
     assert_eq!(longest_s(3.0), LONGEST_S);
 }

@@ -1,6 +1,6 @@
 //! Dispatches of the board during a run, with its reversals and false dispatches.
 
-use crate::run::kept::tick::Tick;
+use crate::run::logs::tick::Tick;
 use glam::DVec3;
 use hwall_haptics::{Board, BoardTarget, PlaceTolerance};
 use hwall_kinematics::JointPositions;

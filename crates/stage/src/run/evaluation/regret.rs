@@ -4,10 +4,10 @@
 //! [`LeastTime`]; nothing of the code that steers the board.
 
 use crate::person::touches::Touch;
-use crate::run::judged::courses::{self, Detours, Sent, TouchedPlace, WallPlace};
-use crate::run::judged::judge::Outcome;
-use crate::run::judged::least_time::{LeastTime, Quickest};
-use crate::run::kept::tick::{Led, Stop, Tick};
+use crate::run::evaluation::courses::{self, Detours, Sent, TouchedPlace, WallPlace};
+use crate::run::evaluation::judge::Outcome;
+use crate::run::evaluation::least_time::{LeastTime, Quickest};
+use crate::run::logs::tick::{Led, Stop, Tick};
 use anyhow::Context;
 use hwall_haptics::{PlaceTolerance, board_pose};
 use hwall_kinematics::JointPositions;

@@ -2,12 +2,12 @@
 
 use crate::input::counted::Asked;
 use crate::person::predictors::{PredictionRecord, PredictorKind, SurfacePlace};
-use crate::run::judged::courses::Sent;
-use crate::run::kept::push_log::{ForceSample, Push, PushLog};
-use crate::run::kept::texture_log::{TextureLog, TextureTouch};
-use crate::run::kept::tick::{Led, Stop, Tick};
-use crate::run::kept::trace::Trace;
-use crate::run::kept::view_log::ViewLog;
+use crate::run::evaluation::courses::Sent;
+use crate::run::logs::push_log::{ForceSample, Push, PushLog};
+use crate::run::logs::texture_log::{TextureLog, TextureTouch};
+use crate::run::logs::tick::{Led, Stop, Tick};
+use crate::run::logs::trace::Trace;
+use crate::run::logs::view_log::ViewLog;
 use crate::run::simulated_arm::SimulatedArm;
 use glam::DVec3;
 use hwall::reachability::Presented;

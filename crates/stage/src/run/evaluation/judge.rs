@@ -3,7 +3,7 @@
 use crate::input::arms::BoardArm;
 use crate::person::predictors::{PREDICTORS, PredictionRecord};
 use crate::person::touches::Touch;
-use crate::run::kept::tick::Tick;
+use crate::run::logs::tick::Tick;
 use anyhow::Context;
 use glam::DVec3;
 use hwall_haptics::PlaceTolerance;

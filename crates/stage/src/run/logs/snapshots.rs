@@ -1,8 +1,8 @@
 //! Drawable snapshots of the arm and its board.
 
 use crate::input::arms::BoardArm;
-use crate::run::judged::judge::Outcome;
-use crate::run::kept::tick::Tick;
+use crate::run::evaluation::judge::Outcome;
+use crate::run::logs::tick::Tick;
 use glam::DVec3;
 use hwall_geometry::Pose;
 use hwall_haptics::Board;

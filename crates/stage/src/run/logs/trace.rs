@@ -1,8 +1,8 @@
 //! Data of a run for the figures.
 
 use crate::person::predictors::{PREDICTORS, PredictionRecord};
-use crate::run::judged::judge::Outcome;
-use crate::run::kept::snapshots::{BoardFace, Snapshot};
+use crate::run::evaluation::judge::Outcome;
+use crate::run::logs::snapshots::{BoardFace, Snapshot};
 use glam::DVec3;
 
 /// Time, s, and place, m.
