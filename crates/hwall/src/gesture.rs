@@ -1,8 +1,8 @@
-//! What a hand is about to do, inferred from its shape, its attitude to the surface and its course before the contact.
+//! What a hand is about to do, inferred from its shape, its attitude to the surface and its motion before the contact.
 //!
 //! A mixture of motion primitives with one component for each [`Task`] follows every reach: the fingertips relative to the palm and the velocity
 //! of the palm, both in the axes of the predicted surface, so that place and wall do not matter. A session answers a stroke, a push and a grasp
-//! differently, see [`Perception::tell_gestures`](crate::Perception::tell_gestures).
+//! differently, see [`Perception::infer_gestures`](crate::Perception::infer_gestures).
 
 use crate::error::SessionError;
 use crate::response::Task;
@@ -51,9 +51,10 @@ impl GestureModel {
     pub fn train(reaches: &[GestureDemonstration<'_>]) -> Result<Self, SessionError> {
         let (mut shown, mut labels) = (Vec::new(), Vec::new());
         for reach in reaches {
-            let (mut course, mut times_s, mut values) = (Course::default(), Vec::new(), Vec::new());
+            let (mut motion, mut times_s, mut values) =
+                (HandMotion::default(), Vec::new(), Vec::new());
             for frame in reach.frames {
-                if let Some(row) = course.sample(frame, reach.normal) {
+                if let Some(row) = motion.sample(frame, reach.normal) {
                     times_s.push(frame.t_s);
                     values.extend(row);
                 }
@@ -85,7 +86,7 @@ impl GestureModel {
             watch: ReachWatch::new(WatchConfig::default())?,
             reach: Reach {
                 bank: self.bank.clone(),
-                course: Course::default(),
+                motion: HandMotion::default(),
                 last_s: None,
             },
             fresh: self.clone(),
@@ -104,7 +105,7 @@ pub struct GestureFilter {
 #[derive(Debug, Clone)]
 struct Reach {
     bank: Bank,
-    course: Course,
+    motion: HandMotion,
     last_s: Option<f64>,
 }
 
@@ -139,7 +140,7 @@ impl GestureFilter {
         if self.reach.bank.restart_from(&self.fresh.bank).is_err() {
             self.reach.bank.clone_from(&self.fresh.bank);
         }
-        self.reach.course = Course::default();
+        self.reach.motion = HandMotion::default();
         self.reach.last_s = None;
     }
 
@@ -165,7 +166,7 @@ impl GestureFilter {
 
 impl Reach {
     fn follow(&mut self, frame: &HandFrame, normal: DVec3) -> Result<(), SessionError> {
-        let Some(values) = self.course.sample(frame, normal) else {
+        let Some(values) = self.motion.sample(frame, normal) else {
             return Ok(());
         };
         if let Some(last_s) = self.last_s {
@@ -181,12 +182,12 @@ impl Reach {
 
 /// The smoothed velocity of the palm.
 #[derive(Debug, Clone, Copy, Default)]
-struct Course {
+struct HandMotion {
     last: Option<(f64, DVec3)>,
     velocity_m_per_s: DVec3,
 }
 
-impl Course {
+impl HandMotion {
     /// The values of a frame, m; `None` without palm or a fingertip, or if the time does not increase.
     fn sample(&mut self, frame: &HandFrame, normal: DVec3) -> Option<[f64; VALUES]> {
         let [right, up] = surface_axes(normal).ok()?;

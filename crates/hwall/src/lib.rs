@@ -15,8 +15,8 @@ mod walls;
 pub use error::SessionError;
 pub use objects::{SceneObject, object_of, objects_of};
 pub use session::{
-    Control, Controller, Cycle, Event, EventKind, Explanation, Explanations, Foreseen, Goal,
-    MovingSurface, Perception, Planner, PolicyConfig, Session, SessionConfig, SessionState,
+    Control, Controller, Cycle, Event, EventKind, Explanation, Explanations, Goal, MovingSurface,
+    Perception, Planner, PolicyConfig, PredictedContact, Session, SessionConfig, SessionState,
     SlackConfig, Surroundings, TargetControl, WeighedChoice, WeighedPlace, WorldPose, drive,
     session_supervisor,
 };

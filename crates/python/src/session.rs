@@ -321,11 +321,11 @@ fn event_dict<'py>(py: Python<'py>, scene: &Scene, event: &Event) -> PyResult<Bo
             found.set_item("reason", reason.to_string())?;
             "frame"
         }
-        EventKind::Predicted(foreseen) => {
-            let contact = foreseen.map(|foreseen| prediction(py, scene, &foreseen.contact));
+        EventKind::Predicted(predicted) => {
+            let contact = predicted.map(|predicted| prediction(py, scene, &predicted.contact));
             found.set_item("contact", contact.transpose()?)?;
-            if let Some(foreseen) = foreseen {
-                presented(&found, foreseen.presented)?;
+            if let Some(predicted) = predicted {
+                presented(&found, predicted.presented)?;
             }
             "predicted"
         }

@@ -23,7 +23,7 @@ def model():
     return bip.fit(REACHES, observed=[0], period=0.02, functions=7)
 
 
-def test_the_end_is_foreseen(model):
+def test_the_end_is_predicted(model):
     # crates/bip/README.md: a new reach, 0.58 m deep, with the hand observed for the first 70 %.
     seen, filter = reach(0.58, 1.1), model.filter()
     for sample in seen[: len(seen) * 7 // 10]:

@@ -22,7 +22,7 @@ def model():
     return contact.LearnedModel.fit([reach(place(k), 0.7 + 0.02 * (k % 3)) for k in range(20)])
 
 
-def test_the_end_of_a_reach_is_foreseen_half_way(model, tmp_path):
+def test_the_end_of_a_reach_is_predicted_half_way(model, tmp_path):
     # Figures of crates/contact/README.md.
     new, estimator = reach((0.6, 0.1, 1.2), 0.72), model.estimator()
     estimator.begin()

@@ -311,9 +311,9 @@ fn steps_follow_the_time_stamps() {
     assert_eq!(set.trajectories[0].steps(9.0), [1.0; 3]);
 }
 
-/// The end of a synthetic reach is foreseen, better the more of it was seen.
+/// The end of a synthetic reach is predicted, better the more of it was seen.
 #[test]
-fn the_end_of_a_synthetic_reach_is_foreseen() {
+fn the_end_of_a_synthetic_reach_is_predicted() {
     let TrainTest { train, test } = reaches::sets(1, 24, 10);
     let mut setup = setup(reaches::OBSERVED, "exact", "loo");
     setup.basis = "legendre:8".parse().unwrap();

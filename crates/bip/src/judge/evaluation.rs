@@ -302,8 +302,8 @@ pub fn follow(
                 mean,
                 sd,
                 actual: actual.clone(),
-                time: filter.time_to_end().map(|foreseen| TimePrediction {
-                    left: foreseen,
+                time: filter.time_to_end().map(|predicted| TimePrediction {
+                    left: predicted,
                     actual: left,
                 }),
             });

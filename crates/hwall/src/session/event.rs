@@ -27,7 +27,7 @@ pub enum EventKind {
     Frame(Tracking),
     /// The prediction from that frame: the contact that the board serves, in the base frame, and whether the arm can present it; `None` if
     /// no contact is predicted.
-    Predicted(Option<Foreseen>),
+    Predicted(Option<PredictedContact>),
     /// The board has a new place to go to.
     GoalSet(Goal),
     /// The board stands in place.
@@ -74,7 +74,7 @@ pub enum EventKind {
 
 /// A predicted contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Foreseen {
+pub struct PredictedContact {
     /// Where, when and on which surface, in the base frame.
     pub contact: ContactPrediction,
     /// Can the arm present that place, and if not, which nearby one?

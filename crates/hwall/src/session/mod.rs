@@ -18,7 +18,7 @@ mod world;
 pub use config::{SessionConfig, session_supervisor};
 pub use control::{Control, MovingSurface, SessionState};
 pub use drive::{Controller, Cycle, Surroundings, drive};
-pub use event::{Event, EventKind, Foreseen, Goal};
+pub use event::{Event, EventKind, Goal, PredictedContact};
 pub use perception::Perception;
 pub use planner::Planner;
 use planner::Planning;

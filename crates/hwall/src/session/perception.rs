@@ -2,7 +2,7 @@
 
 mod guiding;
 
-use super::event::{Event, EventKind, EventQueue, Foreseen, Goal};
+use super::event::{Event, EventKind, EventQueue, Goal, PredictedContact};
 use super::handover::{FeltTouches, Guidance, OpeningReceiver, Sender, WorldBarriers};
 use super::policy::{Decision, Explanations, Policy, Presenting, SlackConfig, Stand};
 use super::response::kept_response;
@@ -264,9 +264,9 @@ impl<P: Predictor> Perception<P> {
             self.events.push(arm_s, EventKind::HandUnfamiliar);
         }
         self.newest.unfamiliar = unfamiliar;
-        let foreseen = self.foreseen();
-        self.events.push(arm_s, EventKind::Predicted(foreseen));
-        self.guide(foreseen);
+        let predicted = self.predicted();
+        self.events.push(arm_s, EventKind::Predicted(predicted));
+        self.guide(predicted);
     }
 
     /// Sets the pose of the virtual world. A person who walks or steers through an environment larger than the room moves it around the
@@ -310,9 +310,9 @@ impl<P: Predictor> Perception<P> {
             }
         }
         self.keep_barriers(arm_s);
-        let foreseen = self.foreseen();
-        self.events.push(arm_s, EventKind::Predicted(foreseen));
-        self.guide(foreseen);
+        let predicted = self.predicted();
+        self.events.push(arm_s, EventKind::Predicted(predicted));
+        self.guide(predicted);
         Ok(())
     }
 
@@ -399,12 +399,12 @@ impl<P: Predictor> Perception<P> {
     }
 
     /// From now on, answers what the hand is about to do, each touch as inferred when it begins: the board stands still under a push or a grasp (a
-    /// panel or a door still yields), and under a stroke its texture moves against the course of the hand at once. Other touches are answered
+    /// panel or a door still yields), and under a stroke its texture moves against the motion of the hand at once. Other touches are answered
     /// as without this.
     ///
     /// # Errors
     /// As [`GestureModel::filter`].
-    pub fn tell_gestures(&mut self, model: &GestureModel) -> Result<(), SessionError> {
+    pub fn infer_gestures(&mut self, model: &GestureModel) -> Result<(), SessionError> {
         self.gestures = Some(model.filter()?);
         Ok(())
     }
@@ -455,7 +455,7 @@ impl<P: Predictor> Perception<P> {
     }
 
     /// The contact of the newest frame, at the current pose of the world.
-    fn foreseen(&self) -> Option<Foreseen> {
+    fn predicted(&self) -> Option<PredictedContact> {
         let contact = self.contact()?;
         let presented = match self.walls.maps.present(contact.point_m, contact.normal) {
             // The maps are valid only where the walls were when mapped.
@@ -463,7 +463,7 @@ impl<P: Predictor> Perception<P> {
             Presented::Reachable if self.world.world_from_base().is_some() => Presented::Unknown,
             presented => presented,
         };
-        Some(Foreseen { contact, presented })
+        Some(PredictedContact { contact, presented })
     }
 
     /// Does the surface of a contact still lie where the maps have it, at a point of the base frame?

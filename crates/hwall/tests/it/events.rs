@@ -69,7 +69,7 @@ fn one_touch_is_told_in_order() {
     let mut contacts = 0;
     for (i, pair) in of_frames.chunks(2).enumerate() {
         let t_s = i as f64 * TRACKER_S;
-        let (EventKind::Frame(tracking), EventKind::Predicted(foreseen)) =
+        let (EventKind::Frame(tracking), EventKind::Predicted(predicted)) =
             (pair[0].kind, pair[1].kind)
         else {
             panic!("{pair:?}")
@@ -77,13 +77,13 @@ fn one_touch_is_told_in_order() {
         assert_eq!([pair[0].t_s, pair[1].t_s], [t_s; 2]);
         match tracking {
             Tracking::Tracked(state) => assert_eq!(state.t_s, t_s),
-            Tracking::Lost { .. } => assert!(foreseen.is_none() && i < 10),
+            Tracking::Lost { .. } => assert!(predicted.is_none() && i < 10),
         }
-        let Some(foreseen) = foreseen else { continue };
+        let Some(predicted) = predicted else { continue };
         contacts += 1;
-        assert_eq!(foreseen.contact.surface, SurfaceId(0));
-        assert_eq!(foreseen.contact.normal, DVec3::X);
-        assert_eq!(foreseen.presented, Presented::Reachable);
+        assert_eq!(predicted.contact.surface, SurfaceId(0));
+        assert_eq!(predicted.contact.normal, DVec3::X);
+        assert_eq!(predicted.presented, Presented::Reachable);
     }
     assert!(contacts > count - 10);
     for event in &events {

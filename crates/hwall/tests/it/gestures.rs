@@ -114,7 +114,7 @@ fn answer(task: Task, model: Option<&GestureModel>) -> (f64, f64) {
     let hand = touches(task, 101);
     let mut session = session(rough_wall(0.6, Some(0.5)));
     if let Some(model) = model {
-        session.perception_mut().tell_gestures(model).unwrap();
+        session.perception_mut().infer_gestures(model).unwrap();
     }
     let config = ServoConfig::default();
     let mut arm = ServoArm::new(Arc::new(iiwa()), with_room(), config).unwrap();

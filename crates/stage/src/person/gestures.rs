@@ -73,16 +73,16 @@ pub fn model(scenery: &Scenery<'_>) -> anyhow::Result<GestureModel> {
 
 /// What was inferred at one touch, and what the board did under the hand.
 #[derive(Debug, Clone, Copy)]
-pub struct ToldTouch {
+pub struct GestureAtTouch {
     /// What the hand did.
     pub does: Task,
     /// What was inferred at each of [`BEFORE_S`].
-    pub told: [Option<Task>; BEFORE_S.len()],
+    pub inferred: [Option<Task>; BEFORE_S.len()],
     /// Furthest motion of the board along the surface while it was felt, m; `None`: not felt.
     pub slid_m: Option<f64>,
 }
 
-impl ToldTouch {
+impl GestureAtTouch {
     /// From the changes of the inferred task over time, s.
     #[must_use]
     pub fn new(
@@ -91,17 +91,21 @@ impl ToldTouch {
         changes: &[(f64, Option<Task>)],
         slid_m: Option<f64>,
     ) -> Self {
-        let told = BEFORE_S.map(|before_s| {
+        let inferred = BEFORE_S.map(|before_s| {
             let by = changes.partition_point(|(t_s, _)| *t_s <= contact_s - before_s);
             by.checked_sub(1).and_then(|last| changes[last].1)
         });
-        Self { does, told, slid_m }
+        Self {
+            does,
+            inferred,
+            slid_m,
+        }
     }
 }
 
 /// Confusions by time before the contact, and how far the board slid.
 #[must_use]
-pub fn table(touches: &[ToldTouch]) -> MarkdownTable {
+pub fn table(touches: &[GestureAtTouch]) -> MarkdownTable {
     let names = Task::ALL.map(Task::name).join(" / ");
     let before = BEFORE_S.map(|s| format!("{:.0} ms before: {names} / none", 1e3 * s));
     let mut columns = vec!["hand".to_owned(), "touches".to_owned()];
@@ -112,16 +116,17 @@ pub fn table(touches: &[ToldTouch]) -> MarkdownTable {
         let of_task = || touches.iter().filter(move |touch| touch.does == task);
         let slid_m: Vec<f64> = of_task().filter_map(|touch| touch.slid_m).collect();
         let median_mm = (!slid_m.is_empty()).then(|| 1e3 * quantiles(slid_m, [0.5])[0]);
-        let told = (0..BEFORE_S.len()).map(|at| {
-            let told = Task::ALL.map(Some).into_iter().chain([None]);
-            let counts = told.map(|told| of_task().filter(|t| t.told[at] == told).count());
+        let inferred = (0..BEFORE_S.len()).map(|at| {
+            let inferred = Task::ALL.map(Some).into_iter().chain([None]);
+            let counts =
+                inferred.map(|inferred| of_task().filter(|t| t.inferred[at] == inferred).count());
             counts
                 .map(|n| n.to_string())
                 .collect::<Vec<_>>()
                 .join(" / ")
         });
         let mut cells = vec![task.name().to_owned(), of_task().count().to_string()];
-        cells.extend(told);
+        cells.extend(inferred);
         cells.push(or_none(median_mm, 1));
         table.row(cells);
     }
@@ -139,11 +144,11 @@ mod tests {
             (1.75, None),
             (1.95, Some(Task::Grasp)),
         ];
-        let touch = ToldTouch::new(Task::Grasp, 2.0, &changes, Some(0.02));
+        let touch = GestureAtTouch::new(Task::Grasp, 2.0, &changes, Some(0.02));
         let stroke = Some(Task::Stroke);
-        assert_eq!(touch.told, [stroke, None, None, Some(Task::Grasp)]);
+        assert_eq!(touch.inferred, [stroke, None, None, Some(Task::Grasp)]);
         assert_eq!(
-            ToldTouch::new(Task::Push, 0.5, &changes, None).told,
+            GestureAtTouch::new(Task::Push, 0.5, &changes, None).inferred,
             [None; 4]
         );
         let text = table(&[touch]).to_string();

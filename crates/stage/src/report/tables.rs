@@ -1,7 +1,7 @@
 //! The table of a run, and its touches as CSV.
 
 use crate::input::numbers;
-use crate::person::gestures::{self, ToldTouch};
+use crate::person::gestures::{self, GestureAtTouch};
 use crate::person::predictors::{PREDICTORS, PredictorKind};
 use crate::report::summary::{Sorted, Summary, step_ns};
 use crate::run::evaluation::judge::{Outcome, RIGHT_M};
@@ -285,7 +285,7 @@ fn listed(runs: &[PersonRun]) -> impl Iterator<Item = (String, &JudgedTouch)> {
 #[must_use]
 pub fn gestures(runs: &[PersonRun]) -> String {
     let touches = runs.iter().flat_map(|run| &run.touches);
-    let told: Vec<ToldTouch> = touches.filter_map(|touch| touch.told).collect();
+    let told: Vec<GestureAtTouch> = touches.filter_map(|touch| touch.told).collect();
     match told.is_empty() {
         true => String::new(),
         false => format!("\n{}", gestures::table(&told)),

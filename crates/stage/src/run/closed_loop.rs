@@ -50,7 +50,7 @@ pub fn run(
     };
     let mut session = settings.session(stage.predictors.for_another_person())?;
     if let Some(gestures) = stage.gestures {
-        session.perception_mut().tell_gestures(gestures)?;
+        session.perception_mut().infer_gestures(gestures)?;
     }
     let explanations = Explanations::default();
     explanations.ask(stage.explain.is_some());

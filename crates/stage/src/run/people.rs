@@ -1,6 +1,6 @@
 //! The closed loop for several people: a separate run and a fresh session for each.
 
-use crate::person::gestures::{self, ToldTouch};
+use crate::person::gestures::{self, GestureAtTouch};
 use crate::person::participants::Participant;
 use crate::person::predictors::PREDICTORS;
 use crate::person::responses::Scenery;
@@ -24,7 +24,7 @@ pub struct JudgedTouch {
     /// The optimum.
     pub regret: Regret,
     /// What was inferred of the gesture; `None` without gestures.
-    pub told: Option<ToldTouch>,
+    pub told: Option<GestureAtTouch>,
     /// Lead of each predictor, see [`judge::leads`].
     pub leads_s: [Option<f64>; PREDICTORS],
 }
@@ -114,7 +114,7 @@ fn person(
     let told = |outcome: &Outcome| {
         let contact_s = outcome.touch.contact_s;
         let slid_m = judge::slid_m(&outcome.touch, &run.ticks);
-        Some(ToldTouch::new(does?, contact_s, &run.gestures, slid_m))
+        Some(GestureAtTouch::new(does?, contact_s, &run.gestures, slid_m))
     };
     let told: Vec<_> = outcomes.iter().map(told).collect();
     // Free tens of thousands of steps per person, which are no longer needed.

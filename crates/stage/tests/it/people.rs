@@ -13,7 +13,7 @@ use serde_json::Value;
 
 /// A hand first seen far from everything still gets a trained predictor.
 #[test]
-fn who_is_first_seen_out_of_reach_is_foreseen_all_the_same() {
+fn who_is_first_seen_out_of_reach_is_predicted_all_the_same() {
     let room = BuiltInRoom::new().unwrap();
     let mut frame = HandFrame::empty(0.0);
     (frame.palm_m, frame.head_m) = (Some(DVec3::splat(30.0)), Some(DVec3::splat(30.5)));

@@ -1,7 +1,7 @@
 //! From the prediction to the target of the board.
 
 use super::{Intent, Perception};
-use crate::session::event::{EventKind, Foreseen, Goal};
+use crate::session::event::{EventKind, Goal, PredictedContact};
 use crate::session::handover::Guidance;
 use crate::session::response::Answer;
 use hwall_contact::{ContactPrediction, Predictor};
@@ -10,7 +10,7 @@ use hwall_reachability::Presented;
 
 impl<P: Predictor> Perception<P> {
     /// Sets the guidance for the control half.
-    pub(super) fn guide(&mut self, foreseen: Option<Foreseen>) {
+    pub(super) fn guide(&mut self, predicted: Option<PredictedContact>) {
         let mut guidance = Guidance {
             world_moves: self.world.moves(),
             ..self.newest.person
@@ -27,18 +27,19 @@ impl<P: Predictor> Perception<P> {
             prepositions_to: None,
             stamp_s,
         });
-        match (intent, foreseen) {
+        match (intent, predicted) {
             (Some(Intent::Wait), _) if posture.is_some() => {
                 guidance.waits = posture;
             }
-            (Some(Intent::Preposition), foreseen) if posture.is_some() => {
-                let prepositions_to = foreseen.and_then(|Foreseen { contact, presented }| {
-                    let point_m = match presented {
-                        Presented::Nearest(point_m) => point_m,
-                        _ => contact.point_m,
-                    };
-                    self.waiting.near(point_m, contact.normal)
-                });
+            (Some(Intent::Preposition), predicted) if posture.is_some() => {
+                let prepositions_to =
+                    predicted.and_then(|PredictedContact { contact, presented }| {
+                        let point_m = match presented {
+                            Presented::Nearest(point_m) => point_m,
+                            _ => contact.point_m,
+                        };
+                        self.waiting.near(point_m, contact.normal)
+                    });
                 guidance.waits = posture.map(|posture| PostureTarget {
                     prepositions_to,
                     ..posture
@@ -46,7 +47,7 @@ impl<P: Predictor> Perception<P> {
             }
             // Without a waiting posture, there is no target for unusable joints: the arm holds.
             (Some(Intent::Wait), _) if self.newest.responds_with.is_some() => {}
-            (Some(_), Some(foreseen)) => self.aim(&mut guidance, foreseen),
+            (Some(_), Some(predicted)) => self.aim(&mut guidance, predicted),
             // Without a predicted touch, the arm waits if a hand is tracked.
             _ if guidance.fingertip.is_some() => guidance.waits = posture,
             _ => {}
@@ -55,8 +56,8 @@ impl<P: Predictor> Perception<P> {
     }
 
     /// Sets the target of the board for a contact.
-    fn aim(&mut self, guidance: &mut Guidance, foreseen: Foreseen) {
-        let Foreseen { contact, presented } = foreseen;
+    fn aim(&mut self, guidance: &mut Guidance, predicted: PredictedContact) {
+        let PredictedContact { contact, presented } = predicted;
         let stamp_s = guidance.seen_s;
         let point_m = match presented {
             Presented::Nearest(point_m) => point_m,

@@ -146,8 +146,8 @@ impl Log {
                     run.view.mark(t_s, ViewMarkerKind::Lost, "hand lost");
                 }
             }
-            EventKind::Predicted(foreseen) => {
-                let source = match foreseen.map(|f| f.contact.source) {
+            EventKind::Predicted(predicted) => {
+                let source = match predicted.map(|f| f.contact.source) {
                     Some(PredictionSource::Gaze) => 0,
                     Some(PredictionSource::HandDirection) => 1,
                     Some(PredictionSource::Nearest) => 2,
@@ -156,15 +156,15 @@ impl Log {
                     _ => 4,
                 };
                 run.sources[source] += 1;
-                let place = foreseen.map(|f| SurfacePlace {
+                let place = predicted.map(|f| SurfacePlace {
                     surface: f.contact.surface,
                     point_m: f.contact.point_m,
                 });
                 run.led.push(Led { t_s, place });
-                let Some(foreseen) = foreseen else { return };
-                run.look_ups += usize::from(foreseen.presented != Presented::Unknown);
-                run.moved += usize::from(matches!(foreseen.presented, Presented::Nearest(_)));
-                let distance_m = foreseen.contact.distance_m.max(0.0);
+                let Some(predicted) = predicted else { return };
+                run.look_ups += usize::from(predicted.presented != Presented::Unknown);
+                run.moved += usize::from(matches!(predicted.presented, Presented::Nearest(_)));
+                let distance_m = predicted.contact.distance_m.max(0.0);
                 run.trace.hand_distance_m.push((t_s, distance_m));
             }
             EventKind::Touched { .. } => run.trace.contacts_s.push((t_s, f64::INFINITY)),
