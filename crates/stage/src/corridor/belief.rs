@@ -91,7 +91,9 @@ impl Belief {
             (Some(far), _) => Some((far.point_m, far.normal)),
             (None, Some(hand)) if !walks => {
                 let at = room.scene.closest_touchable(hand.position_m, AT_HAND_M)?;
-                at.map(|at| (at.point_m, facing(at.normal, hand.position_m - at.point_m)))
+                // A hand that presses is behind the surface; the eyes are not.
+                let eyes_m = frame.head_m.unwrap_or(hand.position_m);
+                at.map(|at| (at.point_m, facing(at.normal, eyes_m - at.point_m)))
             }
             _ => None,
         };
