@@ -14,7 +14,6 @@ use hwall_haptics::surface_axes;
 
 /// Values of a sample: five fingertips in three axes, speed along the surface and velocity towards it.
 const VALUES: usize = 17;
-const EACH: [usize; VALUES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16];
 /// Deviation of each value from the demonstrated range, m. Larger than the noise of a tracker, because a new person deviates in the same direction
 /// for many samples.
 const NOISE_M: f64 = 0.04;
@@ -124,18 +123,27 @@ impl GestureFilter {
         let update = self.watch.step(frame, hand);
         let done = match (update, normal) {
             (WatchUpdate::Begun { samples }, _) => {
-                self.forget();
+                self.forget_reach();
                 let normal = normal.unwrap_or(DVec3::ZERO);
                 let mut seen = self.watch.latest(samples);
                 seen.try_for_each(|frame| self.reach.follow(frame, normal))
             }
-            (WatchUpdate::UnderWay, Some(normal)) => self.reach.follow(frame, normal),
+            // A frame that the hand's filter rejects is not evidence.
+            (WatchUpdate::UnderWay, Some(normal)) if hand.is_some() => {
+                self.reach.follow(frame, normal)
+            }
             _ => Ok(()),
         };
-        done.inspect_err(|_| self.forget())
+        done.inspect_err(|_| self.reset())
     }
 
-    fn forget(&mut self) {
+    /// Forgets the hand: the next frame is of another person, or in another frame of reference.
+    pub fn reset(&mut self) {
+        self.watch.reset();
+        self.forget_reach();
+    }
+
+    fn forget_reach(&mut self) {
         // Both banks belong to one model, so their sizes agree.
         if self.reach.bank.restart_from(&self.fresh.bank).is_err() {
             self.reach.bank.clone_from(&self.fresh.bank);
@@ -174,7 +182,8 @@ impl Reach {
         }
         self.last_s = Some(frame.t_s);
         let variances_m2 = [NOISE_M * NOISE_M; VALUES];
-        let seen = Observation::new(&EACH, &values).with_variances(&variances_m2);
+        let each: [usize; VALUES] = std::array::from_fn(|i| i);
+        let seen = Observation::new(&each, &values).with_variances(&variances_m2);
         self.bank.observe(&seen)?;
         Ok(())
     }
@@ -192,7 +201,8 @@ impl HandMotion {
     fn sample(&mut self, frame: &HandFrame, normal: DVec3) -> Option<[f64; VALUES]> {
         let [right, up] = surface_axes(normal).ok()?;
         let axes = [right, up, normal.normalize_or_zero()];
-        let palm_m = frame.palm_m?;
+        let [palm_m, tips_m @ ..] = frame.points();
+        let palm_m = palm_m?;
         if let Some((last_s, last_m)) = self.last {
             let dt_s = frame.t_s - last_s;
             if dt_s <= 0.0 {
@@ -203,7 +213,7 @@ impl HandMotion {
         }
         self.last = Some((frame.t_s, palm_m));
         let mut values = [0.0; VALUES];
-        for (three, tip_m) in values.chunks_exact_mut(3).zip(frame.tips_m) {
+        for (three, tip_m) in values.chunks_exact_mut(3).zip(tips_m) {
             let from_palm = tip_m? - palm_m;
             three.copy_from_slice(&axes.map(|axis| from_palm.dot(axis)));
         }

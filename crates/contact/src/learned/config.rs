@@ -102,7 +102,7 @@ impl LearnedConfig {
         within("folds", self.folds, 2..=usize::MAX, "at least 2")?;
         if let Some(times) = self.other_speed {
             let wanted = "above 1 and at most 4";
-            that(times > 1.0 && times <= 4.0, "other_pace", times, wanted)?;
+            that(times > 1.0 && times <= 4.0, "other_speed", times, wanted)?;
         }
         Ok(())
     }

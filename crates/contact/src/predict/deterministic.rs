@@ -94,7 +94,7 @@ impl DeterministicPredictor {
         let aim = Aim {
             surface: hit.surface,
             point_m: Some(hit.point_m),
-            dwell: None,
+            fixation: None,
         };
         scene.surface(hit.surface).touchable().then_some(aim)
     }
@@ -106,14 +106,15 @@ impl DeterministicPredictor {
         Aim {
             surface,
             point_m: aimed_m,
-            dwell,
+            fixation,
         }: Aim,
         hand: &HandState,
         side: &FreeSide,
         source: PredictionSource,
     ) -> Option<ContactPrediction> {
         let hand_m = hand.point_m;
-        let by_eye = dwell.and_then(|dwell| entry(scene, surface, dwell.ray.origin_m, hand_m));
+        let by_eye =
+            fixation.and_then(|fixation| entry(scene, surface, fixation.ray.origin_m, hand_m));
         let behind = by_eye.or(side.behind.filter(|hit| hit.surface == surface));
         let (point_m, normal, distance_m) = match behind {
             Some(Hit {
@@ -156,10 +157,10 @@ impl DeterministicPredictor {
             }
             _ => (point_m, normal),
         };
-        let covariance_m2 = dwell
+        let covariance_m2 = fixation
             .filter(|_| led > 0.0)
-            .map(|dwell| {
-                let by_gaze = sight_covariance_m2(&dwell, point_m, normal);
+            .map(|fixation| {
+                let by_gaze = sight_covariance_m2(&fixation, point_m, normal);
                 let by_hand_m = (1.0 - led) * (BEND * distance_m + TRACKED_M);
                 let in_plane = DMat3::IDENTITY - square(normal);
                 let least_m2 = isotropic(LEAST_SD_M);
@@ -177,7 +178,7 @@ impl DeterministicPredictor {
             time_to_contact_s: time_to_contact_s.map(|mean_s| TimeToContact { mean_s, sd_s: None }),
             probability: 1.0,
             source,
-            looked_at_since_s: dwell.map(|dwell| dwell.since_s),
+            looked_at_since_s: fixation.map(|fixation| fixation.since_s),
         })
     }
 }
@@ -234,17 +235,17 @@ pub(super) struct Followed {
 struct Aim {
     surface: SurfaceId,
     point_m: Option<DVec3>,
-    dwell: Option<Fixation>,
+    fixation: Option<Fixation>,
 }
 
 /// In-plane covariance of the intersection of a line of sight with a plane, from its angular error in each of two directions; at a slant the error
 /// along the plane is many times larger.
-fn sight_covariance_m2(dwell: &Fixation, point_m: DVec3, normal: DVec3) -> DMat3 {
+fn sight_covariance_m2(fixation: &Fixation, point_m: DVec3, normal: DVec3) -> DMat3 {
     let GazeRay {
         origin_m,
         direction: sight,
-    } = dwell.ray;
-    let sd_m = GAZE_SD_RAD.hypot(dwell.noise_rad) * (point_m - origin_m).length();
+    } = fixation.ray;
+    let sd_m = GAZE_SD_RAD.hypot(fixation.noise_rad) * (point_m - origin_m).length();
     let slope = normal.dot(sight);
     let slope = slope.abs().max(LEAST_SLOPE).copysign(slope);
     // A shift across the line of sight, projected along it into the plane.
@@ -271,7 +272,7 @@ impl Predictor for DeterministicPredictor {
 
 impl DeterministicPredictor {
     /// The fixated place, or the last one during saccades.
-    fn dwell(&mut self, scene: &Scene, t_s: f64, gaze: &Gaze) -> Option<Aim> {
+    fn fixation(&mut self, scene: &Scene, t_s: f64, gaze: &Gaze) -> Option<Aim> {
         match gaze.fixation().filter(|fixation| fixation.is_usable()) {
             Some(&fixation) => {
                 let GazeRay {
@@ -279,7 +280,7 @@ impl DeterministicPredictor {
                     direction,
                 } = fixation.ray;
                 let aim = Self::aimed_at(scene, origin_m, direction).map(|aim| Aim {
-                    dwell: Some(fixation),
+                    fixation: Some(fixation),
                     ..aim
                 });
                 self.held = aim.map(|aim| (aim, t_s));
@@ -296,9 +297,9 @@ impl DeterministicPredictor {
     /// Processes a sample without predicting; `None` while the hand is lost.
     pub(super) fn follow(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> Option<Followed> {
         let usable = |h: &&HandState| h.point_m.is_finite() && h.velocity_m_per_s.is_finite();
-        let looked_at = self.dwell(scene, input.frame.t_s, &input.gaze);
+        let looked_at = self.fixation(scene, input.frame.t_s, &input.gaze);
         let hand = input.hand.filter(usable)?;
-        let eye_m = looked_at.and_then(|aim| Some(aim.dwell?.ray.origin_m));
+        let eye_m = looked_at.and_then(|aim| Some(aim.fixation?.ray.origin_m));
         let side = self.side.free_side(scene, hand, eye_m);
         Some(Followed { looked_at, side })
     }
@@ -316,7 +317,7 @@ impl DeterministicPredictor {
             let aim = Aim {
                 surface: side.behind?.surface,
                 point_m: None,
-                dwell: None,
+                fixation: None,
             };
             self.project(scene, aim, hand, &side, PredictionSource::HandDirection)
         };
@@ -329,7 +330,7 @@ impl DeterministicPredictor {
             let aim = Aim {
                 surface: closest.surface,
                 point_m: None,
-                dwell: None,
+                fixation: None,
             };
             self.project(scene, aim, hand, &side, PredictionSource::Nearest)
         };

@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn no_point_is_further_in_front_between_two_looks_than_the_bound_says() {
+    fn no_point_is_further_in_front_between_two_samples_than_the_bound_says() {
         let mut sampler = Sampler::new(77);
         let corner = DVec3::splat(0.5);
         // A board of no size: its corners coincide with its centre.

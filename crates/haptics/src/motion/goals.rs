@@ -350,7 +350,7 @@ impl Goals {
         let (mut middle, mut share) = ((0.0, 0.0), 0.0);
         let mut best = goal;
         let mut best_s = reference.least_time_to_s(&goal.q) - WORTH_S;
-        let mut sample = |at: (f64, f64), towards: f64| -> Result<bool, HapticsError> {
+        let mut try_at = |at: (f64, f64), towards: f64| -> Result<bool, HapticsError> {
             let moved = Goal {
                 point_m: about_m + x * (at.0 * slack_u) + y * (at.1 * slack_v),
                 normal,
@@ -377,15 +377,15 @@ impl Goals {
             Ok(is_better)
         };
         if goal.point_m != about_m {
-            sample(middle, share)?;
+            try_at(middle, share)?;
         }
         for at in DIRECTIONS {
-            if sample(at, share)? {
+            if try_at(at, share)? {
                 middle = at;
             }
         }
         for towards in TOWARDS_HERE {
-            if sample(middle, towards)? {
+            if try_at(middle, towards)? {
                 share = towards;
             }
         }
@@ -393,7 +393,7 @@ impl Goals {
             let at = (middle.0 + NEARBY * u, middle.1 + NEARBY * v);
             // Stay within the slack.
             if at.0.hypot(at.1) <= 1.0 {
-                sample(at, share)?;
+                try_at(at, share)?;
             }
         }
         Ok(best)

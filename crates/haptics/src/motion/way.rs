@@ -131,7 +131,7 @@ impl<'a> Clear<'a> {
 
 /// The face at a sample of a path.
 #[derive(Debug, Clone, Copy)]
-struct Look {
+struct Sample {
     t_s: f64,
     q: JointPositions,
     points: FacePoints,
@@ -140,7 +140,7 @@ struct Look {
 /// The same with its velocity.
 #[derive(Debug, Clone, Copy)]
 struct DenseSample {
-    sample: Look,
+    sample: Sample,
     at_m: [DVec3; 5],
     speed_m_per_s: [f64; 5],
     qd_rad_per_s: [f64; MOST_JOINTS],
@@ -172,7 +172,7 @@ impl DenseSample {
     }
 }
 
-impl Look {
+impl Sample {
     fn make_worse(&self, worst: &mut Option<Worst>) {
         for point in self.points.into_iter().flatten() {
             if worst.is_none_or(|worst| point.in_front_m > worst.in_front_m) {
@@ -232,11 +232,11 @@ impl Check<'_> {
     }
 
     /// Samples the considered motion.
-    fn sample(&mut self, t_s: f64, reference: &ReferenceMotion, solver: &Solver) -> Look {
+    fn sample(&mut self, t_s: f64, reference: &ReferenceMotion, solver: &Solver) -> Sample {
         self.samples += 1;
         let q = reference.considered(t_s).q;
         let face = solver.arm().forward(&q);
-        Look {
+        Sample {
             t_s,
             q,
             points: self
@@ -311,7 +311,7 @@ impl Check<'_> {
         let corner_m = self.board.half_width_m.hypot(self.board.half_height_m);
         let limits = reference.limits();
         DenseSample {
-            sample: Look {
+            sample: Sample {
                 t_s,
                 q: state.q,
                 points: self.barriers.all_in_front(

@@ -55,7 +55,7 @@ impl PieceTable {
         }
     }
 
-    /// The same springs with another inertia.
+    /// The same springs with another inertia and damping.
     pub(super) fn set_inertia(&mut self, inertia: f64, damping: f64) {
         for piece in self.armed.iter_mut().chain(&mut self.released) {
             piece.oscillator = Oscillator::new(inertia, damping, piece.stiffness);

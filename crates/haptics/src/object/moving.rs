@@ -102,6 +102,14 @@ impl MovingObject {
         Ok(())
     }
 
+    /// Gives the object its configured inertia and damping back. The velocity stays, so its energy does not grow. Does not allocate.
+    pub fn restore_inertia(&mut self) {
+        if self.inertia > self.config.inertia {
+            (self.inertia, self.damping) = (self.config.inertia, self.config.damping);
+            self.table.set_inertia(self.inertia, self.damping);
+        }
+    }
+
     /// Position and velocity after `dt_s` (not negative) under a constant force, N m or N; the object itself does not move.
     ///
     /// # Errors

@@ -40,7 +40,7 @@
 //!     path: ObjectPath::sliding(inward)?,
 //! };
 //! let mut rendering = ObjectRendering::new(arm, ObjectCommand::Position, ObjectRenderingConfig::default())?;
-//! rendering.begin(&panel, &q)?;
+//! rendering.begin(&mut panel, &q)?;
 //! let state = ArmState { t_s: 0.0, q, qd: JointVelocities::default(), external_torque: None };
 //! let wrench = Wrench { force_n: 10.0 * inward, ..Wrench::default() };
 //! for _ in 0..200 {

@@ -97,6 +97,9 @@ pub(super) struct Condition {
 /// Longest recovery time of a fault that returns again and again, s: a user who has moved the arm out of an obstacle waits no longer.
 const MOST_RECOVERY_S: f64 = 5.0;
 
+/// A fault that occurs within this time after it ended has returned, s: an arm that sets off from rest meets what stopped it within a second.
+const RETURNS_S: f64 = 1.0;
+
 /// The current fault, and how far the response has progressed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct FaultMachine {
@@ -106,13 +109,13 @@ pub(super) struct FaultMachine {
 }
 
 impl FaultMachine {
-    /// How often a new fault has returned when the arm continued.
+    /// How many times in a row this fault has returned soon after the arm continued.
     fn returns(&self, reason: &SafeReason, now_s: f64, timing: &TimingConfig) -> i32 {
         match &self.ended {
             Some((last, ended_s))
-                if reason.is_of_continuing()
+                if reason.returns_on_motion()
                     && discriminant(&last.fault.reason) == discriminant(reason)
-                    && now_s - ended_s <= last.recovery_s(timing) =>
+                    && now_s - ended_s <= RETURNS_S.max(last.recovery_s(timing)) =>
             {
                 last.returns + 1
             }
@@ -462,14 +465,20 @@ mod tests {
     #[test]
     fn an_arm_that_is_stopped_whenever_it_continues_tries_ever_less_often() {
         let timing = TimingConfig::default();
-        let tries = |reason: SafeReason| {
-            let mut run = Run::new();
-            let mut tries = 0;
+        // The fault is found when the arm has gone on for a time, s.
+        let tries = |reason: SafeReason, recovery_s: f64, after_s: f64| {
+            let timing = TimingConfig {
+                recovery_s,
+                ..timing
+            };
+            let (mut run, mut tries, mut free_s) = (Run::new(), 0, f64::INFINITY);
             for _ in 0..60_000 {
                 run.now_s += 1e-3;
                 let goes_on = run.machine.trouble.is_none();
-                tries += u32::from(goes_on);
-                let found = goes_on.then_some(Fault::new(reason, Unsure));
+                free_s = if goes_on { free_s + 1e-3 } else { 0.0 };
+                let is_found = free_s > after_s;
+                tries += u32::from(is_found);
+                let found = is_found.then_some(Fault::new(reason, Unsure));
                 (run.machine).advance(found, run.arm, run.now_s, &timing, run.latch);
             }
             (run, tries)
@@ -479,8 +488,11 @@ mod tests {
             torque_n_m: 9.0,
         };
         for reason in [SafeReason::SelfCollision { distance_m: 0.0 }, pushed] {
-            let (mut run, count) = tries(reason);
+            let (mut run, count) = tries(reason, 0.25, 0.0);
             // After 0.25, 0.5, 1, 2 and 4 s, then every 5 s.
+            assert!((14..=18).contains(&count), "{reason:?} {count}");
+            // With a session's recovery time, an arm that meets the obstacle after 0.3 s.
+            let (_, count) = tries(reason, 0.1, 0.3);
             assert!((14..=18).contains(&count), "{reason:?} {count}");
             // A person's reset makes it as short as at first.
             run.go(1, Some(Unsure));
@@ -488,7 +500,7 @@ mod tests {
             assert_eq!(run.go(260, None), None);
         }
         // A fault of the inputs ends when they are sound, each time.
-        let (_, count) = tries(SafeReason::NonFinite(Channel::Head));
+        let (_, count) = tries(SafeReason::NonFinite(Channel::Head), 0.25, 0.0);
         assert!(count > 200, "{count}");
     }
 

@@ -170,8 +170,8 @@ pub enum SafeReason {
 }
 
 impl SafeReason {
-    /// Does it end because the arm holds, and return because the arm continues: a command that is refused, or something that the arm pushes against?
-    pub(super) const fn is_of_continuing(&self) -> bool {
+    /// Does it end when the arm holds and return when the arm moves again: a refused command, or a contact?
+    pub(super) const fn returns_on_motion(&self) -> bool {
         matches!(
             self,
             Self::Workspace

@@ -365,7 +365,7 @@ fn steps_of_a_search(share: f64, restless: bool) -> (usize, usize) {
     }
     assert!(
         follower.commanded() != waiting(),
-        "{steps} steps, at most {most} looks"
+        "{steps} steps, at most {most} samples"
     );
     // At full speed it arrives, on paths that were found meanwhile.
     follower.set_speed_share(1.0).unwrap();
@@ -385,7 +385,7 @@ fn a_search_that_takes_long_goes_on_in_the_next_steps() {
     assert_eq!(nominal_steps, 1);
     for restless in [false, true] {
         let (steps, most) = steps_of_a_search(0.002, restless);
-        println!("{steps} steps, at most {most} looks");
+        println!("{steps} steps, at most {most} samples");
         assert!((10..60).contains(&steps), "{restless}: {steps}");
         assert!(most <= most_samples(), "{restless}: {most}");
     }

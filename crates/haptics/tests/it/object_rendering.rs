@@ -148,7 +148,7 @@ fn what_the_arm_cannot_reach_holds_the_object_back() {
         ..ObjectConfig::new(5.0)
     });
     let mut rendering = rendering(ObjectCommand::Position);
-    rendering.begin(&rendered, &start()).unwrap();
+    rendering.begin(&mut rendered, &start()).unwrap();
     let (mut q, mut reasons) = (start(), Vec::<Unreachable>::new());
     let energy_j = |r: &RenderedObject| r.object.energy_j();
     for _ in 0..5000 {
@@ -174,7 +174,7 @@ fn light_objects_are_made_heavier_and_the_step_says_so() {
     for (command, least, most) in [(ObjectCommand::Position, 2.0, 5.0), (torque(), 0.5, 3.0)] {
         let mut rendered = panel(ObjectConfig::new(0.05));
         let mut rendering = rendering(command.clone());
-        rendering.begin(&rendered, &start()).unwrap();
+        rendering.begin(&mut rendered, &start()).unwrap();
         let bound = rendering.least_inertia(&rendered);
         assert!((least..most).contains(&bound), "{bound}");
         let step = rendering
@@ -190,7 +190,7 @@ fn light_objects_are_made_heavier_and_the_step_says_so() {
         assert_eq!(rendered.object.config().inertia, 0.05);
 
         let mut heavy = panel(ObjectConfig::new(10.0));
-        rendering.begin(&heavy, &start()).unwrap();
+        rendering.begin(&mut heavy, &start()).unwrap();
         let step = rendering
             .step(
                 &mut heavy,
@@ -231,6 +231,12 @@ fn a_raised_inertia_is_that_of_a_heavier_object() {
         assert_eq!(raised.position(), heavy.position());
         assert_eq!(raised.energy_j(), heavy.energy_j());
     }
+    // Restored in motion it loses energy; from then on it is the configured object.
+    raised.step(5.0, 0.01).unwrap();
+    let (before_j, at) = (raised.energy_j(), raised.position());
+    raised.restore_inertia();
+    assert!(raised.energy_j() < before_j && raised.position() == at);
+    assert_eq!(raised.inertia(), 0.05);
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(raised.raise_inertia(bad).is_err());
     }
@@ -241,7 +247,7 @@ fn bad_input_is_named_and_changes_nothing() {
     for command in [ObjectCommand::Position, torque()] {
         let mut rendered = panel(ObjectConfig::new(5.0));
         let mut rendering = rendering(command);
-        rendering.begin(&rendered, &start()).unwrap();
+        rendering.begin(&mut rendered, &start()).unwrap();
         let good = push(&start(), 5.0);
         let bad_wrench = force(DVec3::new(f64::NAN, 0.0, 0.0));
         let mut bad_state = at_rest(0.0, start());
@@ -260,7 +266,7 @@ fn bad_input_is_named_and_changes_nothing() {
         }
         assert!(
             rendering
-                .begin(&rendered, &JointPositions([f64::NAN; 7]))
+                .begin(&mut rendered, &JointPositions([f64::NAN; 7]))
                 .is_err()
         );
         assert!(
@@ -289,7 +295,7 @@ fn steps_do_not_allocate() {
         let mut rendering = rendering(command);
         let (there, back) = (push(&start(), 20.0), push(&start(), -20.0));
         let allocated = allocation_counter::measure(|| {
-            rendering.begin(&rendered, &start()).unwrap();
+            rendering.begin(&mut rendered, &start()).unwrap();
             for k in 0..500 {
                 let wrench = if k < 300 { there } else { back };
                 let q = *rendering.q();

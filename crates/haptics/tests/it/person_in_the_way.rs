@@ -58,7 +58,7 @@ struct Found {
 /// A sample older than this counts as missing, s.
 const OLDEST_S: f64 = 0.06;
 /// Period of the check whether the arm can stop in time, cycles.
-const LOOKS_EVERY: u32 = 8;
+const SAMPLED_EVERY: u32 = 8;
 
 /// Random paths of the arm for some seconds, and a person whose head is told as `who`; the head of the person who is served is then far away. `gone_s`:
 /// when the tracker loses fingertip and head, s.
@@ -198,7 +198,7 @@ fn run(seed: u64, person: Person, who: PersonPart, gone_s: &[std::ops::Range<f64
             });
             return found;
         }
-        if cycle % LOOKS_EVERY == 0 {
+        if cycle % SAMPLED_EVERY == 0 {
             found.samples += 1;
             let stops = can_stop(&body, &sent, &braking, head_m);
             found.violations += u32::from(!stops);

@@ -200,6 +200,9 @@ impl<P: Predictor> Perception<P> {
         let first = ranked.first().copied();
         if let Some(gestures) = &mut self.gestures {
             let normal = first.map(|contact| contact.normal);
+            if input.frame.is_of_another {
+                gestures.reset();
+            }
             // After an overflow the reach is forgotten, and its touch is answered as any other.
             let _ = gestures.step(input.frame, input.hand, normal);
         }
@@ -302,6 +305,9 @@ impl<P: Predictor> Perception<P> {
                 self.predictor.reset();
                 if let Some(felt) = &mut self.felt {
                     felt.reset();
+                }
+                if let Some(gestures) = &mut self.gestures {
+                    gestures.reset();
                 }
                 self.policy.reset();
                 self.newest.contact = None;

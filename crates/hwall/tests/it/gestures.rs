@@ -77,14 +77,24 @@ fn gestures_of_other_people_are_known_at_the_contact() {
             assert_eq!(count.count_total, 0);
             let sum: f64 = gestures.probabilities().iter().sum();
             assert!((sum - 1.0).abs() < 1e-9);
-            // Neither a frame without points nor one without a surface changes anything.
+            // Neither a frame without usable points nor one that the filter rejects changes anything.
             let before = gestures.probabilities();
             let empty = HandFrame::empty(frame.t_s + 1e-4);
-            gestures
-                .step(&empty, state.state(), Some(DVec3::X))
-                .unwrap();
-            assert_eq!(gestures.probabilities(), before);
+            let broken = HandFrame {
+                palm_m: Some(DVec3::NAN),
+                ..frame
+            };
+            for (frame, hand) in [
+                (&empty, state.state()),
+                (&broken, state.state()),
+                (&frame, None),
+            ] {
+                gestures.step(frame, hand, Some(DVec3::X)).unwrap();
+                assert_eq!(gestures.probabilities(), before);
+            }
         }
+        gestures.reset();
+        assert_eq!(gestures.task(), None);
     }
 }
 

@@ -76,11 +76,17 @@ impl Product {
             given_j += wrench.force_n.dot(is.position_m() - was.position_m());
             given_j += wrench.moment_n_m.dot(turned);
             samples.push((given_j, (is.position_m() - first_m).x));
-            if matches!(bench.session.state(), SessionState::Safe(_)) {
+            if let SessionState::Safe(_) | SessionState::Holding(_) = bench.session.state() {
                 sound_s = bench.t_s + DT_S;
             }
         }
-        Ok(Held::of(lean, &samples))
+        let held = Held::of(lean, &samples);
+        // A hand that is interrupted again and again never showed that the board comes to rest.
+        let swing_m = match bench.t_s < sound_s + LEANS_S {
+            true => f64::INFINITY,
+            false => held.swing_m,
+        };
+        Ok(Held { swing_m, ..held })
     }
 
     /// The board is in place, the hand waits at a pose before it, and the link begins to miss answers.

@@ -130,7 +130,7 @@ impl Watched {
         let samples = bench.session.control().renderer().follower().samples();
         if samples > PlannerConfig::default().samples + Planner::MOST_SAMPLES {
             return Err(format!(
-                "a call of the planner with {samples} looks at ways"
+                "a call of the planner with {samples} samples of paths"
             ));
         }
         let Asked { forward, inverse } = bench.asked;

@@ -169,7 +169,7 @@ pub fn run(rig: &Rig, subject: &Subject, push: &Push) -> anyhow::Result<Trace> {
     let path = rendered.path;
     let mut device = rig.device(push.way.level, subject.start, push.seed)?;
     let mut rendering = rig.rendering(push.way, push.config)?;
-    rendering.begin(&rendered, &subject.start)?;
+    rendering.begin(&mut rendered, &subject.start)?;
     let at_start = ideal.position();
     let first = device.pose();
     let outward = first.rotation().z_axis;

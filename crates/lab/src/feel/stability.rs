@@ -67,6 +67,9 @@ impl Held {
     /// From the energy given to the board, J, and the position of its face, m, once in every period of 1 ms.
     #[must_use]
     pub fn of(lean: &Lean, samples: &[(f64, f64)]) -> Self {
+        let is_finite = samples
+            .iter()
+            .all(|(energy_j, at_m)| (energy_j + at_m).is_finite());
         let swing_m = |skip| {
             let second = samples.iter().rev().skip(skip).take(1000);
             let [low, high] = second.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], s| {
@@ -76,8 +79,11 @@ impl Held {
         };
         Self {
             stiffness_n_per_m: lean.hand.finger_stiffness_n_per_m,
-            generated_j: -samples.iter().fold(0.0, |least: f64, s| least.min(s.0)),
-            swing_m: swing_m(0),
+            generated_j: match is_finite {
+                true => -samples.iter().fold(0.0, |least: f64, s| least.min(s.0)),
+                false => f64::INFINITY,
+            },
+            swing_m: if is_finite { swing_m(0) } else { f64::INFINITY },
             before_m: swing_m(1000),
         }
     }

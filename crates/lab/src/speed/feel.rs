@@ -88,7 +88,7 @@ pub fn feel(seed: u64, n: usize) -> anyhow::Result<Section> {
             object: MovingObject::new(door)?,
             path: ObjectPath::turning(face.position_m() - DVec3::Y * 0.5, DVec3::Z)?,
         };
-        rendering.begin(&rendered, &arm.start())?;
+        rendering.begin(&mut rendered, &arm.start())?;
         let mut state = ArmState {
             t_s: 0.0,
             q: arm.start(),

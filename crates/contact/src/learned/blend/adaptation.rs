@@ -277,12 +277,12 @@ impl Adaptation {
             }
         }
         said.counts = [0.0; KNOTS];
-        let each = said.misses.iter_mut().zip(&blend.nominal_distances);
-        for ((misses, nominal), stage) in each.zip(&mut self.stages) {
+        let each = said.misses.iter_mut().zip(&blend.typical_distances);
+        for ((misses, typical), stage) in each.zip(&mut self.stages) {
             if let Some(distance) = misses.take(contact_m) {
                 let own = self.spread * stage.spread;
-                surprise += distance.min(SURPRISE * MOST_DISTANCE) / nominal;
-                let ratio = (distance / own).min(MOST_DISTANCE) / nominal;
+                surprise += distance.min(SURPRISE * MOST_DISTANCE) / typical;
+                let ratio = (distance / own).min(MOST_DISTANCE) / typical;
                 counted += ratio;
                 judged += 1.0;
                 let gain = 1.0 / (PRIOR_STAGE + self.judged);
@@ -363,10 +363,10 @@ impl Stage {
         }
         if let Some(placed_m) = pending.placed_m {
             let way_m = placed_m - pending.combined_m;
-            let nominal_m2 = pending.way_m2.max(1e-9);
-            let towards = (contact_m - pending.combined_m).dot(way_m) / nominal_m2;
+            let typical_m2 = pending.way_m2.max(1e-9);
+            let towards = (contact_m - pending.combined_m).dot(way_m) / typical_m2;
             self.towards = FORGETTING * self.towards + towards.clamp(-3.0, 3.0);
-            self.way = FORGETTING * self.way + (way_m.length_squared() / nominal_m2).min(3.0);
+            self.way = FORGETTING * self.way + (way_m.length_squared() / typical_m2).min(3.0);
         }
         (jumped >= AGREEING).then_some(least_m2)
     }

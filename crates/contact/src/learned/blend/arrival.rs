@@ -144,8 +144,8 @@ impl Arrival {
         let hats = self.between(key(progress[2]));
         let at = hats.iter().zip(&self.shares).zip(&self.ways_m);
         let less: f64 = at
-            .map(|((hat, share), nominal_m)| {
-                let is_near = (2.0 - way_m / nominal_m.max(1e-6)).clamp(0.0, 1.0);
+            .map(|((hat, share), typical_m)| {
+                let is_near = (2.0 - way_m / typical_m.max(1e-6)).clamp(0.0, 1.0);
                 hat * is_near * (1.0 - share)
             })
             .sum();

@@ -74,15 +74,15 @@ pub(super) fn calibrated(
         by_disagreement: 0.0,
         knots,
         factors: [1.0; KNOTS],
-        nominal_distances: [1.0; KNOTS],
+        typical_distances: [1.0; KNOTS],
         personal: Personal::even(0.1),
     };
     let judged: Vec<Judged> = evidence.of_rows(|row| {
         let region = evidence.held_out(&turns, row);
-        let nominal = region.apart * region.size_m2 + SENSOR_M * SENSOR_M;
+        let typical = region.apart * region.size_m2 + SENSOR_M * SENSOR_M;
         Judged {
             miss_m: turned[row],
-            ratio: disagreement(combined[row].apart_m2 / nominal),
+            ratio: disagreement(combined[row].apart_m2 / typical),
             region,
             hats: between_knots(&knots, time_key(evidence.witnesses[row].left_s)),
         }
@@ -198,8 +198,8 @@ fn spread(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, independent
         let pairs = near.iter().map(|&(row, weight)| {
             let witness = &evidence.witnesses[row];
             let late = (witness.left_s - witness.true_left_s).abs();
-            let nominal = Region::time_sd_between_s(&logarithms, evidence.rows.gates(row));
-            (late / nominal, weight)
+            let typical = Region::time_sd_between_s(&logarithms, evidence.rows.gates(row));
+            (late / typical, weight)
         });
         let most = weighted_quantile(level, pairs) / NORMAL_90;
         let time_s2 = &mut blend.regions[k].time_s2;
@@ -302,6 +302,6 @@ fn log_score(evidence: &Evidence, judged: &[Judged], blend: &mut Blend) -> f64 {
         sum -= weight * 0.5 * (distance.min(FAR_OUT) + covariance.determinant().ln());
         total += weight;
     }
-    blend.nominal_distances = far.map(|(far, total)| (far / total).clamp(0.1, 2.0));
+    blend.typical_distances = far.map(|(far, total)| (far / total).clamp(0.1, 2.0));
     sum / total
 }

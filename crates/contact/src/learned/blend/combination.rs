@@ -167,8 +167,8 @@ pub(in crate::learned) fn combine(
             continue;
         }
         let far = end_m.distance(combined.point_m) / others;
-        let nominal = (moments[k][k] + 1.0) * region.size_m2 + 3.0 * SENSOR_M * SENSOR_M;
-        if far * far > LOST * LOST * nominal {
+        let typical = (moments[k][k] + 1.0) * region.size_m2 + 3.0 * SENSOR_M * SENSOR_M;
+        if far * far > LOST * LOST * typical {
             there[k] = false;
             left_out = true;
         }
@@ -243,7 +243,7 @@ pub(in crate::learned) struct Blend {
     pub(in crate::learned) knots: [f64; KNOTS],
     pub(in crate::learned) factors: [f64; KNOTS],
     /// Mean squared error at those times left, in standard deviations and per axis.
-    pub(in crate::learned) nominal_distances: [f64; KNOTS],
+    pub(in crate::learned) typical_distances: [f64; KNOTS],
     /// Between-person share of the errors.
     pub(in crate::learned) personal: Personal,
 }
@@ -251,8 +251,8 @@ pub(in crate::learned) struct Blend {
 impl Blend {
     /// Factor on the covariance for a disagreement of the sources.
     pub(in crate::learned) fn doubt(&self, region: &Region, apart_m2: f64) -> f64 {
-        let nominal = region.apart * region.size_m2 + SENSOR_M * SENSOR_M;
-        disagreement(apart_m2 / nominal).powf(self.by_disagreement)
+        let typical = region.apart * region.size_m2 + SENSOR_M * SENSOR_M;
+        disagreement(apart_m2 / typical).powf(self.by_disagreement)
     }
 
     /// The covariance of an estimate, m².

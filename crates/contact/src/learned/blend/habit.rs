@@ -45,7 +45,7 @@ impl WayLeft {
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub(in crate::learned) struct Habits {
     /// Mean remaining displacement, m, and its standard deviation per axis, m.
-    pub(in crate::learned) nominal_m: DVec3,
+    pub(in crate::learned) typical_m: DVec3,
     pub(in crate::learned) scatter_m: f64,
     /// Variances between people of the offset and of the slopes.
     pub(in crate::learned) offset: f64,
@@ -55,7 +55,7 @@ pub(in crate::learned) struct Habits {
 impl Habits {
     /// No differences between people, or none known.
     pub(in crate::learned) const NONE: Self = Self {
-        nominal_m: DVec3::ZERO,
+        typical_m: DVec3::ZERO,
         scatter_m: 1.0,
         offset: 0.0,
         slope: 0.0,
@@ -63,7 +63,7 @@ impl Habits {
 
     /// 1, and the normalised deviation of the remaining displacement from the mean.
     fn terms(&self, left: &WayLeft) -> [f64; TERMS] {
-        let unusual = (left.end_m - left.now_m - self.nominal_m) / self.scatter_m;
+        let unusual = (left.end_m - left.now_m - self.typical_m) / self.scatter_m;
         let most = DVec3::splat(MOST_UNUSUAL);
         let [x, y, z] = unusual.clamp(-most, most).to_array();
         [1.0, x, y, z]
@@ -218,7 +218,7 @@ pub(super) struct PredictedReach {
 /// help. The reaches of each person must be in order. One person alone gives no information about differences between people.
 pub(super) fn habits(people: usize, reaches: &[PredictedReach]) -> [Habits; KNOTS] {
     std::array::from_fn(|k| {
-        let mut habits = nominal(reaches, k);
+        let mut habits = typical(reaches, k);
         if people < 2 {
             return habits;
         }
@@ -253,7 +253,7 @@ pub(super) fn habits(people: usize, reaches: &[PredictedReach]) -> [Habits; KNOT
 }
 
 /// Mean remaining displacement at a time left.
-fn nominal(reaches: &[PredictedReach], k: usize) -> Habits {
+fn typical(reaches: &[PredictedReach], k: usize) -> Habits {
     let each = || reaches.iter().flat_map(|r| &r.left[k]);
     let mean = |of: &dyn Fn(DVec3) -> DVec3| -> DVec3 {
         let (mut sum, mut total) = (DVec3::ZERO, f64::MIN_POSITIVE);
@@ -263,10 +263,10 @@ fn nominal(reaches: &[PredictedReach], k: usize) -> Habits {
         }
         sum / total
     };
-    let nominal_m = mean(&|way_m| way_m);
-    let square_m2 = mean(&|way_m| (way_m - nominal_m).powf(2.0)).element_sum() / 3.0;
+    let typical_m = mean(&|way_m| way_m);
+    let square_m2 = mean(&|way_m| (way_m - typical_m).powf(2.0)).element_sum() / 3.0;
     Habits {
-        nominal_m,
+        typical_m,
         scatter_m: square_m2.sqrt().max(1e-3),
         ..Habits::NONE
     }
@@ -297,7 +297,7 @@ mod tests {
     fn nothing_is_learnt_from_nothing_and_one_wild_reach_hardly_counts() {
         let mut sampler = Sampler::new(2);
         let habits = Habits {
-            nominal_m: DVec3::new(0.2, 0.0, 0.0),
+            typical_m: DVec3::new(0.2, 0.0, 0.0),
             scatter_m: 0.06,
             offset: 0.3,
             slope: 0.06,

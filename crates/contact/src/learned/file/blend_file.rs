@@ -25,8 +25,8 @@ impl Blend {
         for factor in self.factors {
             positive("factor at a time left", factor)?;
         }
-        for nominal in self.nominal_distances {
-            positive("nominal distance", nominal)?;
+        for typical in self.typical_distances {
+            positive("typical distance", typical)?;
         }
         self.validate_personal()?;
         for pair in self.arrival.keys.windows(2) {

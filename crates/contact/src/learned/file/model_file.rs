@@ -24,7 +24,7 @@ use std::sync::Arc;
 /// Format name and version written.
 const FORMAT: Format = Format {
     name: "hwall-contact learned model",
-    version: 8,
+    version: 9,
 };
 
 /// A whole file.

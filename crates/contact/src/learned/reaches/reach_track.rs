@@ -71,20 +71,20 @@ impl Inputs {
             .unwrap_or(HandPoint::Index);
         let frames = || reaches.iter().flat_map(|r| &r.frames);
         let total = frames().count() as f64;
-        let nominal = |seen: &dyn Fn(&HandFrame) -> bool| {
+        let typical = |seen: &dyn Fn(&HandFrame) -> bool| {
             frames().filter(|f| seen(f)).count() as f64 >= USUALLY_SEEN * total
         };
         let others = NamedPoint::ALL
             .into_iter()
-            .filter(|&p| p != NamedPoint::Hand(point) && nominal(&|f| f.named(p).is_some()))
+            .filter(|&p| p != NamedPoint::Hand(point) && typical(&|f| f.named(p).is_some()))
             .collect();
         let head = |f: &HandFrame| f.gaze_ray().map(|g| g.origin_m).or(head_of(f));
         let gaze = |f: &HandFrame| f.gaze_ray().map(|g| g.direction);
         let inputs = Self {
             point,
             others,
-            head: nominal(&|f| head(f).is_some()),
-            gaze: use_gaze && nominal(&|f| gaze(f).is_some()),
+            head: typical(&|f| head(f).is_some()),
+            gaze: use_gaze && typical(&|f| gaze(f).is_some()),
             lags,
             offsets_m: mean_offsets_m(reaches, point),
             head_m: mean(reaches, |f| Some(head(f)? - f.point(point)?)).unwrap_or(DVec3::ZERO),
@@ -359,8 +359,8 @@ impl ReachTrack {
     }
 
     fn relative(&self, inputs: &Inputs, other: NamedPoint) -> DVec3 {
-        let nominal_m = || inputs.offsets_m[other.index()].map_or(DVec3::ZERO, |o| -o);
-        self.relative_m[other.index()].unwrap_or_else(nominal_m)
+        let typical_m = || inputs.offsets_m[other.index()].map_or(DVec3::ZERO, |o| -o);
+        self.relative_m[other.index()].unwrap_or_else(typical_m)
     }
 
     /// Time and position of the start.

@@ -17,7 +17,7 @@ fn slow_ways_are_not_looked_at_more_often_than_others() {
 }
 
 #[test]
-fn no_way_between_two_looks_is_longer_than_its_bound() {
+fn no_way_between_two_samples_is_longer_than_its_bound() {
     let board = Board::default();
     let face = board.flange_from_board_face().unwrap();
     let arm = Arc::new(SrsArm::iiwa7().with_tool(face));

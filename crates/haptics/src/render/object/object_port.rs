@@ -180,9 +180,9 @@ impl ObjectPort {
         self.ledger.limited || (acts && self.ledger.debt_j > 0.0)
     }
 
-    /// One period, with the measured force along the path (N m or N), the measured face, the part of its position that is a slide of the board and no
-    /// motion of the object (rad or m), the energy of the object (J), and the way that the face was commanded to make in this touch (rad or m). `rate` is the wanted rate,
-    /// rad/s or m/s; returns the allowed one.
+    /// One period. Takes the measured force along the path, N m or N, the measured face, and the slide of the board, which is no motion of the object,
+    /// rad or m; then the energy of the object, J, and the motion of the face that was commanded in this touch, rad or m. `rate` is the wanted
+    /// rate, rad/s or m/s; returns the allowed one.
     pub(in crate::render) fn limited(
         &mut self,
         (force, face, slid_along): (f64, &Pose, f64),

@@ -170,15 +170,19 @@ impl ObjectRendering {
         })
     }
 
-    /// Begins with a configuration that holds the face on the object.
+    /// Begins with a configuration that holds the face on the object. An object at rest gets its configured inertia back, which the last hand may
+    /// have raised.
     ///
     /// # Errors
     /// NaN or infinity.
     pub fn begin(
         &mut self,
-        rendered: &RenderedObject,
+        rendered: &mut RenderedObject,
         q: &JointPositions,
     ) -> Result<(), HapticsError> {
+        if rendered.object.velocity().abs() < RESTS_PER_S {
+            rendered.object.restore_inertia();
+        }
         if let Some(impedance) = &mut self.impedance {
             impedance.begin();
         }
@@ -391,6 +395,9 @@ impl ObjectRendering {
         })
     }
 }
+
+/// An object slower than this rests, rad/s or m/s: a hand that bounces on it does not make it light again.
+const RESTS_PER_S: f64 = 0.01;
 
 /// An object held with less margin than this against the hand's push may move at any time, N at the face.
 const HELD_WITH_N: f64 = 1.0;

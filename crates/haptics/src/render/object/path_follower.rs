@@ -379,7 +379,7 @@ impl PathFollower {
         self.reached
     }
 
-    /// The way that the face was commanded to make since the beginning, rad or m.
+    /// Commanded motion of the face since the touch began, rad or m.
     pub(in crate::render) fn commanded_way(&self) -> f64 {
         self.reached - self.position
     }

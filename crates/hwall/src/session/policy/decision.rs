@@ -261,7 +261,7 @@ impl Policy {
         let mean = self
             .hand_motion
             .velocity()
-            .map(|hand_motion| hand_motion.mean_m_per_s);
+            .map(|velocity| velocity.mean_m_per_s);
         let velocity = mean.or(hand.map(|hand| hand.velocity_m_per_s));
         let is_still = velocity.is_none_or(|velocity| velocity.length() < still_m_per_s);
         // A fixation that began before the first frame does not count.
@@ -401,11 +401,10 @@ impl Policy {
         };
         let is_goal = self.is_goal(contact);
         let is_fast = hand.velocity_m_per_s.length() >= self.config.still_m_per_s;
-        let hand_motion = self.hand_motion.velocity();
+        let velocity = self.hand_motion.velocity();
         // Without a history, only fast motion can be distinguished from noise.
         let found_m_per_s = hand.velocity_m_per_s * f64::from(u8::from(is_fast));
-        let mean_m_per_s =
-            hand_motion.map_or(found_m_per_s, |hand_motion| hand_motion.mean_m_per_s);
+        let mean_m_per_s = velocity.map_or(found_m_per_s, |velocity| velocity.mean_m_per_s);
         let off_m_per_s = mean_m_per_s.dot(contact.normal);
         if contact.distance_m <= self.config.near_m {
             // Close to the surface, the direction to a point on it is unreliable, and people who search for the place move back and forth at up to
@@ -418,8 +417,8 @@ impl Policy {
         let way = (contact.point_m - hand.point_m).normalize_or_zero();
         let closing_m_per_s = mean_m_per_s.dot(way);
         // A hand that comes to rest after a touch also approaches some place, but it loses speed.
-        let gains = |hand_motion: MeanVelocity| hand_motion.gained_m_per_s.dot(way) >= 0.0;
-        let sets_off = is_goal || is_fast || hand_motion.is_none_or(gains);
+        let gains = |velocity: MeanVelocity| velocity.gained_m_per_s.dot(way) >= 0.0;
+        let sets_off = is_goal || is_fast || velocity.is_none_or(gains);
         // A hand that retracts upwards approaches a point above it, but not its surface.
         let is_towards = off_m_per_s <= ALONG_SHARE * closing_m_per_s;
         if closing_m_per_s >= self.config.reach_m_per_s && is_towards && sets_off {
