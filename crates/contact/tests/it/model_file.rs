@@ -157,8 +157,8 @@ fn each_damage_has_its_error() {
     let other = error(r#"{"format": "hwall-bip model", "version": 1}"#);
     assert_eq!(other, E::File(F::Format { expected, found }));
     // A newer version may differ in every other field.
-    let (newest, found) = (8, 9);
-    let new = format!(r#"{{"format": "{expected}", "version": 9, "x": 1}}"#);
+    let (newest, found) = (9, 10);
+    let new = format!(r#"{{"format": "{expected}", "version": 10, "x": 1}}"#);
     assert_eq!(error(&new), E::File(F::Version { newest, found }));
     for (path, value) in [
         ("blend.regions", Value::Array(Vec::new())),
