@@ -146,6 +146,10 @@ pub fn run(
         !(options.setting.gestures && options.mcap.is_some()),
         "--gestures excludes --mcap: a replay does not learn gestures"
     );
+    ensure!(
+        !(options.setting.gestures && options.setting.hand.is_some()),
+        "--gestures excludes --hand: a recording does not say what the hand did"
+    );
     let outputs = Outputs {
         folder: &options.out,
         json: options.json.as_deref(),
@@ -280,6 +284,7 @@ mod tests {
             ("--period-ms 21", "--period-ms must lie in"),
             ("--hand-meets 0.2", "--base drives or both"),
             ("--gestures --mcap a.mcap", "--gestures excludes --mcap"),
+            ("--gestures --hand a.csv", "--gestures excludes --hand"),
         ] {
             // No work is done: the scene does not exist.
             let words = words.split(' ').chain(["--scene", "nowhere.obj"]);

@@ -3,7 +3,7 @@
 use super::drive::NEAR_M;
 use glam::DVec2;
 
-/// A rectangle along the axes that the axis of the base stays out of.
+/// A rectangle along the axes that the axis of the base stays out of, except for at most 5 cm at an edge, see [`route`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KeepOutArea {
     /// Its corner with the smaller coordinates, m.
@@ -28,19 +28,23 @@ impl KeepOutArea {
         at_m.cmpgt(self.low_m).all() && at_m.cmplt(self.high_m).all()
     }
 
-    /// The nearest place on the edge, for a place inside that is no farther from it than a base may miss the end of a leg.
+    /// The nearest point of the edge if the place is inside by at most [`NEAR_M`], else the place.
     fn beside(&self, at_m: DVec2) -> DVec2 {
+        if !self.contains(at_m) {
+            return at_m;
+        }
         let edges = [
             at_m.with_x(self.low_m.x),
             at_m.with_x(self.high_m.x),
             at_m.with_y(self.low_m.y),
             at_m.with_y(self.high_m.y),
         ];
-        let near = edges
+        let nearest = edges
             .into_iter()
-            .filter(|edge| edge.distance(at_m) <= NEAR_M);
-        let nearest = near.min_by(|a, b| a.distance(at_m).total_cmp(&b.distance(at_m)));
-        nearest.filter(|_| self.contains(at_m)).unwrap_or(at_m)
+            .min_by(|a, b| a.distance(at_m).total_cmp(&b.distance(at_m)));
+        nearest
+            .filter(|edge| edge.distance(at_m) <= NEAR_M)
+            .unwrap_or(at_m)
     }
 
     /// Does a straight way lead through the inside?
@@ -80,8 +84,8 @@ impl KeepOutArea {
 
 /// The shortest way from one place to another outside an area, past its corners, without the beginning; `None` if the end is inside.
 ///
-/// From inside it first leaves across, along y: rooms of a corridor along x are left through their outer walls. A beginning that is inside by less than
-/// a leg may miss its end counts as on the edge.
+/// From inside it first leaves across, along y: rooms of a corridor along x are left through their outer walls. A start at most 5 cm (`NEAR_M`) inside
+/// counts as on the edge: the way from there may stay inside by as much along the whole side.
 #[must_use]
 pub fn route(from_m: DVec2, to_m: DVec2, area: &KeepOutArea) -> Option<Vec<DVec2>> {
     let from_m = area.beside(from_m);

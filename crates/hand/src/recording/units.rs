@@ -39,8 +39,8 @@ impl Recording {
             units.find(|unit| (FASTEST_S..SLOWEST_S).contains(&(period * unit)))
         });
         let seconds = seconds.flatten();
-        let times_usual = self.times_nominal_length(seconds.unwrap_or(1.0));
-        let metres = match times_usual {
+        let times_typical = self.times_typical_length(seconds.unwrap_or(1.0));
+        let metres = match times_typical {
             x if x >= MILLIMETRES => Some(0.001),
             x if x >= CENTIMETRES => Some(0.01),
             _ => None,
@@ -87,7 +87,7 @@ impl Recording {
     }
 
     /// Lengths relative to typical ones: by the hand size; otherwise by the range of the motion, if it is too fast for a person.
-    fn times_nominal_length(&self, seconds: f64) -> f64 {
+    fn times_typical_length(&self, seconds: f64) -> f64 {
         let hands = self.frames().map(|frame| frame.points());
         let sizes = hands.filter_map(|points| {
             let seen: Vec<DVec3> = points.into_iter().flatten().collect();
@@ -98,10 +98,10 @@ impl Recording {
             return size / HAND_M;
         }
         let point = self.steadiest_point();
-        point.map_or(0.0, |point| self.times_nominal_range(point, seconds))
+        point.map_or(0.0, |point| self.times_typical_range(point, seconds))
     }
 
-    fn times_nominal_range(&self, point: HandPoint, seconds: f64) -> f64 {
+    fn times_typical_range(&self, point: HandPoint, seconds: f64) -> f64 {
         let seen = self
             .frames()
             .filter_map(|frame| Some((frame.t_s, frame.point(point)?)));

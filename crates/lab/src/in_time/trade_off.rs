@@ -7,7 +7,7 @@ use anyhow::ensure;
 use hwall::PolicyConfig;
 use hwall_stage::figures::{COLOURS, legend};
 use hwall_stage::person::kinds::PersonKind;
-use hwall_stage::report::figure::{Axes, NOMINAL, Plot, figure, named_line};
+use hwall_stage::report::figure::{Axes, DEFAULT_SIZE, Plot, figure, named_line};
 use hwall_stage::report::summary::Summary;
 use hwall_testkit::{MarkdownTable, cells, or_none};
 use plotters::prelude::{BLACK, Circle, Color, SeriesLabelPosition};
@@ -81,7 +81,7 @@ fn draw(path: &Path, points: &[Point]) -> anyhow::Result<()> {
     ensure!(!all.is_empty(), "no touch was possible: nothing to draw");
     let widest = all.iter().map(|p| p.0).fold(0.1, f64::max);
     let lowest = all.iter().map(|p| p.1).fold(95.0, f64::min);
-    figure(path, NOMINAL, |root| {
+    figure(path, DEFAULT_SIZE, |root| {
         let axes = Axes {
             title: "In place, against boards in vain",
             names: [

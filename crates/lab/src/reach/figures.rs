@@ -4,7 +4,9 @@ use crate::reach::published::Comparison;
 use crate::spans::ends;
 use hwall_reachability::WallGrid;
 use hwall_stage::figures::{COLOURS, legend};
-use hwall_stage::report::figure::{Axes, Draw, Mesh, NOMINAL, Plot, figure, named_line, tenths};
+use hwall_stage::report::figure::{
+    Axes, DEFAULT_SIZE, Draw, Mesh, Plot, figure, named_line, tenths,
+};
 use plotters::prelude::*;
 use std::path::Path;
 
@@ -87,7 +89,7 @@ pub fn orientation(path: &Path, grid: &WallGrid, intervals: &[LineInterval]) -> 
 /// # Errors
 /// A file that cannot be written.
 pub fn comparison(path: &Path, comparisons: &[Comparison]) -> anyhow::Result<()> {
-    figure(path, NOMINAL, |root| {
+    figure(path, DEFAULT_SIZE, |root| {
         let axes = Axes {
             title: "Published bounds against the exact solver",
             names: ["off by more than, mm", "share of the bounds, %"],

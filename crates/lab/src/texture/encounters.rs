@@ -1,7 +1,7 @@
 //! Bumps met by a finger on a texture: table and figure.
 
 use hwall_stage::figures::{COLOURS, legend};
-use hwall_stage::report::figure::{Axes, NOMINAL, Plot, figure as drawn, named_line};
+use hwall_stage::report::figure::{Axes, DEFAULT_SIZE, Plot, figure as drawn, named_line};
 use hwall_testkit::{or_none, titled};
 use hwall_texton::{Layout, ScanAngle, Texture};
 use plotters::prelude::*;
@@ -78,7 +78,7 @@ pub fn figure(path: &Path, texture: &Texture) -> anyhow::Result<()> {
         .flat_map(points)
         .map(|p| p.1)
         .fold(0.0, f64::max);
-    drawn(path, NOMINAL, |root| {
+    drawn(path, DEFAULT_SIZE, |root| {
         let axes = Axes {
             title: "What a straight scan meets",
             names: ["angle of the scan from the long axis, degrees", "mm"],

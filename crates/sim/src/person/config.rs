@@ -220,10 +220,10 @@ impl PersonConfig {
         let reach_s = draw.within([0.45, 1.5]);
         let spread = |mean: f64, by: f64| [mean * (1.0 - by), mean * (1.0 + by)];
         let most_glances = draw.index(Self::MOST_PLACES + 1);
-        let usual = Self::default();
+        let nominal = Self::default();
         Self {
-            head_m: usual.head_m + away,
-            hand_rest_m: usual.hand_rest_m + away + hand,
+            head_m: nominal.head_m + away,
+            hand_rest_m: nominal.hand_rest_m + away + hand,
             rest_scatter_m: draw.within([0.0, 0.04]),
             lean_m: [0.0, draw.within([0.0, 0.1])],
             gesture: None,
@@ -246,7 +246,7 @@ impl PersonConfig {
             tremor_m: spread(draw.within([0.0002, 0.001]), 0.2),
             tracker_noise_m: draw.within([0.0003, 0.003]),
             dropout: draw.within([0.0, 0.08]),
-            ..usual
+            ..nominal
         }
     }
 

@@ -128,9 +128,7 @@ impl Hand {
         tips_m[1] = index_tip_m;
         (palm_m, tips_m)
     }
-}
 
-impl Hand {
     /// Orientation at the contact with a surface of this unit normal.
     pub(super) fn at_contact(&self, fingers: DVec3, normal: DVec3) -> DQuat {
         match self.gesture {

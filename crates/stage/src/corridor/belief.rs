@@ -52,8 +52,9 @@ pub(super) struct Belief {
     head_m: Option<DVec2>,
     velocity_m_per_s: DVec2,
     came: DVec2,
-    /// A point on the wall in front of which the person stands, and its normal: where the hand was last at a surface, or the eyes during the walk.
-    before: Option<(DVec3, DVec3)>,
+    /// The wall in front of the person: a point where the hand was last at a surface, or the eyes during the walk, and its normal; and the position of
+    /// the head at that time.
+    wall: Option<((DVec3, DVec3), DVec2)>,
 }
 
 impl Belief {
@@ -74,8 +75,8 @@ impl Belief {
         walks
     }
 
-    /// Takes a frame and its predictions. A person who walks, or looks at something beyond the reach of the hand, is assumed to go where
-    /// the eyes look: the predictor was trained only on people who stand in front of what they touch.
+    /// Takes a frame, after [`walks`](Self::walks), and its predictions. A person who walks, or looks at something beyond the reach of the hand, is
+    /// assumed to go where the eyes look: the predictor was trained only on people who stand in front of what they touch.
     pub(super) fn see(
         &mut self,
         frame: &HandFrame,
@@ -97,7 +98,10 @@ impl Belief {
             }
             _ => None,
         };
-        self.before = stands.or(self.before);
+        let near = |from_m: DVec2| self.head_m.is_some_and(|m| m.distance(from_m) <= STANDS_M);
+        self.wall = stands.zip(self.head_m).or(self.wall);
+        // After a walk without a look at a wall, the wall in front is unknown.
+        self.wall = self.wall.filter(|(_, from_m)| near(*from_m));
         let ranked = match (&far, walks) {
             (Some(far), _) => std::slice::from_ref(far),
             (None, true) => &[],
@@ -121,7 +125,7 @@ impl Belief {
     /// Forgets the places and the wall when the person enters another room; keeps the walking direction.
     pub(super) fn forget(&mut self) {
         self.weights.clear();
-        self.before = None;
+        self.wall = None;
     }
 
     /// The most probable places for a person whose eyes are above this point of the floor, m.
@@ -155,9 +159,9 @@ impl Belief {
             true => (first.point_m + first.normal * BEFORE_M).truncate(),
             false => person_m,
         };
-        // A doubtful next touch moves itself alone: the later ones stay at the wall in front of the person.
-        let (point_m, normal) = match self.before {
-            Some(before) if first.touch_s <= AT_PLACE_S => before,
+        // An uncertain prediction moves only the next touch; later ones stay at the wall in front of the person.
+        let (point_m, normal) = match self.wall {
+            Some((wall, _)) if first.touch_s <= AT_PLACE_S => wall,
             _ => (first.point_m, first.normal),
         };
         let first = BaseHypothesis {

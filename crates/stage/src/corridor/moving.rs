@@ -452,7 +452,7 @@ fn least_m(a_m: f64, b_m: f64) -> f64 {
     }
 }
 
-/// What the axis of the base stays out of: a room, and the one behind a door that is about to open.
+/// What the axis of the base stays out of, up to 5 cm: a room, and the one behind a door that is about to open.
 pub(super) fn keep_out(room: &Room, next: Option<&Room>) -> KeepOutArea {
     let area = KeepOutArea {
         low_m: room.area.low_m,

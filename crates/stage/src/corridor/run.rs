@@ -282,7 +282,7 @@ impl<'a> Rig<'a> {
         Ok(())
     }
 
-    /// The door opens once the base is out of the room behind it.
+    /// The door opens once the base is out of the room behind it. This is strict: a route may lead up to 5 cm inside an edge.
     fn next_room_is_free(&self) -> bool {
         let next = self.corridor.hall.rooms.get(self.room + 1);
         !self.kind.drives() || next.is_none_or(|next| self.base.is_out_of(&next.area))

@@ -26,7 +26,9 @@ const fn gesture(task: Task) -> Gesture {
 #[must_use]
 pub const fn with_gesture(person: PersonConfig, number: u64) -> PersonConfig {
     PersonConfig {
-        gesture: Some(gesture(Task::ALL[(number % 4) as usize])),
+        gesture: Some(gesture(
+            Task::ALL[(number % Task::ALL.len() as u64) as usize],
+        )),
         takes_shape: true,
         ..person
     }
@@ -38,8 +40,8 @@ pub fn task_of(hand: &Hand) -> Option<Task> {
     let Hand::Simulated(sequence, _) = hand else {
         return None;
     };
-    let does = |task: &Task| gesture(*task) == sequence.person().gesture();
-    Task::ALL.into_iter().find(does)
+    let is_done = |task: &Task| gesture(*task) == sequence.person().gesture();
+    Task::ALL.into_iter().find(is_done)
 }
 
 /// Learns the gestures from simulated people, none of whom is judged.
@@ -75,7 +77,7 @@ pub fn model(scenery: &Scenery<'_>) -> anyhow::Result<GestureModel> {
 #[derive(Debug, Clone, Copy)]
 pub struct GestureAtTouch {
     /// What the hand did.
-    pub does: Task,
+    pub actual: Task,
     /// What was inferred at each of [`BEFORE_S`].
     pub inferred: [Option<Task>; BEFORE_S.len()],
     /// Furthest motion of the board along the surface while it was felt, m; `None`: not felt.
@@ -86,7 +88,7 @@ impl GestureAtTouch {
     /// From the changes of the inferred task over time, s.
     #[must_use]
     pub fn new(
-        does: Task,
+        actual: Task,
         contact_s: f64,
         changes: &[(f64, Option<Task>)],
         slid_m: Option<f64>,
@@ -96,7 +98,7 @@ impl GestureAtTouch {
             by.checked_sub(1).and_then(|last| changes[last].1)
         });
         Self {
-            does,
+            actual,
             inferred,
             slid_m,
         }
@@ -113,7 +115,7 @@ pub fn table(touches: &[GestureAtTouch]) -> MarkdownTable {
     columns.push("board slid under it, median, mm".to_owned());
     let mut table = MarkdownTable::new(columns);
     for task in Task::ALL {
-        let of_task = || touches.iter().filter(move |touch| touch.does == task);
+        let of_task = || touches.iter().filter(move |touch| touch.actual == task);
         let slid_m: Vec<f64> = of_task().filter_map(|touch| touch.slid_m).collect();
         let median_mm = (!slid_m.is_empty()).then(|| 1e3 * quantiles(slid_m, [0.5])[0]);
         let inferred = (0..BEFORE_S.len()).map(|at| {
@@ -160,10 +162,10 @@ mod tests {
 
     #[test]
     fn four_people_do_four_things() {
-        let does = |number| with_gesture(PersonConfig::default(), number).gesture;
+        let of = |number| with_gesture(PersonConfig::default(), number).gesture;
         for (number, task) in Task::ALL.into_iter().enumerate() {
-            assert_eq!(does(number as u64), Some(gesture(task)));
-            assert_eq!(does(number as u64 + 4), does(number as u64));
+            assert_eq!(of(number as u64), Some(gesture(task)));
+            assert_eq!(of(number as u64 + 4), of(number as u64));
         }
     }
 }

@@ -109,7 +109,7 @@ impl TrainingPeople {
     }
 
     /// The same people at the default standing place.
-    fn standing_as_usual(&self) -> Self {
+    fn standing_as_default(&self) -> Self {
         let nominal = PersonConfig::default();
         Self {
             person: PersonConfig {
@@ -190,7 +190,7 @@ impl Predictors {
         let began = Instant::now();
         let (learnt, stood) = match fused(scene, arm, people) {
             // Possibly nothing is within reach where the hand was first seen, because the person walks later.
-            Err(error) => match fused(scene, arm, &people.standing_as_usual()) {
+            Err(error) => match fused(scene, arm, &people.standing_as_default()) {
                 Ok(learnt) => (Ok(learnt), ", who stand elsewhere"),
                 Err(_) => (Err(error), ""),
             },

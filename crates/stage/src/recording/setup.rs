@@ -198,14 +198,14 @@ fn standing(nominal: &TrainingPeople, head_m: DVec3, hand_rest_m: DVec3) -> Pers
 }
 
 /// Word for likely touches without points.
-const NOMINAL_RANGE: &str = "usual range";
+const DEFAULT_RANGE: &str = "usual range";
 /// Word for a free roll.
 const ANY_ROLL: &str = "any";
 
 fn touches_text(touches: &LikelyTouches) -> anyhow::Result<String> {
     let places = match touches {
         LikelyTouches::Such(places) => places,
-        range if *range == LikelyTouches::default() => return Ok(NOMINAL_RANGE.to_owned()),
+        range if *range == LikelyTouches::default() => return Ok(DEFAULT_RANGE.to_owned()),
         LikelyTouches::InRange(_) => {
             bail!("a range of likely touches of its own cannot be recorded")
         }
@@ -220,7 +220,7 @@ fn touches_text(touches: &LikelyTouches) -> anyhow::Result<String> {
 }
 
 fn touches_of(text: &str) -> anyhow::Result<LikelyTouches> {
-    if text == NOMINAL_RANGE {
+    if text == DEFAULT_RANGE {
         return Ok(LikelyTouches::default());
     }
     let places = text.split(';').filter(|place| !place.trim().is_empty());

@@ -18,7 +18,7 @@ pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub type Chart<'a, 'p, X, Y> = ChartContext<'a, SVGBackend<'p>, Cartesian2d<X, Y>>;
 
 /// Default size of a sheet without a legend beside it, pixels.
-pub const NOMINAL: (u32, u32) = (860, 520);
+pub const DEFAULT_SIZE: (u32, u32) = (860, 520);
 
 /// Draws a figure of a size in pixels; the file gets its name when complete.
 ///
@@ -191,7 +191,7 @@ pub struct Axes<'a> {
 }
 
 impl Default for Axes<'_> {
-    /// Settings for a figure of [`NOMINAL`] size.
+    /// Settings for a figure of [`DEFAULT_SIZE`] size.
     fn default() -> Self {
         Self {
             title: "",

@@ -285,10 +285,10 @@ fn listed(runs: &[PersonRun]) -> impl Iterator<Item = (String, &JudgedTouch)> {
 #[must_use]
 pub fn gestures(runs: &[PersonRun]) -> String {
     let touches = runs.iter().flat_map(|run| &run.touches);
-    let told: Vec<GestureAtTouch> = touches.filter_map(|touch| touch.told).collect();
-    match told.is_empty() {
+    let inferred: Vec<GestureAtTouch> = touches.filter_map(|touch| touch.gesture).collect();
+    match inferred.is_empty() {
         true => String::new(),
-        false => format!("\n{}", gestures::table(&told)),
+        false => format!("\n{}", gestures::table(&inferred)),
     }
 }
 

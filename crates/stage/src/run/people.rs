@@ -24,7 +24,7 @@ pub struct JudgedTouch {
     /// The optimum.
     pub regret: Regret,
     /// What was inferred of the gesture; `None` without gestures.
-    pub told: Option<GestureAtTouch>,
+    pub gesture: Option<GestureAtTouch>,
     /// Lead of each predictor, see [`judge::leads`].
     pub leads_s: [Option<f64>; PREDICTORS],
 }
@@ -110,20 +110,25 @@ fn person(
     let known_s: Vec<f64> = regret.iter().map(|regret| regret.known_s).collect();
     run.trace.boards = snapshots::at_contacts(arm, &run.ticks, &outcomes);
     run.trace.arms = snapshots::of_one_touch(arm, &run.ticks, &outcomes, &known_s);
-    let does = stage.gestures.and_then(|_| gestures::task_of(hand));
-    let told = |outcome: &Outcome| {
+    let actual = stage.gestures.and_then(|_| gestures::task_of(hand));
+    let inferred = |outcome: &Outcome| {
         let contact_s = outcome.touch.contact_s;
         let slid_m = judge::slid_m(&outcome.touch, &run.ticks);
-        Some(GestureAtTouch::new(does?, contact_s, &run.gestures, slid_m))
+        Some(GestureAtTouch::new(
+            actual?,
+            contact_s,
+            &run.gestures,
+            slid_m,
+        ))
     };
-    let told: Vec<_> = outcomes.iter().map(told).collect();
+    let gestures: Vec<_> = outcomes.iter().map(inferred).collect();
     // Free tens of thousands of steps per person, which are no longer needed.
     run.ticks = Vec::new();
-    let touches = outcomes.into_iter().zip(regret).zip(leads).zip(told);
-    let touches = touches.map(|(((outcome, regret), leads_s), told)| JudgedTouch {
+    let touches = outcomes.into_iter().zip(regret).zip(leads).zip(gestures);
+    let touches = touches.map(|(((outcome, regret), leads_s), gesture)| JudgedTouch {
         outcome,
         regret,
-        told,
+        gesture,
         leads_s,
     });
     Ok(PersonRun {

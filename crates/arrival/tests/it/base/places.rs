@@ -179,6 +179,27 @@ fn a_base_that_cut_a_corner_goes_on() {
     assert!(way.len() > 1);
 }
 
+/// From at most 5 cm inside the middle of a side it goes straight along or away, and never deeper; from farther inside it leaves first.
+#[test]
+fn a_base_slightly_inside_a_side_goes_on() {
+    let first = |inside_m: f64, to_m| route(dvec2(3.0, inside_m), to_m, &AREA).unwrap();
+    let corner_m = dvec2(AREA.high_m.x, AREA.low_m.y);
+    for (to_m, corners) in [
+        (dvec2(3.5, -1.0), vec![]),
+        (dvec2(7.0, 0.0), vec![]),
+        (dvec2(7.0, 2.0), vec![corner_m]),
+    ] {
+        let way = first(0.04, to_m);
+        assert_eq!(way, [corners, vec![to_m]].concat());
+        let from_m = dvec2(3.0, 0.04);
+        let legs = std::iter::once(&from_m).chain(&way).zip(&way);
+        for (a, b) in legs {
+            assert!(!AREA.grown(-0.04).is_crossed(*a, *b), "{way:?}");
+        }
+        assert_eq!(first(0.06, to_m)[0], dvec2(3.0, 0.0));
+    }
+}
+
 #[test]
 fn the_base_goes_where_it_serves_what_is_probable() {
     let (arm, config) = (SrsArm::iiwa7(), BaseInversionConfig::default());
