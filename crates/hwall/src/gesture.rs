@@ -51,7 +51,7 @@ impl GestureModel {
         let (mut shown, mut labels) = (Vec::new(), Vec::new());
         for reach in reaches {
             let (mut motion, mut times_s, mut values) =
-                (HandMotion::default(), Vec::new(), Vec::new());
+                (PalmMotion::default(), Vec::new(), Vec::new());
             for frame in reach.frames {
                 if let Some(row) = motion.sample(frame, reach.normal) {
                     times_s.push(frame.t_s);
@@ -85,7 +85,7 @@ impl GestureModel {
             watch: ReachWatch::new(WatchConfig::default())?,
             reach: Reach {
                 bank: self.bank.clone(),
-                motion: HandMotion::default(),
+                motion: PalmMotion::default(),
                 last_s: None,
             },
             fresh: self.clone(),
@@ -104,7 +104,7 @@ pub struct GestureFilter {
 #[derive(Debug, Clone)]
 struct Reach {
     bank: Bank,
-    motion: HandMotion,
+    motion: PalmMotion,
     last_s: Option<f64>,
 }
 
@@ -148,7 +148,7 @@ impl GestureFilter {
         if self.reach.bank.restart_from(&self.fresh.bank).is_err() {
             self.reach.bank.clone_from(&self.fresh.bank);
         }
-        self.reach.motion = HandMotion::default();
+        self.reach.motion = PalmMotion::default();
         self.reach.last_s = None;
     }
 
@@ -191,12 +191,12 @@ impl Reach {
 
 /// The smoothed velocity of the palm.
 #[derive(Debug, Clone, Copy, Default)]
-struct HandMotion {
+struct PalmMotion {
     last: Option<(f64, DVec3)>,
     velocity_m_per_s: DVec3,
 }
 
-impl HandMotion {
+impl PalmMotion {
     /// The values of a frame, m; `None` without palm or a fingertip, or if the time does not increase.
     fn sample(&mut self, frame: &HandFrame, normal: DVec3) -> Option<[f64; VALUES]> {
         let [right, up] = surface_axes(normal).ok()?;
