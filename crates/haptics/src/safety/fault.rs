@@ -7,7 +7,7 @@ use std::mem::discriminant;
 /// The response to a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Severity {
-    /// Hold, then withdraw.
+    /// Hold, then withdraw; at once if the arm rests and is pushed, because it then yields to the push.
     Unsure,
     /// Hold, then stop: with a bad command or an unknown arm state the arm cannot withdraw.
     Blind,
@@ -92,6 +92,8 @@ pub(super) struct Condition {
     pub(super) torque_level: bool,
     /// The force is still above `relaxed_n`, or a torque beyond its limit.
     pub(super) is_pressed: bool,
+    /// Something pushes it, wherever and however lightly.
+    pub(super) is_pushed: bool,
 }
 
 /// Longest recovery time of a fault that returns again and again, s: a user who has moved the arm out of an obstacle waits no longer.
@@ -271,10 +273,13 @@ impl FaultMachine {
                     (true, _) => Stage::Stop,
                 }
             }
-            Stage::Hold if lasted_s > timing.hold_s && trouble.sound_since_s.is_none() => {
-                match severity {
-                    Severity::Unsure if is_known => Stage::Retreat,
-                    _ => Stage::Stop,
+            Stage::Hold if trouble.sound_since_s.is_none() => {
+                let may_withdraw = severity == Severity::Unsure && is_known;
+                match (may_withdraw, lasted_s > timing.hold_s) {
+                    (true, true) => Stage::Retreat,
+                    (true, false) if arm.is_pushed && arm.rests => Stage::Retreat,
+                    (false, true) => Stage::Stop,
+                    (_, false) => Stage::Hold,
                 }
             }
             Stage::Retreat if lasted_s > timing.retreat_s && !arm.is_pressed => Stage::Stop,
@@ -311,6 +316,7 @@ mod tests {
                     rests: true,
                     torque_level: false,
                     is_pressed: false,
+                    is_pushed: false,
                 },
                 latch: Latch::Serious,
             }

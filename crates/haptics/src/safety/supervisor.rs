@@ -235,6 +235,7 @@ impl Supervisor {
                 || (self.guard)
                     .check_torque(self.arm.joint_count(), input.state)
                     .is_err(),
+            is_pushed: self.is_pushed,
         };
         let now_s = self.clock.elapsed_s;
         self.faults
@@ -301,7 +302,8 @@ impl Supervisor {
         if arm_is_sound {
             self.lasts = is_any && contact.is_some();
         }
-        bias.step(input.state, is_out_of_reach && contact.is_none(), dt_s);
+        let rests = is_out_of_reach && contact.is_none();
+        bias.step(input.state, &self.guard, rests, dt_s);
         if let Some((joint, torque_n_m)) = contact {
             let reason = SafeReason::UnexpectedContact { joint, torque_n_m };
             return Some(Fault::new(reason, Severity::Unsure));
@@ -371,7 +373,7 @@ impl Supervisor {
         let bias = self.push_bias(&trouble.fault);
         let (state, request) = match trouble.stage {
             Stage::Hold => (SafeState::Holding { reason }, SafeRequest::Hold),
-            Stage::Retreat if trouble.fault.severity == Severity::Caught => (
+            Stage::Retreat if trouble.fault.severity == Severity::Caught || self.is_pushed => (
                 SafeState::Retreating { reason },
                 SafeRequest::Yield {
                     speed_m_per_s: timing.yield_m_per_s,

@@ -27,6 +27,9 @@ pub struct BiasConfig {
     pub contact_share: f64,
     /// Time constant of its low-pass filter, s; default 0.005.
     pub contact_filter_s: f64,
+    /// After the first measurement the bias follows the sensors by at most `contact_share` in this time, s; default 300. Sensors drift as they
+    /// warm up, in minutes. A person who pushes lightly, or who is squeezed slowly, must not become part of the bias.
+    pub drift_s: f64,
 }
 
 impl Default for BiasConfig {
@@ -39,6 +42,7 @@ impl Default for BiasConfig {
             least_samples: 50,
             contact_share: 0.03,
             contact_filter_s: 0.005,
+            drift_s: 300.0,
         }
     }
 }
@@ -55,6 +59,7 @@ impl BiasConfig {
         non_negative("filter_s", self.filter_s)?;
         positive("contact_share", self.contact_share)?;
         non_negative("contact_filter_s", self.contact_filter_s)?;
+        positive("drift_s", self.drift_s)?;
         Ok(())
     }
 }
@@ -74,6 +79,8 @@ pub(in crate::safety) struct TorqueBias {
     /// Time stamp of the newest sample, s: repeated samples do not count.
     last_s: Option<f64>,
     bias: Option<JointTorques>,
+    /// Time since the bias was last measured, s.
+    age_s: f64,
     /// Filtered torque beyond the bias, N m.
     beyond: JointTorques,
 }
@@ -87,6 +94,7 @@ impl TorqueBias {
             samples: 0,
             last_s: None,
             bias: None,
+            age_s: 0.0,
             beyond: JointTorques([0.0; MOST_JOINTS]),
         }
     }
@@ -107,9 +115,7 @@ impl TorqueBias {
             let beyond = &mut self.beyond[joint];
             *beyond += share * (torque[joint] - bias[joint] - *beyond);
         }
-        let unit_n_m = limits
-            .torque_n_m
-            .map(|most| self.config.contact_share * most);
+        let unit_n_m = self.unit_n_m(limits);
         let left = unexplained(&self.beyond, &unit_n_m);
         let mut most: Option<(usize, f64)> = None;
         for joint in 0..MOST_JOINTS {
@@ -125,13 +131,27 @@ impl TorqueBias {
         most.map(|(joint, _)| (joint, left[joint]))
     }
 
-    /// The bias from the last rest, N m.
+    /// Torque of each joint that counts as a contact, N m.
+    fn unit_n_m(&self, limits: &GuardLimits) -> [f64; MOST_JOINTS] {
+        limits
+            .torque_n_m
+            .map(|most| self.config.contact_share * most)
+    }
+
+    /// The bias, N m.
     pub(in crate::safety) const fn bias(&self) -> Option<JointTorques> {
         self.bias
     }
 
     /// One cycle. `out_of_reach`: nobody can touch the board. A non-finite state ends the rest.
-    pub(in crate::safety) fn step(&mut self, state: &ArmState, out_of_reach: bool, dt_s: f64) {
+    pub(in crate::safety) fn step(
+        &mut self,
+        state: &ArmState,
+        limits: &GuardLimits,
+        out_of_reach: bool,
+        dt_s: f64,
+    ) {
+        self.age_s += dt_s;
         let slow = |qd: &f64| qd.abs() <= self.config.rest_rad_per_s;
         let torque = state.external_torque.filter(|torque| {
             out_of_reach
@@ -158,7 +178,13 @@ impl TorqueBias {
             self.mean[joint] += share * (torque[joint] - self.mean[joint]);
         }
         if self.samples >= self.config.least_samples && self.rested_s >= self.config.rest_s {
-            self.bias = Some(self.mean);
+            let mut bias = self.bias.unwrap_or(self.mean);
+            let share = (self.age_s / self.config.drift_s).min(1.0);
+            for (joint, unit_n_m) in self.unit_n_m(limits).into_iter().enumerate() {
+                let most = share * unit_n_m;
+                bias[joint] += (self.mean[joint] - bias[joint]).clamp(-most, most);
+            }
+            (self.bias, self.age_s) = (Some(bias), 0.0);
         }
     }
 
@@ -200,7 +226,7 @@ mod tests {
                 let torque_n_m = if pushed.contains(&t_s) { 15.0 } else { 0.1 };
                 let state = state(t_s, torque_n_m);
                 let contact = bias.contact(&state, &limits, 1e-3, |beyond, _| *beyond);
-                bias.step(&state, contact.is_none(), 1e-3);
+                bias.step(&state, &limits, contact.is_none(), 1e-3);
                 let found = bias.bias().map_or(0.1, |found| found[0]);
                 assert!((found - 0.1).abs() < 0.5, "{pushed:?}, {t_s} s: {found}");
             }
@@ -210,11 +236,13 @@ mod tests {
 
     #[test]
     fn a_bias_is_a_mean_of_many_samples_from_the_beginning() {
+        let limits = GuardLimits::of_arm(&hwall_kinematics::SrsArm::iiwa7());
         let mut sampler = Sampler::new(5);
         let mut bias = TorqueBias::new(BiasConfig::default());
         for k in 0..2000 {
             let t_s = 1e-3 * f64::from(k);
-            bias.step(&state(t_s, 5.0 + 3.0 * sampler.normal()), true, 1e-3);
+            let state = state(t_s, 5.0 + 3.0 * sampler.normal());
+            bias.step(&state, &limits, true, 1e-3);
             if let Some(found) = bias.bias() {
                 assert!((found[0] - 5.0).abs() < 1.5, "{t_s} s: {found:?}");
             } else {
@@ -222,20 +250,44 @@ mod tests {
             }
         }
         // Each rest starts anew: no sample of the last one remains.
-        bias.step(&state(2.0, 5.0), false, 1e-3);
+        bias.step(&state(2.0, 5.0), &limits, false, 1e-3);
         assert_eq!(bias.samples, 0);
+    }
+
+    /// A hand that presses harder by 2 N m a second, and sensors that drift by 0.2 N m a minute.
+    #[test]
+    fn a_growing_push_is_no_bias_and_a_drift_is() {
+        let limits = GuardLimits::of_arm(&hwall_kinematics::SrsArm::iiwa7());
+        for (n_m_per_s, after_s) in [(2.0, Some(1.0)), (-2.0, Some(1.0)), (0.2 / 60.0, None)] {
+            let mut bias = TorqueBias::new(BiasConfig::default());
+            let named = (0..900_000).find(|k| {
+                let t_s = 1e-3 * f64::from(*k);
+                let state = state(t_s, n_m_per_s * (t_s - 1.0).max(0.0));
+                let contact = bias.contact(&state, &limits, 1e-3, |beyond, _| *beyond);
+                bias.step(&state, &limits, contact.is_none(), 1e-3);
+                contact.is_some()
+            });
+            // The wrist is the first to notice: 3 % of 40 N m.
+            let named_s = named.map(|k| 1e-3 * f64::from(k));
+            assert_eq!(named_s.is_some(), after_s.is_some(), "{named_s:?}");
+            let late = named_s
+                .zip(after_s)
+                .map_or(0.0, |(at_s, from_s)| at_s - from_s);
+            assert!(late < 0.7, "{late} s");
+        }
     }
 
     #[test]
     fn the_same_sample_again_and_one_that_is_not_finite_are_none() {
+        let limits = GuardLimits::of_arm(&hwall_kinematics::SrsArm::iiwa7());
         let mut bias = TorqueBias::new(BiasConfig::default());
         for _ in 0..2000 {
-            bias.step(&state(1.0, 5.0), true, 1e-3);
+            bias.step(&state(1.0, 5.0), &limits, true, 1e-3);
         }
         assert_eq!(bias.bias(), None);
         for k in 0..2000 {
             let torque_n_m = if k % 40 == 0 { f64::NAN } else { 5.0 };
-            bias.step(&state(1e-3 * f64::from(k), torque_n_m), true, 1e-3);
+            bias.step(&state(1e-3 * f64::from(k), torque_n_m), &limits, true, 1e-3);
         }
         assert_eq!(bias.bias(), None);
     }
