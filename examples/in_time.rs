@@ -7,7 +7,8 @@ use hwall_contact::LearnedConfig;
 use hwall_lab::contact::panels;
 use hwall_lab::documents::{Destination, show};
 use hwall_lab::in_time::study::{self, Request};
-use hwall_lab::in_time::{document, recorded, trade_off};
+use hwall_lab::in_time::trade_off::{self, Setting};
+use hwall_lab::in_time::{document, recorded};
 use hwall_stage::exit;
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::person::kinds::PersonKind;
@@ -27,6 +28,9 @@ struct Args {
     /// The study at each of these losses of a board that is sent for nothing, in missed touches; writes TRADE-OFF.md instead
     #[arg(long, value_name = "TOUCHES", num_args = 1.., conflicts_with = "recordings")]
     false_dispatch: Vec<f64>,
+    /// The study at each of these distances within which the board slows down along its face, m; writes FIRST-CONTACTS.md instead
+    #[arg(long, value_name = "M", num_args = 1.., conflicts_with_all = ["recordings", "false_dispatch"])]
+    along: Vec<f64>,
     /// Recorded people instead, the arm being simulated: a recording of reaches in metres and seconds, as for contact_study; each person is
     /// judged by a predictor that learnt from the others
     #[arg(long, value_name = "FILE", requires = "panels", conflicts_with_all = ["person", "touches", "predictor", "plain"])]
@@ -54,11 +58,16 @@ fn run(args: &Args) -> anyhow::Result<()> {
         bar.set_message(kind.name());
         bar.set_position((1000.0 * share) as u64);
     };
-    if !args.false_dispatch.is_empty() {
-        let points = trade_off::run(&args.request, &args.false_dispatch, progress)?;
+    let varied = [
+        (Setting::FalseDispatch, &args.false_dispatch[..]),
+        (Setting::Along, &args.along[..]),
+    ];
+    for (setting, values) in varied.into_iter().filter(|(_, values)| !values.is_empty()) {
+        let points = trade_off::run(&args.request, (setting, values), progress)?;
         bar.finish_and_clear();
-        let path = trade_off::write(args.request.seed, args.request.touches, &points, &documents)?;
-        return show(trade_off::table(&points), &path);
+        let Request { seed, touches, .. } = args.request;
+        let path = trade_off::write(seed, touches, (setting, &points), &documents)?;
+        return show(trade_off::table(setting, &points), &path);
     }
     let results = study::run(&args.request, progress)?;
     bar.finish_and_clear();

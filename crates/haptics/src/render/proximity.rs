@@ -20,8 +20,8 @@ pub struct ProximityConfig {
     pub braking_m_per_s2: f64,
     /// Speed allowed at any distance, m/s; default 0.1, the speed at which a face may be touched.
     pub crawl_m_per_s: f64,
-    /// Within this distance the speed along the face counts as well, m; default 0.03. A larger distance makes fewer first contacts with a moving
-    /// face, and more boards late (docs/SAFETY.md has the curve).
+    /// Within this distance the speed along the face counts as well, m; default 0.06. A larger distance makes fewer first contacts with a moving
+    /// face, and more boards late (docs/FIRST-CONTACTS.md has the curve); beyond 0.06 m hardly any is saved.
     pub along_m: f64,
 }
 
@@ -31,7 +31,7 @@ impl Default for ProximityConfig {
             clearance_m: 0.02,
             braking_m_per_s2: 5.0,
             crawl_m_per_s: 0.1,
-            along_m: 0.03,
+            along_m: 0.06,
         }
     }
 }

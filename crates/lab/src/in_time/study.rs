@@ -1,6 +1,8 @@
 //! The runs of the study.
 
+use anyhow::Context;
 use hwall::PolicyConfig;
+use hwall::haptics::ProximityConfig;
 use hwall_stage::built_in_room::BuiltInRoom;
 use hwall_stage::numbers::count_within;
 use hwall_stage::person::kinds::PersonKind;
@@ -28,9 +30,18 @@ pub struct Request {
     /// The board presents no roughness
     #[arg(long)]
     pub plain: bool,
-    /// When the board is sent.
+    /// What is varied.
     #[arg(skip)]
+    pub settings: Settings,
+}
+
+/// Settings of the product that the study may vary.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Settings {
+    /// When the board is sent.
     pub policy: PolicyConfig,
+    /// How fast the board may move near the hand.
+    pub proximity: ProximityConfig,
 }
 
 /// Results for one kind of people.
@@ -58,14 +69,24 @@ const PERIOD_S: f64 = 1e-3;
 
 /// Runs the built-in room with an iiwa 7 for every kind; `progress` receives the kind and the share of its touches done.
 ///
-/// Predictor and maps are created once. All kinds use the same seeds.
+/// All kinds use the same seeds.
 ///
 /// # Errors
 /// As for the main job.
-pub fn run(
+pub fn run(request: &Request, progress: impl FnMut(PersonKind, f64)) -> anyhow::Result<Results> {
+    let mut results = run_each(request, &[request.settings], progress)?;
+    results.pop().context("one setting gives one result")
+}
+
+/// The same people with each of several settings. Predictor and maps are created once.
+///
+/// # Errors
+/// As for [`run`].
+pub fn run_each(
     request: &Request,
+    settings: &[Settings],
     mut progress: impl FnMut(PersonKind, f64),
-) -> anyhow::Result<Results> {
+) -> anyhow::Result<Vec<Results>> {
     let room = BuiltInRoom::new()?;
     let people_like = TrainingPeople::default();
     let (predictors, learnt) =
@@ -75,11 +96,12 @@ pub fn run(
     let scenery = room.scenery(&walls, &people_like, !request.plain);
     let (predictors, also) = responses::taught(predictors, &scenery)?;
     let learnt: Vec<String> = [learnt].into_iter().chain(also).collect();
-    let stage = Stage {
-        policy: request.policy,
-        ..Stage::of(&scenery, &predictors, PERIOD_S)
-    };
-    let mut row = |kind: &PersonKind| -> anyhow::Result<Row> {
+    let mut row = |kind: &PersonKind, settings: &Settings| -> anyhow::Result<Row> {
+        let stage = Stage {
+            policy: settings.policy,
+            proximity: settings.proximity,
+            ..Stage::of(&scenery, &predictors, PERIOD_S)
+        };
         let (touches, seed) = (request.touches, request.seed);
         let cast = room.people(*kind, touches, seed)?;
         let runs = people::run(&stage, &cast, |share| progress(*kind, share))?;
@@ -95,9 +117,13 @@ pub fn run(
         [] => &PersonKind::ALL,
         chosen => chosen,
     };
-    let rows: anyhow::Result<Vec<Row>> = kinds.iter().map(&mut row).collect();
-    Ok(Results {
-        rows: rows?,
-        learnt: learnt.join("; "),
-    })
+    let learnt = learnt.join("; ");
+    let results = settings.iter().map(|settings| {
+        let rows = kinds.iter().map(|kind| row(kind, settings));
+        Ok(Results {
+            rows: rows.collect::<anyhow::Result<_>>()?,
+            learnt: learnt.clone(),
+        })
+    });
+    results.collect()
 }

@@ -1,10 +1,11 @@
-//! What it costs to send fewer boards for nothing: the study at several losses of a false dispatch.
+//! What one setting buys and costs: the study at several of its values.
 
-use super::study::{self, Request, Results};
+use super::study::{self, Request, Results, Settings};
 use crate::documents::Documents;
 use crate::report::page;
 use anyhow::ensure;
 use hwall::PolicyConfig;
+use hwall::haptics::ProximityConfig;
 use hwall_stage::figures::{COLOURS, legend};
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::report::figure::{Axes, DEFAULT_SIZE, Plot, figure, named_line};
@@ -13,68 +14,139 @@ use hwall_testkit::{MarkdownTable, cells, or_none};
 use plotters::prelude::{BLACK, Circle, Color, SeriesLabelPosition};
 use std::path::{Path, PathBuf};
 
-/// The name of the document.
-pub const NAME: &str = "TRADE-OFF.md";
+/// A setting that trades touches in time for something else.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Setting {
+    /// `PolicyConfig::false_dispatch`, touches, against boards in vain.
+    FalseDispatch,
+    /// `ProximityConfig::along_m`, m, against first contacts with a board that is faster than 0.1 m/s.
+    Along,
+}
 
-/// Results at one loss of a false dispatch.
+/// Results at one value of the setting.
 pub type Point = (f64, Results);
 
-/// Runs the study at every loss, touches.
+impl Setting {
+    /// The name of the document.
+    #[must_use]
+    pub const fn document(self) -> &'static str {
+        match self {
+            Self::FalseDispatch => "TRADE-OFF.md",
+            Self::Along => "FIRST-CONTACTS.md",
+        }
+    }
+
+    const fn names(self) -> Names {
+        match self {
+            Self::FalseDispatch => Names {
+                text: include_str!("trade_off.md"),
+                figure: "trade-off.svg",
+                title: "In place, against boards in vain",
+                axis: "boards in vain for each touch",
+                column: "in vain",
+                setting: "false dispatch",
+            },
+            Self::Along => Names {
+                text: include_str!("first_contacts.md"),
+                figure: "first-contacts.svg",
+                title: "In place, against first contacts with a fast board",
+                axis: "first contacts above 0.1 m/s, %",
+                column: "fast, %",
+                setting: "along, m",
+            },
+        }
+    }
+
+    /// What the setting saves, of one kind of people.
+    fn saved(self, summary: &Summary) -> Option<f64> {
+        match self {
+            Self::FalseDispatch => summary.in_vain_per_touch,
+            Self::Along => summary.met_fast.map(|share| 1e2 * share),
+        }
+    }
+
+    fn default_value(self) -> f64 {
+        match self {
+            Self::FalseDispatch => PolicyConfig::default().false_dispatch,
+            Self::Along => ProximityConfig::default().along_m,
+        }
+    }
+
+    fn of(self, value: f64, mut settings: Settings) -> anyhow::Result<Settings> {
+        match self {
+            Self::FalseDispatch => settings.policy.false_dispatch = value,
+            Self::Along => settings.proximity.along_m = value,
+        }
+        settings.policy.validate()?;
+        settings.proximity.validate()?;
+        Ok(settings)
+    }
+}
+
+/// Names in a document.
+struct Names {
+    text: &'static str,
+    figure: &'static str,
+    title: &'static str,
+    axis: &'static str,
+    column: &'static str,
+    setting: &'static str,
+}
+
+/// Runs the study at every value of a setting.
 ///
 /// # Errors
-/// As for [`study::run`]; a loss that is negative or NaN.
+/// As for [`study::run`]; a value that is negative or NaN.
 pub fn run(
     request: &Request,
-    losses: &[f64],
-    mut progress: impl FnMut(PersonKind, f64),
+    (setting, values): (Setting, &[f64]),
+    progress: impl FnMut(PersonKind, f64),
 ) -> anyhow::Result<Vec<Point>> {
-    let policy_of = |false_dispatch: f64| PolicyConfig {
-        false_dispatch,
-        ..request.policy
-    };
-    for loss in losses {
-        policy_of(*loss).validate()?;
-    }
-    let at = |loss: &f64| {
-        let request = Request {
-            policy: policy_of(*loss),
-            ..request.clone()
-        };
-        Ok((*loss, study::run(&request, &mut progress)?))
-    };
-    losses.iter().map(at).collect()
+    let settings = values
+        .iter()
+        .map(|value| setting.of(*value, request.settings));
+    let settings: Vec<_> = settings.collect::<anyhow::Result<_>>()?;
+    let results = study::run_each(request, &settings, progress)?;
+    Ok(values.iter().copied().zip(results).collect())
 }
 
-/// Of one kind: boards in vain for each touch, and the share in place of the possible touches, %.
-fn ends(summary: &Summary) -> [Option<f64>; 2] {
+/// Of one kind: what the setting saves, and the share in place of the possible touches, %.
+fn ends(setting: Setting, summary: &Summary) -> [Option<f64>; 2] {
     let in_place = summary.in_place_of_possible().map(|share| 1e2 * share);
-    [summary.in_vain_per_touch, in_place]
+    [setting.saved(summary), in_place]
 }
 
-/// One row for each loss.
+/// One row for each value.
 #[must_use]
-pub fn table(points: &[Point]) -> MarkdownTable {
-    let kinds = points.iter().flat_map(|(_, results)| &results.rows);
-    let kinds = kinds.take(points.first().map_or(0, |(_, results)| results.rows.len()));
-    let titles = kinds.map(|row| format!("{}: of possible, %; in vain", row.kind.name()));
-    let mut table = MarkdownTable::new(cells(["false dispatch"], titles));
-    for (loss, results) in points {
+pub fn table(setting: Setting, points: &[Point]) -> MarkdownTable {
+    let Names {
+        column,
+        setting: name,
+        ..
+    } = setting.names();
+    let kinds = points.first().map_or(&[][..], |(_, results)| &results.rows);
+    let titles = kinds
+        .iter()
+        .map(|row| format!("{}: of possible, %; {column}", row.kind.name()));
+    let mut table = MarkdownTable::new(cells([name], titles));
+    for (value, results) in points {
         let of_kinds = results.rows.iter().map(|row| {
-            let [in_vain, in_place] = ends(&row.summary);
-            format!("{}; {}", or_none(in_place, 1), or_none(in_vain, 2))
+            let [saved, in_place] = ends(setting, &row.summary);
+            format!("{}; {}", or_none(in_place, 1), or_none(saved, 2))
         });
-        table.row(cells([&*loss.to_string()], of_kinds));
+        table.row(cells([&*value.to_string()], of_kinds));
     }
     table
 }
 
 /// A curve for each kind of people.
-fn draw(path: &Path, points: &[Point]) -> anyhow::Result<()> {
+fn draw(path: &Path, setting: Setting, points: &[Point]) -> anyhow::Result<()> {
+    let Names { title, axis, .. } = setting.names();
     let kinds = points.first().map_or(0, |(_, results)| results.rows.len());
     let curve = |kind: usize| -> Vec<(f64, f64)> {
         let ends = points
             .iter()
-            .map(|(_, results)| ends(&results.rows[kind].summary));
+            .map(|(_, results)| ends(setting, &results.rows[kind].summary));
         ends.filter_map(|[x, y]| Some((x?, y?))).collect()
     };
     let all: Vec<_> = (0..kinds).flat_map(curve).collect();
@@ -83,11 +155,8 @@ fn draw(path: &Path, points: &[Point]) -> anyhow::Result<()> {
     let lowest = all.iter().map(|p| p.1).fold(95.0, f64::min);
     figure(path, DEFAULT_SIZE, |root| {
         let axes = Axes {
-            title: "In place, against boards in vain",
-            names: [
-                "boards in vain for each touch",
-                "in place, of the possible touches, %",
-            ],
+            title,
+            names: [axis, "in place, of the possible touches, %"],
             ..Axes::default()
         };
         let mut chart = axes.on(root, 0.0..1.05 * widest, lowest - 2.0..100.0)?;
@@ -103,10 +172,10 @@ fn draw(path: &Path, points: &[Point]) -> anyhow::Result<()> {
         }
         let nominal = points
             .iter()
-            .filter(|(loss, _)| *loss == PolicyConfig::default().false_dispatch);
+            .filter(|(value, _)| *value == setting.default_value());
         let nominal = nominal.flat_map(|(_, results)| &results.rows);
         let rings = nominal.filter_map(|row| {
-            let [x, y] = ends(&row.summary);
+            let [x, y] = ends(setting, &row.summary);
             Some(Circle::new((x?, y?), 6, BLACK.stroke_width(1)))
         });
         chart.series(rings)?;
@@ -121,15 +190,13 @@ fn draw(path: &Path, points: &[Point]) -> anyhow::Result<()> {
 pub fn write(
     seed: u64,
     touches: usize,
-    points: &[Point],
+    (setting, points): (Setting, &[Point]),
     documents: &Documents,
 ) -> anyhow::Result<PathBuf> {
-    draw(&documents.figures("in-time")?.join("trade-off.svg"), points)?;
-    let table = table(points);
-    let page = page(
-        include_str!("trade_off.md"),
-        seed,
-        &[("touches", &touches), ("table", &table)],
-    )?;
-    documents.write(NAME, &page)
+    let Names { text, figure, .. } = setting.names();
+    let path = documents.figures("in-time")?.join(figure);
+    draw(&path, setting, points)?;
+    let table = table(setting, points);
+    let page = page(text, seed, &[("touches", &touches), ("table", &table)])?;
+    documents.write(setting.document(), &page)
 }

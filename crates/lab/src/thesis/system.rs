@@ -2,10 +2,10 @@
 
 use super::chapter::Job;
 use crate::dissertation::{NOT_HERE, OTHER_DELAY_MS, REACTION_MS, Row};
+use crate::in_time::study::Settings;
 use crate::in_time::{document, study};
 use crate::report::fill;
 use anyhow::Context;
-use hwall::PolicyConfig;
 use hwall_redirection::{SampledOrientations, Snapped};
 use hwall_sim::ServoConfig;
 use hwall_stage::person::kinds::PersonKind;
@@ -23,7 +23,7 @@ pub(super) fn section(job: &Job<'_>) -> anyhow::Result<String> {
         seed: job.seed,
         predictor: None,
         plain: false,
-        policy: PolicyConfig::default(),
+        settings: Settings::default(),
     };
     let results = study::run(&request, |_, _| {})?;
     let found = &results.rows.first().context("no touches")?.summary;

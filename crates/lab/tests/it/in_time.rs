@@ -1,13 +1,15 @@
 //! Recorded people and the simulated arm, from synthetic files, and the section in the document.
 
 use crate::made_up::{Reacher, files};
-use hwall::PolicyConfig;
 use hwall_contact::LearnedConfig;
 use hwall_hand::{HandError, read_recordings};
 use hwall_lab::contact::panels::{Trial, read, read_files};
 use hwall_lab::documents::Documents;
 use hwall_lab::in_time::recorded::{Request, Results, run};
-use hwall_lab::in_time::{document, study, trade_off};
+use hwall_lab::in_time::study::Settings;
+use hwall_lab::in_time::trade_off::{self, Setting};
+use hwall_lab::in_time::{document, study};
+
 use hwall_stage::person::kinds::PersonKind;
 use std::fs;
 use std::path::Path;
@@ -114,32 +116,43 @@ fn what_is_missing_is_said_before_anything_is_learnt() {
     assert!(absent.unwrap_err().to_string().contains("nowhere.csv"));
 }
 
+/// Each setting saves what it is there for, refuses nonsense, and has a document of its own.
 #[test]
-fn a_larger_loss_sends_fewer_boards() {
-    let request = study::Request {
-        person: vec![PersonKind::Glancing],
-        touches: 24,
-        seed: 1,
-        predictor: None,
-        plain: true,
-        policy: PolicyConfig::default(),
-    };
-    let points = trade_off::run(&request, &[0.0, 5.0], |_, _| {}).unwrap();
-    let in_vain = |at: usize| points[at].1.rows[0].summary.in_vain_per_touch.unwrap();
-    assert!(in_vain(0) > in_vain(1), "{} {}", in_vain(0), in_vain(1));
-    let negative = trade_off::run(&request, &[-0.1], |_, _| {}).unwrap_err();
-    assert!(
-        negative.to_string().contains("false_dispatch"),
-        "{negative}"
-    );
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("trade_off");
-    let documents = Documents::in_folder(&folder).unwrap();
-    let path = trade_off::write(1, 24, &points, &documents).unwrap();
-    assert!(
-        fs::read_to_string(path)
-            .unwrap()
-            .contains("glancing: of possible")
-    );
+fn settings_trade_touches_in_time_for_something_else() {
+    for (setting, person, most, name) in [
+        (
+            Setting::FalseDispatch,
+            PersonKind::Glancing,
+            5.0,
+            "false_dispatch",
+        ),
+        (Setting::Along, PersonKind::Fast, 0.3, "along_m"),
+    ] {
+        let request = study::Request {
+            person: vec![person],
+            touches: 24,
+            seed: 1,
+            predictor: None,
+            plain: true,
+            settings: Settings::default(),
+        };
+        let points = trade_off::run(&request, (setting, &[0.0, most]), |_, _| {}).unwrap();
+        let saved = |at: usize| {
+            let summary = &points[at].1.rows[0].summary;
+            match setting {
+                Setting::FalseDispatch => summary.in_vain_per_touch.unwrap(),
+                Setting::Along => summary.met_fast.unwrap(),
+            }
+        };
+        assert!(saved(0) > saved(1), "{name}: {} {}", saved(0), saved(1));
+        let negative = trade_off::run(&request, (setting, &[-0.1]), |_, _| {}).unwrap_err();
+        assert!(negative.to_string().contains(name), "{negative}");
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("trade_off");
+        let documents = Documents::in_folder(&folder).unwrap();
+        let path = trade_off::write(1, 24, (setting, &points), &documents).unwrap();
+        let text = fs::read_to_string(path).unwrap();
+        assert!(text.contains(&format!("{}: of possible", person.name())));
+    }
 }
 
 #[test]
@@ -154,7 +167,7 @@ fn simulated_and_recorded_people_keep_each_others_text() {
         seed: 1,
         predictor: None,
         plain: false,
-        policy: PolicyConfig::default(),
+        settings: Settings::default(),
     };
     let simulate = |learnt: &str| {
         let learnt = learnt.to_owned();

@@ -46,6 +46,7 @@ pub fn run(
         link_s: stage.fri.map_or(0.0, |_| MOST_BEHIND_S),
         arm_minus_tracker_s: -start_s,
         policy: stage.policy,
+        proximity: stage.proximity,
         ..SessionSettings::of(scenery)
     };
     let mut session = settings.session(stage.predictors.for_another_person())?;

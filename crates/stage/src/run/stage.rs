@@ -4,9 +4,9 @@ use crate::person::predictors::Predictors;
 use crate::person::responses::Scenery;
 use crate::run::simulated_arm::ArmLevel;
 use hwall::gesture::GestureModel;
-use hwall::haptics::RendererConfig;
 use hwall::haptics::body::Room;
 use hwall::haptics::safety::PersonPart;
+use hwall::haptics::{ProximityConfig, RendererConfig};
 use hwall::{PolicyConfig, Session, SessionConfig, session_supervisor};
 use hwall_contact::Predictor;
 use hwall_fri::controller::FaultConfig;
@@ -26,6 +26,8 @@ pub struct Stage<'a> {
     pub fri: Option<FaultConfig>,
     /// When the board is sent.
     pub policy: PolicyConfig,
+    /// How fast the board may move near the hand.
+    pub proximity: ProximityConfig,
     /// Tells gestures apart; `None`: all touches are answered alike.
     pub gestures: Option<&'a GestureModel>,
     /// Prints decisions of the policy: of the frame at this time, s, or each one that changes.
@@ -44,6 +46,7 @@ impl<'a> Stage<'a> {
             level: ArmLevel::Servo,
             fri: None,
             policy: PolicyConfig::default(),
+            proximity: ProximityConfig::default(),
             gestures: None,
             explain: None,
             period_s,
@@ -76,6 +79,8 @@ pub struct SessionSettings<'a> {
     pub arm_minus_tracker_s: f64,
     /// When the board is sent.
     pub policy: PolicyConfig,
+    /// How fast the board may move near the hand.
+    pub proximity: ProximityConfig,
 }
 
 impl<'a> SessionSettings<'a> {
@@ -92,6 +97,7 @@ impl<'a> SessionSettings<'a> {
             link_s: 0.0,
             arm_minus_tracker_s: 0.0,
             policy: PolicyConfig::default(),
+            proximity: ProximityConfig::default(),
         }
     }
 
@@ -113,7 +119,10 @@ impl<'a> SessionSettings<'a> {
         } = self.scenery;
         let config = SessionConfig {
             supervisor: Some(supervisor),
-            renderer: RendererConfig::default(),
+            renderer: RendererConfig {
+                proximity: self.proximity,
+                ..RendererConfig::default()
+            },
             hand: self.filter,
             arm_minus_tracker_s: self.arm_minus_tracker_s,
             policy: self.policy,
