@@ -117,6 +117,11 @@ impl Withdrawal {
         Some(q)
     }
 
+    /// Was the arm pushed in this retreat?
+    pub(super) const fn was_pushed(&self) -> bool {
+        self.pushed_to.is_some()
+    }
+
     /// Ends the retreat: returns the arm's configuration and velocity; `None` if there was none.
     pub(super) fn end(&mut self) -> Option<(JointPositions, JointVelocities)> {
         self.yielding = Yielding::default();
@@ -162,6 +167,11 @@ const GIVEN_BACK_S: f64 = 0.1;
 const MOST_WAIT_S: f64 = 0.8;
 
 impl SpeedCap {
+    /// Whatever pushed the arm may still be there: full speed is restored step by step.
+    pub(super) const fn begin_slowly(&mut self) {
+        (self.most, self.sound_s) = (SHARES[0], 0.0);
+    }
+
     /// `asked`: share of the last command that passed; `in_force`: share of the joint speeds of that command; `has_slowed`: no joint is faster than
     /// that.
     pub(super) fn step(&mut self, asked: f64, in_force: f64, has_slowed: bool, dt_s: f64) -> f64 {

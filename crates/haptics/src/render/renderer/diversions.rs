@@ -62,6 +62,9 @@ impl Renderer {
 
     /// The motion continues from where the board has withdrawn to.
     pub(super) fn end_withdrawal(&mut self) {
+        if self.withdrawal.was_pushed() {
+            self.cap.begin_slowly();
+        }
         if let Some((q, qd)) = self.withdrawal.end() {
             let _ = self.follower.restart(&q, &qd);
         }
