@@ -62,7 +62,8 @@ fn run(args: &Args) -> anyhow::Result<()> {
         (Setting::FalseDispatch, &args.false_dispatch[..]),
         (Setting::Along, &args.along[..]),
     ];
-    for (setting, values) in varied.into_iter().filter(|(_, values)| !values.is_empty()) {
+    let asked = varied.into_iter().find(|(_, values)| !values.is_empty());
+    if let Some((setting, values)) = asked {
         let points = trade_off::run(&args.request, (setting, values), progress)?;
         bar.finish_and_clear();
         let Request { seed, touches, .. } = args.request;

@@ -21,7 +21,7 @@ pub struct ProximityConfig {
     /// Speed allowed at any distance, m/s; default 0.1, the speed at which a face may be touched.
     pub crawl_m_per_s: f64,
     /// Within this distance the speed along the face counts as well, m; default 0.06. A larger distance makes fewer first contacts with a moving
-    /// face, and more boards late (docs/FIRST-CONTACTS.md has the curve); beyond 0.06 m hardly any is saved.
+    /// face, and more boards late (docs/FIRST-CONTACTS.md has the curve).
     pub along_m: f64,
 }
 

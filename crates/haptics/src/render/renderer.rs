@@ -257,6 +257,7 @@ impl Renderer {
         };
         let mut sliding = false;
         let command = if is_asked_to {
+            self.let_go(Some(state));
             self.stop_objects(dt_s);
             self.supervised(request, state.external_torque.as_ref(), dt_s)
         } else {

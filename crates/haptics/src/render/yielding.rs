@@ -37,7 +37,8 @@ impl Yielding {
         dt_s: f64,
     ) -> JointVelocities {
         let change = ACCELERATION_M_PER_S2 * dt_s;
-        let goes_on = self.way_m < MOST_M;
+        let brakes_m = self.speed_m_per_s.powi(2) / (2.0 * ACCELERATION_M_PER_S2);
+        let goes_on = self.way_m + brakes_m < MOST_M;
         let felt = torque.filter(|torque| goes_on && is_push(arm, torque));
         let direction = felt.and_then(|torque| direction(arm, q, torque));
         match direction {
@@ -50,6 +51,8 @@ impl Yielding {
                     self.speed_m_per_s = 0.0;
                 }
                 self.direction = direction;
+                // A lower limit is reached by braking, too.
+                let most_m_per_s = most_m_per_s.max(self.speed_m_per_s - change);
                 self.speed_m_per_s = (self.speed_m_per_s + change).min(most_m_per_s);
             }
             None => self.speed_m_per_s = (self.speed_m_per_s - change).max(0.0),

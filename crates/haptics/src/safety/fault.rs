@@ -92,7 +92,7 @@ pub(super) struct Condition {
     pub(super) torque_level: bool,
     /// The force is still above `relaxed_n`, or a torque beyond its limit.
     pub(super) is_pressed: bool,
-    /// Something pushes it, wherever and however lightly.
+    /// An unexpected contact was found in this cycle.
     pub(super) is_pushed: bool,
 }
 
@@ -213,8 +213,11 @@ impl FaultMachine {
                 } else if !trouble.is_latched(latch)
                     && now_s - trouble.last_found_s > timing.recovery_s
                 {
-                    // The worse fault has ended; name this one, which now holds the arm. The severity stays.
+                    // The worse fault has ended; name this one, which now holds the arm. The severity stays, unless the arm may give way.
                     trouble.fault.reason = fault.reason;
+                    if arm.is_pushed && rests {
+                        trouble.fault.severity = fault.severity;
+                    }
                 }
                 (trouble.sound_since_s, trouble.released) = (None, false);
                 // An arm that stands for a worse reason would go on clamping. That reason is over: otherwise it would have been found in this cycle.
@@ -263,6 +266,7 @@ impl FaultMachine {
         };
         let lasted_s = now_s - trouble.since_s;
         let severity = trouble.fault.severity;
+        let gives_way = severity == Severity::Unsure && is_known && arm.is_pushed && arm.rests;
         let next = match trouble.stage {
             // Yielding was interrupted and that fault is over, but the force is not.
             Stage::Hold if severity == Severity::Caught => {
@@ -277,10 +281,16 @@ impl FaultMachine {
                 let may_withdraw = severity == Severity::Unsure && is_known;
                 match (may_withdraw, lasted_s > timing.hold_s) {
                     (true, true) => Stage::Retreat,
-                    (true, false) if arm.is_pushed && arm.rests => Stage::Retreat,
+                    (true, false) if gives_way => Stage::Retreat,
                     (false, true) => Stage::Stop,
                     (_, false) => Stage::Hold,
                 }
+            }
+            Stage::Stop if gives_way && !trouble.asked_for => Stage::Retreat,
+            // It gives way for as long as it is pushed.
+            Stage::Retreat if arm.is_pushed => {
+                trouble.since_s = now_s;
+                Stage::Retreat
             }
             Stage::Retreat if lasted_s > timing.retreat_s && !arm.is_pressed => Stage::Stop,
             // Without torques only friction brakes the arm.
@@ -341,6 +351,37 @@ mod tests {
         fn is_latched(&self) -> bool {
             (self.machine.trouble).is_some_and(|trouble| trouble.is_latched(self.latch))
         }
+    }
+
+    #[test]
+    fn a_resting_arm_gives_way_at_once_and_for_as_long_as_it_is_pushed() {
+        let pushed = || {
+            let mut run = Run::new();
+            run.arm.is_pushed = true;
+            run
+        };
+        let mut run = pushed();
+        assert_eq!(run.go(1, Some(Unsure)), Some(Stage::Retreat));
+        assert_eq!(run.go(5000, Some(Unsure)), Some(Stage::Retreat));
+        // A moving arm brakes first.
+        let mut run = pushed();
+        run.arm.rests = false;
+        assert_eq!(run.go(100, Some(Unsure)), Some(Stage::Hold));
+        // An arm that stands for a fault that is over gives way, too.
+        for before in [Blind, Unsure] {
+            let mut run = Run::new();
+            assert_eq!(run.go(3000, Some(before)), Some(Stage::Stop));
+            run.arm.is_pushed = true;
+            assert_eq!(
+                run.go(300, Some(Unsure)),
+                Some(Stage::Retreat),
+                "{before:?}"
+            );
+        }
+        // Somebody wants it to stand.
+        let mut run = pushed();
+        run.machine.stop(SafeReason::Requested, 0.0);
+        assert_eq!(run.go(300, Some(Unsure)), Some(Stage::Stop));
     }
 
     #[test]

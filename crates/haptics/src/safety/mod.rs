@@ -9,7 +9,8 @@
 //! | --- | --- | --- |
 //! | near a person, faster than a joint or a torque rate allows | `Slowed`: cut, down to rest where a part of the arm could meet head or torso (`body::Separation`) | normal as soon as it is over |
 //! | head or fingertip not tracked so far (`SupervisorConfig::required`) | `Holding` | normal once they are |
-//! | hand, head, bystander, target, torque or force lost, jumping, frozen or NaN; a push at the edge; a push on the arm while no hand is near the board | `Holding` | `Retreating` after 0.3 s, `Stopped` after 1.5 s more |
+//! | hand, head, bystander, target, torque or force lost, jumping, frozen or NaN; a push at the edge | `Holding` | `Retreating` after 0.3 s, `Stopped` after 1.5 s more |
+//! | a push on the arm that no touch of the face explains | `Holding` until the arm rests, then `Retreating`: it yields for as long as it is pushed | normal after the push; if it returns, after twice as long each time, up to 5 s |
 //! | arm's angles, speeds or clock lost, jumping, frozen or NaN; a command that is NaN, jumps, leaves the box or folds the arm into itself | `Holding` | `Stopped` after 0.3 s |
 //! | more force than allowed on a hand | `Retreating` at once (torque level: `Compliant`), latched: every joint moves the way that it is pushed | `Stopped` after 1.5 s, but not above 65 N (torque level: `Holding` as soon as it is below 65 N, `Stopped` 0.3 s later) |
 //! | an implausible force, an arm beyond its limits, one that is not where it was commanded to be or drifts in a hold (`ObedienceConfig`) | `Holding`, latched | `Stopped` after 0.3 s |

@@ -156,7 +156,7 @@ pub enum SafeReason {
         /// N m.
         bias_n_m: f64,
     },
-    /// Something pushes the arm although nobody's hand is near the board.
+    /// Something pushes the arm, and no touch of the face explains it.
     UnexpectedContact {
         /// The joint with the largest torque relative to its limit, from 0.
         joint: usize,
@@ -256,12 +256,12 @@ pub enum SafeState {
         /// The tightest limit.
         reason: SafeReason,
     },
-    /// The arm stands: the first response to a fault.
+    /// The arm stands: the first response to most faults.
     Holding {
         /// The fault.
         reason: SafeReason,
     },
-    /// The board withdraws behind its surface at reduced speed.
+    /// The board withdraws behind its surface at reduced speed, or the arm yields to a push.
     Retreating {
         /// The fault.
         reason: SafeReason,
@@ -321,7 +321,7 @@ pub enum SafeRequest {
     Yield {
         /// Speed of the fastest part, m/s.
         speed_m_per_s: f64,
-        /// Torque readings without a push, N m; `None`: unknown, and then only a push beyond a limit counts.
+        /// Torque readings without a push, N m; `None`: unknown, and then taken as zero, because the push is beyond a limit.
         bias: Option<JointTorques>,
     },
     /// Withdraw the board along -normal of its face, by this distance and no faster; yield to obstacles met on the path.

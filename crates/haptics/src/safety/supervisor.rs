@@ -163,16 +163,11 @@ impl Supervisor {
         self.out_of_reach = out_of_reach;
     }
 
-    /// Torque readings at the arm's last rest out of everybody's reach, N m; `None` before the first.
+    /// Torque readings without a push, N m: those of the first rest out of everybody's reach, which then follow the sensors as slowly as
+    /// [`BiasConfig::drift_s`] says. `None` before the first.
     #[must_use]
     pub fn torque_bias(&self) -> Option<JointTorques> {
         self.bias.and_then(|bias| bias.bias())
-    }
-
-    /// Does something push the arm, now, that no touch of the face explains?
-    #[must_use]
-    pub const fn is_pushed(&self) -> bool {
-        self.is_pushed
     }
 
     /// Ends a latched fault; commands go through again after the recovery time if inputs are sound. The measured position is then trusted, and the
@@ -297,13 +292,14 @@ impl Supervisor {
             )
         });
         let contact = contact.flatten();
-        self.is_pushed = contact.is_some();
+        // Without a bias it is not known which way the arm is pushed.
+        self.is_pushed = contact.is_some() && bias.bias().is_some();
         // A bad state gives no information about the contact.
         if arm_is_sound {
             self.lasts = is_any && contact.is_some();
         }
-        let rests = is_out_of_reach && contact.is_none();
-        bias.step(input.state, &self.guard, rests, dt_s);
+        let is_free = is_out_of_reach && contact.is_none();
+        bias.step(input.state, &self.guard, is_free, dt_s);
         if let Some((joint, torque_n_m)) = contact {
             let reason = SafeReason::UnexpectedContact { joint, torque_n_m };
             return Some(Fault::new(reason, Severity::Unsure));

@@ -15,7 +15,7 @@ use hwall_numeric::check::{non_negative, positive};
 /// How long the states last.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimingConfig {
-    /// A fault that lasts longer than this turns holding into retreating (or stopped), s; default 0.3.
+    /// A fault that lasts longer than this turns holding into retreating (or stopped), s; default 0.3. A resting arm that is pushed yields at once.
     pub hold_s: f64,
     /// A fault that lasts longer than this turns retreating into stopped, s; default 1.5.
     pub retreat_s: f64,

@@ -121,7 +121,7 @@ impl Display for SafeReason {
             ),
             Self::UnexpectedContact { joint, torque_n_m } => write!(
                 f,
-                "something pushes the arm and no hand is near the board: {torque_n_m:.1} N m at joint {}",
+                "something other than a touch of the board pushes the arm: {torque_n_m:.1} N m at joint {}",
                 joint + 1
             ),
             Self::Requested => f.write_str("a stop was asked for"),

@@ -39,6 +39,7 @@ impl Setting {
     const fn names(self) -> Names {
         match self {
             Self::FalseDispatch => Names {
+                digits: 2,
                 text: include_str!("trade_off.md"),
                 figure: "trade-off.svg",
                 title: "In place, against boards in vain",
@@ -47,6 +48,7 @@ impl Setting {
                 setting: "false dispatch",
             },
             Self::Along => Names {
+                digits: 1,
                 text: include_str!("first_contacts.md"),
                 figure: "first-contacts.svg",
                 title: "In place, against first contacts with a fast board",
@@ -85,6 +87,7 @@ impl Setting {
 
 /// Names in a document.
 struct Names {
+    digits: usize,
     text: &'static str,
     figure: &'static str,
     title: &'static str,
@@ -120,6 +123,7 @@ fn ends(setting: Setting, summary: &Summary) -> [Option<f64>; 2] {
 #[must_use]
 pub fn table(setting: Setting, points: &[Point]) -> MarkdownTable {
     let Names {
+        digits,
         column,
         setting: name,
         ..
@@ -132,7 +136,7 @@ pub fn table(setting: Setting, points: &[Point]) -> MarkdownTable {
     for (value, results) in points {
         let of_kinds = results.rows.iter().map(|row| {
             let [saved, in_place] = ends(setting, &row.summary);
-            format!("{}; {}", or_none(in_place, 1), or_none(saved, 2))
+            format!("{}; {}", or_none(in_place, 1), or_none(saved, digits))
         });
         table.row(cells([&*value.to_string()], of_kinds));
     }

@@ -9,7 +9,6 @@ use hwall_lab::in_time::recorded::{Request, Results, run};
 use hwall_lab::in_time::study::Settings;
 use hwall_lab::in_time::trade_off::{self, Setting};
 use hwall_lab::in_time::{document, study};
-
 use hwall_stage::person::kinds::PersonKind;
 use std::fs;
 use std::path::Path;

@@ -28,7 +28,8 @@ pub struct BiasConfig {
     /// Time constant of its low-pass filter, s; default 0.005.
     pub contact_filter_s: f64,
     /// After the first measurement the bias follows the sensors by at most `contact_share` in this time, s; default 300. Sensors drift as they
-    /// warm up, in minutes. A person who pushes lightly, or who is squeezed slowly, must not become part of the bias.
+    /// warm up, in minutes. A person who pushes lightly, or who is squeezed slowly, must not become part of the bias. So `contact_share` must exceed
+    /// the differences between the sensors' errors in all postures; if it does not, stop and reset the arm where it is told that something pushes it.
     pub drift_s: f64,
 }
 
@@ -66,6 +67,9 @@ impl BiasConfig {
 
 /// Share of the rest after which samples count: earlier ones may be echoes of the motion.
 const SETTLED: f64 = 0.8;
+
+/// Largest change of the bias in one step, as a share of a contact.
+const MOST_AT_ONCE: f64 = 0.1;
 
 /// Averages external torques while the arm rests and the board is out of everybody's reach.
 #[derive(Debug, Clone, Copy)]
@@ -179,7 +183,8 @@ impl TorqueBias {
         }
         if self.samples >= self.config.least_samples && self.rested_s >= self.config.rest_s {
             let mut bias = self.bias.unwrap_or(self.mean);
-            let share = (self.age_s / self.config.drift_s).min(1.0);
+            // After a long time without a rest, a push must not become part of it all at once.
+            let share = (self.age_s / self.config.drift_s).min(MOST_AT_ONCE);
             for (joint, unit_n_m) in self.unit_n_m(limits).into_iter().enumerate() {
                 let most = share * unit_n_m;
                 bias[joint] += (self.mean[joint] - bias[joint]).clamp(-most, most);

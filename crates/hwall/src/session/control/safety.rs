@@ -69,13 +69,10 @@ impl Safety {
     pub(super) fn request(&self, is_touched: bool) -> Option<SafeRequest> {
         let last = self.last?;
         let withdraws = matches!(last.request, SafeRequest::Retreat { .. });
-        let is_pushed = self.supervisor().is_some_and(Supervisor::is_pushed);
-        Some(
-            match withdraws && is_touched && !last.latched && !is_pushed {
-                true => SafeRequest::Hold,
-                false => last.request,
-            },
-        )
+        Some(match withdraws && is_touched && !last.latched {
+            true => SafeRequest::Hold,
+            false => last.request,
+        })
     }
 
     pub(super) const fn state(&self) -> SafeState {
