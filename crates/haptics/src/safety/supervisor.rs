@@ -164,7 +164,7 @@ impl Supervisor {
     }
 
     /// Torque readings without a push, N m: those of the first rest out of everybody's reach, which then follow the sensors as slowly as
-    /// [`BiasConfig::drift_s`] says. `None` before the first.
+    /// [`BiasConfig::drift_s`](super::BiasConfig::drift_s) says. `None` before the first.
     #[must_use]
     pub fn torque_bias(&self) -> Option<JointTorques> {
         self.bias.and_then(|bias| bias.bias())
