@@ -257,8 +257,7 @@ impl Renderer {
         };
         let mut sliding = false;
         let command = if is_asked_to {
-            self.let_go(Some(state));
-            self.stop_objects(dt_s);
+            self.stop_objects(Some(state), dt_s);
             self.supervised(request, state.external_torque.as_ref(), dt_s)
         } else {
             self.end_withdrawal();
@@ -386,7 +385,7 @@ impl Renderer {
         }
         // A motion along an object's path, or a retreat, ends here; the next one starts from the arm's position then.
         self.end_withdrawal();
-        self.stop_objects(dt_s);
+        self.stop_objects(None, dt_s);
         self.is_detached = true;
         // The step is finite and not negative, so braking cannot fail.
         let _ = self.follower.brake(dt_s);

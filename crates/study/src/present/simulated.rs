@@ -1,7 +1,7 @@
 //! Trials on the simulated arm, each presented by its own session.
 
 use super::hand::{END_S, LEAVE_S, PRESS_S, StudyHand};
-use super::stimulus::{Fault, Rendered, Stimulus, Surface};
+use super::stimulus::{Fault, LEAST_SPEED_SHARE, Rendered, Stimulus, Surface};
 use crate::error::StudyError;
 use hwall::arrival::reachability::Target;
 use hwall::contact::{DeterministicConfig, DeterministicPredictor};
@@ -314,9 +314,8 @@ impl Trial {
                 .then(|| sum / felt.count as f64)
                 .filter(|m| m.is_finite())
         };
-        // A board that hardly moves does not present its level, even if the texture started.
-        let half = 0.5 * stimulus.speed_mm_per_s;
-        let slow = mean(felt.board_mm_per_s).is_some_and(|v| v < half);
+        let least = LEAST_SPEED_SHARE * stimulus.speed_mm_per_s;
+        let slow = mean(felt.board_mm_per_s).is_some_and(|v| v < least);
         let fault = if stopped {
             Fault::Stopped
         } else if touched_s.is_none() || !enough {

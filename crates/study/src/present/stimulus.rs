@@ -201,6 +201,10 @@ pub struct Rendered {
     pub fault: Fault,
 }
 
+/// A board that moves slower than this share of the wanted speed presents another level: people tell tactile speeds apart that differ by 20 to 25 %
+/// (Essick, Franzen and Whitsel 1988).
+pub(crate) const LEAST_SPEED_SHARE: f64 = 0.75;
+
 /// What spoils a trial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -212,7 +216,7 @@ pub enum Fault {
     NoTouch,
     /// The board arrived after the hand.
     Late,
-    /// The texture did not move.
+    /// The texture did not move, or slower than [`LEAST_SPEED_SHARE`] of its level.
     NoTexture,
     /// The board made a safety stop.
     Stopped,

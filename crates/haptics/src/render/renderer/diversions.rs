@@ -71,8 +71,8 @@ impl Renderer {
     }
 
     /// No object is under the hand any more; all continue by themselves.
-    pub(super) fn stop_objects(&mut self, dt_s: f64) {
-        self.let_go(None);
+    pub(super) fn stop_objects(&mut self, state: Option<&ArmState>, dt_s: f64) {
+        self.let_go(state);
         if let Some(objects) = &mut self.objects {
             objects.go_on(dt_s);
         }

@@ -2,7 +2,7 @@
 
 use super::ending::{is_stopped_by_person, of_hold, of_safe, takes_over};
 use crate::error::StudyError;
-use crate::present::stimulus::{Fault, Rendered, Stimulus, Surface};
+use crate::present::stimulus::{Fault, LEAST_SPEED_SHARE, Rendered, Stimulus, Surface};
 use hwall::contact::Predictor;
 use hwall::glam::DVec3;
 use hwall::hand::Tracking;
@@ -331,7 +331,8 @@ impl ObservedTouch {
     /// Outcome of a finished touch.
     fn judged(&self) -> Observed {
         let (felt, wanted) = (&self.felt, &self.stimulus);
-        let slow = 1e3 * felt.board_m < 0.5 * wanted.speed_mm_per_s * felt.scanned_s;
+        let least_mm_per_s = LEAST_SPEED_SHARE * wanted.speed_mm_per_s;
+        let slow = 1e3 * felt.board_m < least_mm_per_s * felt.scanned_s;
         let moved = self.started && felt.scanned_s > 0.0 && !slow;
         if felt.seconds < self.config.least_felt_s {
             // A texture that ended too soon was felt: no missing touch.
