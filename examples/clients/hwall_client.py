@@ -17,8 +17,15 @@ parser.add_argument("--url", default="ws://127.0.0.1:8080/ws")
 parser.add_argument("--certificate", help="PEM file of a self-signed certificate to accept")
 parser.add_argument("--point", default="0.62,0.0,0.55", help="the place to touch, base frame, m")
 parser.add_argument("--seconds", type=float, default=8.0)
+parser.add_argument("--repeat", action="store_true", help="touch again every 6 s")
+parser.add_argument("--head", help="place of the head, base frame, m; default: behind the hand")
+parser.add_argument("--head-to", help="from --walk-at on the head moves there, at 1.6 m/s")
+parser.add_argument("--walk-at", type=float, default=2.0, help="s")
 args = parser.parse_args()
-point = [float(x) for x in args.point.split(",")]
+place = lambda text: [float(x) for x in text.split(",")]
+point = place(args.point)
+stands = place(args.head) if args.head else [point[0] + 0.75, point[1] - 0.2, point[2] + 0.4]
+walks_to = place(args.head_to) if args.head_to else stands
 
 url = args.url + ("&" if "?" in args.url else "?") + "format=json"
 try:
@@ -31,14 +38,18 @@ socket.settimeout(0.001)
 began, seq, touched, stopped_at = time.monotonic(), 0, False, None
 while (t := time.monotonic() - began) < args.seconds:
     # The arm stands behind the wall and the person before it, at larger x: 2 s of rest, 1 s to reach the wall, then 15 mm into it.
-    share = min(max(t - 2.0, 0.0), 1.0)
+    phase = t % 6.0 if args.repeat else t
+    share = min(max(phase - 2.0, 0.0), 1.0)
+    if args.repeat:
+        share -= min(max(phase - 4.0, 0.0), 1.0)
     tip = [point[0] + 0.4 * (1 + math.cos(math.pi * share)) / 2 - 0.015 * share, point[1], point[2]]
     if stopped_at is not None:  # nothing is behind the wall there: the virtual hand stops before it
         tip[0] = max(tip[0], stopped_at + 0.02)
     joints = [None] * 26
     joints[10] = tip  # tip of the index finger
     joints[0] = [tip[0] + 0.17, tip[1], tip[2]]  # palm
-    head = [point[0] + 0.75, point[1] - 0.2, point[2] + 0.4, 0, 0, 0, 1]
+    walked = min(max(t - args.walk_at, 0.0) * 1.6 / max(math.dist(stands, walks_to), 1e-9), 1.0)
+    head = [a + walked * (b - a) for a, b in zip(stands, walks_to)] + [0, 0, 0, 1]
     gaze = [p - h for p, h in zip(point, head)]
     seq += 1
     socket.send(json.dumps({"type": "hand", "seq": seq, "client_ms": 1e3 * t, "side": "right", "joints": joints,

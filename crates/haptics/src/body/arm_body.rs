@@ -181,10 +181,26 @@ impl ArmBody {
             let number = f64::from(number);
             let wanted = "one that the arm can be clear of: does its normal point to the arm, are its lengths in metres?";
             let valid = parts.contains(&true);
-            that(valid, "obstacle of the room", number, wanted)?;
+            that(valid, "entry of the room", number, wanted)?;
         }
         self.room = room;
         Ok(self)
+    }
+
+    /// Checks that the arm can stand like this: no part may lie inside an obstacle with its axis.
+    ///
+    /// # Errors
+    /// The first such obstacle, counted from 1; joints that are not finite.
+    pub fn stands_outside(&self, q: &JointPositions) -> Result<(), HapticsError> {
+        let capsules = self.at(q);
+        let rows = self.room.obstacles().iter().zip(&self.can_clear);
+        for (number, (obstacle, can_clear)) in (1..).zip(rows) {
+            let mut judged = capsules.all().iter().zip(can_clear).filter(|(_, is)| **is);
+            let outside = judged.all(|(part, _)| obstacle.distance_m(part) > -part.radius_m);
+            let wanted = "one that the waiting arm is outside of: are place and size in metres, in the frame of the arm's base?";
+            that(outside, "entry of the room", f64::from(number), wanted)?;
+        }
+        Ok(())
     }
 
     /// The arm is known to be free here: overlapping parts must be thinner than their capsules, and are no longer checked; see

@@ -32,6 +32,13 @@ impl Display for SafeReason {
             Self::Stale { channel, age_s } if *age_s < 0.0 => {
                 write!(f, "{} is {:.2} s ahead", channel.words(), -age_s)
             }
+            Self::Stale {
+                channel: Channel::Bystander,
+                age_s,
+            } => write!(
+                f,
+                "the head of a bystander is {age_s:.2} s old: tell it again, or send \"bystanders\":[] if they have left"
+            ),
             Self::Stale { channel, age_s } => write!(f, "{} is {age_s:.2} s old", channel.words()),
             Self::Jump { channel, by } => {
                 let unit = match channel {
@@ -86,7 +93,7 @@ impl Display for SafeReason {
                 distance_m,
             } => write!(
                 f,
-                "the arm is {:.0} mm from thing {} of the room",
+                "the arm is {:.0} mm from entry {} of the room",
                 1e3 * distance_m,
                 obstacle + 1
             ),

@@ -1,6 +1,6 @@
 //! Obstacles of the real room: their distances, and that no part of the arm meets them or another part.
 
-use crate::support::{DT_S, at_rest, iiwa, rates};
+use crate::support::{DT_S, at_rest, home, iiwa, rates};
 use glam::{DQuat, DVec3};
 use hwall_geometry::Pose;
 use hwall_haptics::body::{ArmBody, BodyConfig, Capsule, Obstacle, PersonBody, Room};
@@ -384,6 +384,16 @@ fn a_room_that_the_whole_arm_is_in_is_refused() {
     let ceiling = body.clone().in_room(flipped.unwrap());
     let error = ceiling.unwrap_err().to_string();
     assert!(error.contains('2') && error.contains("normal"), "{error}");
+    // The base has to be in a box that is large enough; the rest of a waiting arm may not.
+    let middle = Pose::from_yaw(0.0, DVec3::new(0.3, 0.0, 0.4)).unwrap();
+    for (size_m, holds) in [(0.1, true), (2.0, false)] {
+        let large = Obstacle::cuboid(middle, DVec3::splat(0.5 * size_m)).unwrap();
+        let body = body.clone().in_room(Room::new(&[large]).unwrap()).unwrap();
+        assert_eq!(body.stands_outside(&home()).is_ok(), holds, "{size_m}");
+    }
+    let nan = JointPositions([f64::NAN; 7]);
+    let floor = body.in_room(Room::default()).unwrap();
+    assert!(floor.stands_outside(&home()).is_ok() && floor.stands_outside(&nan).is_err());
 }
 
 /// Parts that overlap where the arm begins are thinner than their capsules. A planner that checked them would never lead the arm back.

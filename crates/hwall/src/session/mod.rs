@@ -114,7 +114,11 @@ impl<P: Predictor> Session<P> {
                     let lowest_m = scene.bounds().min_m.z;
                     supervisor.room = Some(Room::with_floor(lowest_m.min(0.0))?);
                 }
-                Safety::new(arm, board, supervisor)?
+                let safety = Safety::new(arm, board, supervisor)?;
+                if let (Some(separation), Some(q)) = (safety.separation(), &walls.waiting) {
+                    separation.body().stands_outside(q)?;
+                }
+                safety
             }
             None => Safety::none(),
         };

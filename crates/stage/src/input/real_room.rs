@@ -1,6 +1,7 @@
 //! A file that describes the obstacles around the arm.
 
-use anyhow::{Context, bail};
+use crate::console::note;
+use anyhow::{Context, bail, ensure};
 use glam::DVec3;
 use hwall::geometry::Pose;
 use hwall::haptics::body::{Obstacle, Room};
@@ -59,6 +60,9 @@ impl RealRoom {
     /// As for [`read`](Self::read).
     pub fn parse(text: String) -> anyhow::Result<Self> {
         let File { plane, boxes } = toml::from_str(&text)?;
+        if !plane.iter().any(|plane| plane.normal[2] > 0.0) {
+            note("no [[plane]] of the room faces up: nothing keeps the arm off the floor");
+        }
         let mut obstacles = Vec::new();
         for (number, PlaneEntry { point_m, normal }) in (1..).zip(plane) {
             let made = Obstacle::half_space(point_m.into(), normal.into());
@@ -66,8 +70,13 @@ impl RealRoom {
         }
         for (number, entry) in (1..).zip(boxes) {
             let made = || -> anyhow::Result<Obstacle> {
+                let size_m = DVec3::from(entry.size_m);
+                ensure!(
+                    size_m.is_finite() && size_m.min_element() > 0.0,
+                    "size_m is {size_m} m; all three must be positive"
+                );
                 let pose = Pose::from_yaw(entry.yaw_deg.to_radians(), entry.middle_m.into())?;
-                Ok(Obstacle::cuboid(pose, 0.5 * DVec3::from(entry.size_m))?)
+                Ok(Obstacle::cuboid(pose, 0.5 * size_m)?)
             };
             obstacles.push(made().with_context(|| format!("box {number}"))?);
         }
@@ -105,6 +114,10 @@ mod tests {
             ("", "floor"),
             ("[[plane]]\npoint_m = [0, 0, 0]\n", "normal"),
             ("[[table]]\n", "table"),
+            (
+                "[[box]]\nmiddle_m = [1, 0, 0]\nsize_m = [1, -0.56, 1]\n",
+                "box 1: size_m is [1, -0.56, 1] m",
+            ),
             (
                 "[[box]]\nmiddle_m = [nan, 0, 0]\nsize_m = [1, 1, 1]\n",
                 "box 1",
