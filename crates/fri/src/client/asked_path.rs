@@ -262,81 +262,68 @@ mod tests {
         }
     }
 
+    /// Answers whose first joint stands at their number, rad.
+    #[derive(Debug)]
+    struct Numbered(Answers);
+
+    impl Numbered {
+        const fn new() -> Self {
+            Self(Answers::new())
+        }
+
+        /// Sends an answer and reads an acknowledgement: what it reports, and the number of the answer that is held.
+        fn next(&mut self, k: u32, sequence: u32, reflected: u32) -> (Arrival, f64) {
+            self.0.push(sequence, sent([f64::from(k); 7]));
+            let arrival = self.0.reflected(reflected);
+            let held = self.0.held(reflected).expect("an answer");
+            (arrival, held.motion.q_rad[0])
+        }
+    }
+
     #[test]
     fn an_answer_counts_as_missing_beyond_what_is_usually_on_its_way() {
         for nominal in [0_u32, 2] {
-            let mut answers = Answers::new();
+            let mut answers = Numbered::new();
             for k in 0..200_u32 {
-                answers.push(k, sent([f64::from(k); 7]));
-                let missing = answers.reflected(k.saturating_sub(nominal)).missing;
-                assert!(missing == 0 || k < 2 * WINDOW, "{nominal} {k}");
+                let (arrival, _) = answers.next(k, k, k.saturating_sub(nominal));
+                assert!(arrival.missing == 0 || k < 2 * WINDOW, "{nominal} {k}");
             }
-            assert_eq!(answers.reflected(199 - nominal - 3).missing, 3);
-            let held = answers.held(199 - nominal - 3).expect("an answer");
-            assert_eq!(held.motion.q_rad[0], 196.0);
+            let (arrival, held) = answers.next(200, 200, 200 - nominal - 3);
+            assert_eq!((arrival.missing, held), (3, 197.0));
         }
     }
 
     #[test]
     fn an_answer_that_is_named_late_may_be_unused() {
-        let mut answers = Answers::new();
-        let mut held_rad = |sequence, reflected| {
-            answers.push(sequence, sent([f64::from(sequence); 7]));
-            answers.reflected(reflected);
-            answers.held(reflected).expect("an answer").motion.q_rad[0]
-        };
+        let mut answers = Numbered::new();
         for k in 0..10 {
-            assert_eq!(held_rad(k, k), f64::from(k));
+            assert_eq!(answers.next(k, k, k).1, f64::from(k));
         }
         // 10 is late, 11 is lost; whether 10 was used is unknown.
-        assert_eq!(held_rad(10, 9), 9.0);
-        assert_eq!(held_rad(11, 10), 9.0);
-        assert_eq!(held_rad(12, 12), 12.0);
-    }
-
-    /// As many cycles as 0.2 s at 1 ms: none of the answers sent meanwhile counts as in transit.
-    #[test]
-    fn a_stall_is_no_long_way() {
-        let mut answers = Answers::new();
-        for k in 0..400_u32 {
-            answers.push(k, sent([f64::from(k); 7]));
-            let reflected = k.min(199);
-            assert_eq!(answers.reflected(reflected).missing, k - reflected);
-            let held = answers.held(reflected).expect("an answer");
-            assert!(
-                k == 0 || held.motion.q_rad[0] == f64::from(reflected),
-                "{k}"
-            );
+        for (sequence, reflected, held) in [(10, 9, 9.0), (11, 10, 9.0), (12, 12, 12.0)] {
+            assert_eq!(answers.next(sequence, sequence, reflected).1, held);
         }
     }
 
-    /// Regression: only the last 255 answers were counted.
-    #[test]
-    fn a_long_row_of_lost_answers_is_counted_to_its_end() {
-        let mut answers = Answers::new();
-        for k in 0..12_000_u32 {
-            answers.push(k, sent([0.0; 7]));
-            let reflected = k.min(99);
-            assert_eq!(answers.reflected(reflected).missing, k - reflected);
-        }
-        // An answer that was never sent.
-        assert_eq!(answers.reflected(12_000).missing, 0);
-    }
-
-    /// Regression: after 256 lost answers the newest counted as held, and the arm would have jumped to it. Sequence numbers wrap meanwhile.
+    /// As many cycles as 0.2 s at 1 ms: none of the answers sent meanwhile counts as in transit. Regressions: after 256 lost answers the newest counted
+    /// as held, and the arm would have jumped to it; only the last 255 answers were counted.
     #[test]
     fn what_is_held_is_remembered_however_many_answers_are_lost() {
+        // Sequence numbers wrap meanwhile.
         for first in [0, u32::MAX - 150, u32::MAX - 300] {
-            let mut answers = Answers::new();
-            for k in 0..2000_u32 {
-                answers.push(first.wrapping_add(k), sent([f64::from(k); 7]));
-                // For a long time, 99 is the last one that arrives.
-                let arrived = if k < 1500 { k.min(99) } else { k };
-                let reflected = first.wrapping_add(arrived);
-                let missing = answers.reflected(reflected).missing;
-                let held = answers.held(reflected).expect("an answer");
-                assert_eq!(missing, k - arrived, "{first} {k}");
-                assert_eq!(held.motion.q_rad[0], f64::from(arrived), "{first} {k}");
+            for (last, from) in [(199, 400), (99, 1500), (99, 12_000)] {
+                let mut answers = Numbered::new();
+                for k in 0..from + 500 {
+                    // For a long time, `last` is the last one that arrives.
+                    let arrived = if k < from { k.min(last) } else { k };
+                    let reflected = first.wrapping_add(arrived);
+                    let (arrival, held) = answers.next(k, first.wrapping_add(k), reflected);
+                    assert_eq!(arrival.missing, k - arrived, "{first} {k}");
+                    assert_eq!(held, f64::from(arrived), "{first} {k}");
+                }
+                // An answer that was never sent.
+                let never = first.wrapping_add(from + 500);
+                assert_eq!(answers.0.reflected(never).missing, 0);
             }
         }
     }
@@ -344,11 +331,10 @@ mod tests {
     /// The round trip takes longer than a period: every message acknowledges a new answer, never the newest.
     #[test]
     fn answers_that_arrive_after_the_next_message_are_late_and_not_lost() {
-        let mut answers = Answers::new();
+        let mut answers = Numbered::new();
         let mut late = 0;
         for k in 0..100_u32 {
-            answers.push(k, sent([0.0; 7]));
-            let arrival = answers.reflected(k.saturating_sub(2));
+            let (arrival, _) = answers.next(k, k, k.saturating_sub(2));
             late += u32::from(arrival.is_late);
             assert!(arrival.missing == 0 || k < 2 * WINDOW);
         }
@@ -357,14 +343,10 @@ mod tests {
 
     #[test]
     fn a_controller_that_says_nothing_is_believed_to_have_all() {
-        let mut answers = Answers::new();
+        let mut answers = Numbered::new();
         for k in 0..600_u32 {
-            answers.push(k, sent([f64::from(k); 7]));
-            assert_eq!(answers.reflected(0).missing, 0);
-            assert_eq!(
-                answers.held(0).expect("an answer").motion.q_rad[0],
-                f64::from(k)
-            );
+            let (arrival, held) = answers.next(k, k, 0);
+            assert_eq!((arrival.missing, held), (0, f64::from(k)));
         }
     }
 

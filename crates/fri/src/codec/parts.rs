@@ -29,41 +29,32 @@ pub(super) fn write_pose(writer: &mut Writer, field: u32, pose: Option<&Cartesia
     }
 }
 
-/// Collects exactly the number of values that a repeated field must have.
-pub(super) struct Values<const N: usize> {
+/// Exactly `N` values of one field of a nested message.
+fn doubles<const N: usize>(
     what: &'static str,
-    values: [f64; N],
-    count: usize,
-}
-
-impl<const N: usize> Values<N> {
-    pub(super) const fn new(what: &'static str) -> Self {
-        Self {
-            what,
-            values: [0.0; N],
-            count: 0,
+    field: &Field,
+    number: u32,
+) -> Result<[f64; N], FriError> {
+    let (mut values, mut found) = ([0.0; N], 0);
+    for inner in field.message()? {
+        let inner = inner?;
+        if inner.number != number {
+            continue;
         }
-    }
-
-    pub(super) fn add(&mut self, field: &Field) -> Result<(), FriError> {
-        for value in field.doubles()? {
-            if let Some(place) = self.values.get_mut(self.count) {
+        for value in inner.doubles()? {
+            if let Some(place) = values.get_mut(found) {
                 *place = value;
             }
-            self.count += 1;
+            found += 1;
         }
-        Ok(())
     }
-
-    pub(super) const fn finish(self) -> Result<[f64; N], FriError> {
-        if self.count == N {
-            return Ok(self.values);
-        }
-        Err(FriError::WrongLength {
-            what: self.what,
-            found: self.count,
+    match found {
+        _ if found == N => Ok(values),
+        _ => Err(FriError::WrongLength {
+            what,
+            found,
             expected: N,
-        })
+        }),
     }
 }
 
@@ -92,17 +83,10 @@ pub(super) fn nested<const N: usize>(
     what: &'static str,
     field: &Field,
 ) -> Result<Option<[f64; N]>, FriError> {
-    if let Some(values) = plain(field.to_bytes()?) {
-        return Ok(Some(values));
+    match plain(field.to_bytes()?) {
+        Some(values) => Ok(Some(values)),
+        None => doubles(what, field, 1).map(Some),
     }
-    let mut values = Values::new(what);
-    for inner in field.message()? {
-        let inner = inner?;
-        if inner.number == 1 {
-            values.add(&inner)?;
-        }
-    }
-    values.finish().map(Some)
 }
 
 pub(super) fn write_header(writer: &mut Writer, identifier: u32, header: &Header) {
@@ -136,14 +120,7 @@ pub(super) fn read_header(field: &Field, identifier: u32) -> Result<Header, FriE
 }
 
 pub(super) fn read_pose(field: &Field) -> Result<Option<CartesianPose>, FriError> {
-    let mut values = Values::new("pose");
-    for inner in field.message()? {
-        let inner = inner?;
-        if inner.number == 2 {
-            values.add(&inner)?;
-        }
-    }
-    let elements = values.finish()?;
+    let elements = doubles("pose", field, 2)?;
     Ok(Some(CartesianPose { elements }))
 }
 

@@ -1,13 +1,7 @@
 //! The enumerations of the protocol.
 
+use crate::error::FriError;
 use std::fmt;
-
-/// A number that is not in an enumeration.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct NoValue {
-    pub(crate) what: &'static str,
-    pub(crate) value: i32,
-}
 
 /// An enumeration of the protocol: values with their numbers and names.
 macro_rules! wire_enum {
@@ -28,10 +22,10 @@ macro_rules! wire_enum {
                 self as u64
             }
 
-            pub(crate) fn from_number(number: i32) -> Result<Self, NoValue> {
+            pub(crate) fn from_number(number: i32) -> Result<Self, FriError> {
                 match number {
                     $($number => Ok(Self::$value),)+
-                    value => Err(NoValue { what: $what, value }),
+                    value => Err(FriError::UnknownValue { what: $what, value }),
                 }
             }
         }

@@ -2,12 +2,11 @@
 
 use super::config::ControllerConfig;
 use super::faults::{FaultConfig, Faults};
-use super::message::{Measured, monitor_message};
 use super::plant::SimulatedPlant;
 use super::quality::AnswerWindow;
 use super::report::{ControllerEvent, ControllerStatistics, EndReason, EventKind};
 use super::wanted::{LateAnswer, Wanted, cycles_between};
-use crate::codec::{ClientCommandMode, Codec, ConnectionQuality, Datagram, Header, SessionState};
+use crate::codec::{ClientCommandMode, Codec, ConnectionQuality, Datagram, SessionState};
 use crate::error::{ControllerError, FriError};
 use crate::limits::CommandLimits;
 use crate::wrench::wrench_in_base;
@@ -157,22 +156,7 @@ impl<P: SimulatedPlant> Controller<P> {
         self.sequence = self.sequence.wrapping_add(1);
         self.counted += u64::from(self.state != SessionState::Idle);
         self.statistics.sent += 1;
-        let message = monitor_message(&Measured {
-            header: Header {
-                sequence: self.sequence,
-                reflected_sequence: self.client_sequence,
-            },
-            t_s: (now_s + stamp_off_s).max(0.0),
-            config: &self.config,
-            state: self.state,
-            quality: self.quality,
-            arm: &measured,
-            model: &**self.plant.model(),
-            torque_n_m: self.plant.measured_torque().0,
-            commanded_position_rad: self.commanded_rad,
-            commanded_torque_n_m: self.commanded_torque_n_m,
-            interpolator_rad: self.interpolator.0,
-        });
+        let message = self.message(&measured, (now_s + stamp_off_s).max(0.0));
         self.take_late();
         Ok(match self.config.faults.unknown_enumerations {
             true => self.codec.encode_odd_monitor(&message, datagram)?,

@@ -1,8 +1,8 @@
 //! The client against the controller in simulated time: no sockets.
 
-use crate::common::bench::{servo, torque_arm};
+use crate::common::bench::{config, servo, torque_arm};
 use hwall_fri::codec::ClientCommandMode;
-use hwall_fri::controller::{Controller, ControllerConfig, EndReason, InProcess, SimulatedPlant};
+use hwall_fri::controller::{Controller, EndReason, InProcess, SimulatedPlant};
 use hwall_fri::{FriClient, FriClientConfig, FriError, LimitViolation};
 use hwall_haptics::{Arm, ArmCommand, ArmState};
 use hwall_kinematics::glam::DVec3;
@@ -16,12 +16,7 @@ const TIMEOUT: Duration = Duration::from_secs(10);
 /// A client with active commanding.
 fn commanding<P: SimulatedPlant>(plant: P, mode: ClientCommandMode) -> FriClient<InProcess<P>> {
     let model = Arc::clone(plant.model());
-    let config = ControllerConfig {
-        mode,
-        ready_s: Some(0.1),
-        ..ControllerConfig::default()
-    };
-    let controller = Controller::new(plant, config).expect("a controller");
+    let controller = Controller::new(plant, config(mode)).expect("a controller");
     let way = InProcess::new(controller);
     let mut client = FriClient::over(&model, FriClientConfig::default(), way).expect("a client");
     client.wait_for_commanding(TIMEOUT).expect("commanding");

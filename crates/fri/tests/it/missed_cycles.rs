@@ -1,6 +1,6 @@
 //! The controller and commands after missed cycles: a delay, never a jump.
 
-use crate::common::bench::{Bench, servo, start};
+use crate::common::bench::{Bench, config, servo, start};
 use hwall_fri::codec::{
     ClientCommandMode, Codec, CommandData, CommandMessage, DATAGRAM_BYTES, Datagram, Header,
     SessionState,
@@ -12,10 +12,7 @@ use hwall_kinematics::SrsArm;
 /// A client whose sine follows the time requests the path of all its missed cycles at once.
 #[test]
 fn an_arm_that_missed_commands_is_late_and_does_not_leap() {
-    let config = ControllerConfig {
-        ready_s: Some(0.1),
-        ..ControllerConfig::default()
-    };
+    let config = config(ClientCommandMode::Position);
     let most_rad = 1.05 * 1e-3 * SrsArm::iiwa7().max_velocity_rad_per_s()[0] + 1.001e-5;
     let mut bench = Bench::new(servo(), config, LinkConfig::default());
     let from_rad = start()[0];
@@ -64,9 +61,7 @@ fn an_arm_that_missed_commands_is_late_and_does_not_leap() {
 fn an_answer_to_an_older_message_allows_no_longer_step() {
     let config = ControllerConfig {
         receive_multiplier: 5,
-        ready_s: Some(0.1),
-        mode: ClientCommandMode::Position,
-        ..ControllerConfig::default()
+        ..config(ClientCommandMode::Position)
     };
     let mut controller = Controller::new(servo(), config).expect("a controller");
     let codec = Codec::new(FriVersion::V1_15);

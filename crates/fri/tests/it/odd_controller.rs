@@ -8,7 +8,7 @@ use hwall_fri::codec::{
 use hwall_fri::{FriClient, FriClientConfig, FriError, FriVersion, LimitViolation, Unfit};
 use hwall_haptics::{Arm, ArmCommand};
 use hwall_kinematics::{ArmKinematics, JointPositions, SrsArm};
-use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
+use std::net::{Ipv4Addr, UdpSocket};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -22,15 +22,18 @@ struct Setup {
 
 impl Setup {
     fn new(silence_s: f64) -> Self {
-        let model: Arc<dyn ArmKinematics> = Arc::new(SrsArm::iiwa7());
-        let listen = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
-        let config = FriClientConfig {
-            listen,
+        Self::of(FriClientConfig {
             silence_s,
             ..FriClientConfig::default()
-        };
+        })
+    }
+
+    /// On a free port.
+    fn of(mut config: FriClientConfig) -> Self {
+        let model: Arc<dyn ArmKinematics> = Arc::new(SrsArm::iiwa7());
+        config.listen.set_port(0);
         let client = FriClient::bind(&model, config).expect("a client");
-        let socket = UdpSocket::bind(listen).expect("a socket");
+        let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).expect("a socket");
         Self { client, socket }
     }
 
@@ -40,6 +43,12 @@ impl Setup {
         let length = codec.encode_monitor(message, &mut datagram).expect("bytes");
         let to = self.client.local_address().expect("an address");
         self.socket.send_to(&datagram[..length], to).expect("sent");
+    }
+
+    /// Sends a message that the client takes; its time, s.
+    fn hear(&mut self, message: &MonitorMessage) -> f64 {
+        self.send(message);
+        self.client.wait_for_message(PATIENT).expect("a message")
     }
 
     /// Angles of the next answer, rad.
@@ -63,8 +72,7 @@ impl Setup {
         message: &MonitorMessage,
         command: ArmCommand,
     ) -> (Result<(), FriError>, [f64; 7]) {
-        self.send(message);
-        self.client.wait_for_message(PATIENT).expect("a message");
+        self.hear(message);
         (self.client.command(command), self.answer_rad())
     }
 }
@@ -119,8 +127,7 @@ fn nan_of_the_controller_is_no_message() {
         assert!(matches!(waited, Err(FriError::Silent { .. })), "{waited:?}");
         assert_eq!(setup.client.statistics().malformed, u64::from(n));
     }
-    setup.send(&message(9));
-    setup.client.wait_for_message(PATIENT).expect("a message");
+    setup.hear(&message(9));
     assert!(setup.client.mirror().is_ok());
 }
 
@@ -131,8 +138,7 @@ fn times_do_not_overflow() {
     for n in 0..20 {
         let mut odd = message(900 * n);
         odd.connection.send_period_ms = Some(u32::MAX);
-        setup.send(&odd);
-        let t_s = setup.client.wait_for_message(PATIENT).expect("a message");
+        let t_s = setup.hear(&odd);
         assert!(t_s <= 0.1 * 900.0 * 20.0, "{t_s}");
         assert!(setup.client.state().is_ok_and(|s| s.t_s.is_finite()));
     }
@@ -142,12 +148,10 @@ fn times_do_not_overflow() {
 #[test]
 fn a_controller_that_begins_anew_after_a_silence_is_heard() {
     let mut setup = Setup::new(0.05);
-    setup.send(&message(500));
-    setup.client.wait_for_message(PATIENT).expect("a message");
+    setup.hear(&message(500));
     let silent = setup.client.wait_for_message(Duration::from_millis(100));
     assert!(silent.is_err());
-    setup.send(&message(0));
-    setup.client.wait_for_message(PATIENT).expect("a message");
+    setup.hear(&message(0));
     assert_eq!(setup.client.statistics().sessions, 2);
     assert_eq!(setup.client.statistics().stale, 0);
 }
@@ -298,8 +302,7 @@ fn a_second_command_for_one_message_moves_nothing() {
     let mut setup = Setup::new(20.0);
     let mut sent_rad = 0.1;
     for n in 0..10 {
-        setup.send(&active(n));
-        setup.client.wait_for_message(PATIENT).expect("a message");
+        setup.hear(&active(n));
         let goal = JointPositions([0.1 + 5e-4 * f64::from(n); 7]);
         let command = match n {
             0..=4 => ArmCommand::Position(goal),
@@ -331,8 +334,7 @@ fn whoever_begins_at_the_measured_angles_begins_at_the_interpolator() {
     let mut setup = Setup::new(20.0);
     let mut last_rad = 0.105;
     for n in 0..120 {
-        setup.send(&loaded(n));
-        setup.client.wait_for_message(PATIENT).expect("a message");
+        setup.hear(&loaded(n));
         let held = setup.client.interpolator();
         assert_eq!(held, Some(JointPositions([0.105; 7])));
         let measured = setup.client.state().expect("a state").q;
@@ -481,8 +483,7 @@ fn a_period_that_is_stated_too_long_is_refused() {
         active.connection.send_period_ms = Some(if n < 500 { 10 } else { 5 });
         let ns = 5_000_000 * u64::from(n);
         active.data.as_mut().expect("data").time = Some(TimeStamp::from_ns(ns));
-        setup.send(&active);
-        setup.client.wait_for_message(PATIENT).expect("a message");
+        setup.hear(&active);
         let unfit = setup.client.unfit();
         assert!(unfit.is_none() || unfit == Some(Unfit::Period { said_ms: 10 }) || n >= 500);
         refused += u32::from(unfit.is_some());
@@ -533,24 +534,17 @@ fn nobody_but_this_machine_is_listened_to_unless_told_so() {
 #[test]
 fn only_the_named_controller_is_listened_to() {
     let named = Ipv4Addr::new(127, 0, 0, 2);
-    let mut setup = Setup::new(20.0);
-    setup.client = {
-        let model: Arc<dyn ArmKinematics> = Arc::new(SrsArm::iiwa7());
-        let config = FriClientConfig {
-            listen: SocketAddr::from((Ipv4Addr::LOCALHOST, 0)),
-            controller: Some(named.into()),
-            ..FriClientConfig::default()
-        };
-        FriClient::bind(&model, config).expect("a client")
-    };
+    let mut setup = Setup::of(FriClientConfig {
+        controller: Some(named.into()),
+        ..FriClientConfig::default()
+    });
     setup.send(&message(0));
     let waited = setup.client.wait_for_message(SOON);
     assert!(matches!(waited, Err(FriError::Silent { .. })), "{waited:?}");
     assert_eq!(setup.client.statistics().foreign, 1);
     assert_eq!(setup.client.controller(), None);
     setup.socket = UdpSocket::bind((named, 0)).expect("a socket");
-    setup.send(&message(0));
-    setup.client.wait_for_message(PATIENT).expect("a message");
+    setup.hear(&message(0));
     assert_eq!(
         setup.client.controller().map(|c| c.ip()),
         Some(named.into())

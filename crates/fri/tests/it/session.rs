@@ -1,6 +1,6 @@
 //! The controller in simulated time: states, modes, quality, guards.
 
-use crate::common::bench::{Bench, servo, start, torque_arm};
+use crate::common::bench::{Bench, config, servo, start, torque_arm};
 use hwall_fri::codec::{
     ClientCommandMode, Codec, ConnectionQuality, DATAGRAM_BYTES, Datagram, SessionState,
 };
@@ -19,14 +19,6 @@ const READY: [SessionState; 4] = [
     SessionState::CommandingWait,
     SessionState::CommandingActive,
 ];
-
-fn config(mode: ClientCommandMode) -> ControllerConfig {
-    ControllerConfig {
-        mode,
-        ready_s: Some(0.1),
-        ..ControllerConfig::default()
-    }
-}
 
 fn in_mode<P: SimulatedPlant>(plant: P, mode: ClientCommandMode) -> Bench<P> {
     Bench::new(plant, config(mode), LinkConfig::default())

@@ -1,7 +1,7 @@
 //! The client against the controller over loopback, in real time. Nothing here depends on the speed of the machine: cycles may be missed, but each is
 //! answered or counted.
 
-use crate::common::bench::{servo, start};
+use crate::common::bench::{self, servo, start};
 use crate::common::full_monitor;
 use hwall_fri::codec::{ClientCommandMode, Codec, DATAGRAM_BYTES, SessionState};
 use hwall_fri::controller::{
@@ -32,11 +32,10 @@ const PATIENT: QualityConfig = QualityConfig {
 
 fn config() -> ControllerConfig {
     ControllerConfig {
-        ready_s: Some(0.1),
         // A pause of the machine must not fail a test.
         command_expiry_s: 5.0,
         quality: PATIENT,
-        ..ControllerConfig::default()
+        ..bench::config(ClientCommandMode::Position)
     }
 }
 

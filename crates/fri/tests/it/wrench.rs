@@ -1,6 +1,6 @@
 //! Which wrenches the controller accepts.
 
-use crate::common::bench::{Bench, start, torque_arm};
+use crate::common::bench::{Bench, config, start, torque_arm};
 use hwall_fri::LimitViolation;
 use hwall_fri::codec::ClientCommandMode;
 use hwall_fri::controller::{ControllerConfig, EndReason, LinkConfig};
@@ -9,11 +9,7 @@ use hwall_kinematics::{SrsArm, Wrench};
 
 /// Why commanding ended after this wrench, in wire order.
 fn ended(wrench: [f64; 6]) -> Option<EndReason> {
-    let config = ControllerConfig {
-        mode: ClientCommandMode::Wrench,
-        ready_s: Some(0.1),
-        ..ControllerConfig::default()
-    };
+    let config = config(ClientCommandMode::Wrench);
     let mut bench = Bench::new(torque_arm(), config, LinkConfig::default());
     bench.run(1.0, |_, _, _| {});
     bench.run(0.01, |_, _, data| data.wrench = Some(wrench));

@@ -24,6 +24,15 @@ pub fn servo() -> ServoArm {
     ServoArm::new(Arc::new(SrsArm::iiwa7()), start(), config).expect("an arm")
 }
 
+/// An application in this mode that asks for commands after 0.1 s.
+pub fn config(mode: ClientCommandMode) -> ControllerConfig {
+    ControllerConfig {
+        mode,
+        ready_s: Some(0.1),
+        ..ControllerConfig::default()
+    }
+}
+
 pub fn torque_arm() -> TorqueArm {
     iiwa7_torque(0).expect("an arm")
 }
