@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 pub mod analysis;
+mod bisection;
 pub mod design;
 mod error;
 pub mod models;
@@ -19,9 +20,8 @@ pub use study::{Columns, Factor, Groups, LeftOut, MOST_FACTORS, Missing, Normali
 // Analysis: effects of factors, differences between levels, and checks of the tests' assumptions.
 pub use analysis::{
     Adjustment, Analysis, AnalysisConfig, ArtEffect, Assumptions, CellMean, Comparison,
-    DesignSummary, Effect, EffectSize, ErrorModel, FactorSummary, Mauchly, PairTest, Ratio,
-    Warning, aligned_rank_transform, analyse, anova, art_contrasts, cell_means, cohen_dz_interval,
-    pairwise,
+    DesignSummary, Effect, EffectSize, ErrorModel, Mauchly, PairTest, Ratio, Warning,
+    aligned_rank_transform, analyse, anova, art_contrasts, cell_means, cohen_dz_interval, pairwise,
 };
 // Design: order of conditions for each subject, and number of subjects.
 pub use design::{

@@ -79,22 +79,13 @@ pub struct DesignSummary {
     /// Name of the column of values.
     pub value: String,
     /// Factors within subjects.
-    pub within: Vec<FactorSummary>,
+    pub within: Vec<Factor>,
     /// Factor between subjects.
-    pub between: Option<FactorSummary>,
+    pub between: Option<Factor>,
     /// Subjects left out for missing answers.
     pub left_out: Vec<LeftOut>,
     /// Rows of the table marked invalid.
     pub invalid_rows: usize,
-}
-
-/// Name and levels of a factor.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct FactorSummary {
-    /// Name.
-    pub name: String,
-    /// Levels in order.
-    pub levels: Vec<String>,
 }
 
 /// Analyses a study: means, variance, ranks, pairs, diagnostics.
@@ -154,17 +145,13 @@ pub fn analyse(study: &Study, config: &AnalysisConfig) -> Result<Analysis> {
 
 impl DesignSummary {
     fn of(study: &Study) -> Self {
-        let summary = |f: &Factor| FactorSummary {
-            name: f.name.clone(),
-            levels: f.levels.clone(),
-        };
         Self {
             subjects: study.subjects().len(),
             values: study.values().len(),
             rounds: study.rounds(),
             value: study.value_name().to_owned(),
-            within: study.within().iter().map(summary).collect(),
-            between: study.between().map(|g| summary(&g.factor)),
+            within: study.within().to_vec(),
+            between: study.between().map(|g| g.factor.clone()),
             left_out: study.left_out().to_vec(),
             invalid_rows: study.invalid_rows(),
         }

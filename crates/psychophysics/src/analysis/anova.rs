@@ -18,7 +18,7 @@ use crate::study::Study;
 use crate::tails::f_tail;
 
 /// Error term for effects within subjects.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum ErrorModel {
@@ -26,6 +26,7 @@ pub enum ErrorModel {
     ///
     /// R's `aov(y ~ A*B + Error(S/(A*B)))`, statsmodels' `AnovaRM`. Needs sphericity only within
     /// each effect, for which it can be corrected.
+    #[default]
     Strata,
     /// Tests all effects against the whole variation within subjects.
     ///

@@ -3,6 +3,7 @@
 use super::analyse::Analysis;
 use super::anova::{Effect, ErrorModel};
 use super::ratio::Ratio;
+use crate::bisection::halved;
 use crate::error::{Result, inner_probability};
 use crate::tails::{noncentral_f_cdf, noncentral_t_cdf};
 use hwall_numeric::check::{finite, that};
@@ -23,8 +24,6 @@ pub struct EffectSize {
     pub ci: [f64; 2],
 }
 
-/// Bisection steps for a noncentrality.
-const HALVINGS: usize = 200;
 /// Upper bound of the search for λ, and of |t|: sums of some thousand terms.
 const MOST: f64 = 1e5;
 const MOST_T: f64 = 200.0;
@@ -136,24 +135,4 @@ fn falling_root(of: impl Fn(f64) -> f64) -> Option<f64> {
         }
     }
     Some(halved([low, high], of, |high| 1e-13 * high))
-}
-
-/// Root of a decreasing function by bisection, to within `accuracy(high)`.
-fn halved(
-    [mut low, mut high]: [f64; 2],
-    of: impl Fn(f64) -> f64,
-    accuracy: impl Fn(f64) -> f64,
-) -> f64 {
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        if of(middle) > 0.0 {
-            low = middle;
-        } else {
-            high = middle;
-        }
-        if high - low <= accuracy(high) {
-            break;
-        }
-    }
-    0.5 * (low + high)
 }

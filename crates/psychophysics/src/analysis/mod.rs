@@ -11,7 +11,7 @@ mod posthoc;
 mod ratio;
 mod sphericity;
 
-pub use analyse::{Analysis, AnalysisConfig, DesignSummary, FactorSummary, analyse};
+pub use analyse::{Analysis, AnalysisConfig, DesignSummary, analyse};
 pub use anova::{Effect, ErrorModel, anova};
 pub use art::{ArtEffect, aligned_rank_transform};
 pub use assumptions::{Assumptions, Warning};

@@ -5,7 +5,7 @@ use super::art::{Aligner, equal_group_size};
 use super::ratio::Ratio;
 use crate::error::{PsychophysicsError, Result, inner_probability};
 use crate::samples::{Wilcoxon, average_ranks, signed_rank_of};
-use crate::study::Study;
+use crate::study::{Factor, Study};
 use crate::tails::{t_quantile_two_sided, t_tail_two_sided};
 
 /// How a pair was tested.
@@ -252,8 +252,9 @@ impl ComparedFactors {
     }
 
     fn samples(&self, study: &Study, values: &[f64]) -> Vec<Sample> {
-        let factors: Vec<_> = self.within.iter().map(|&f| &study.within()[f]).collect();
-        let combinations: usize = factors.iter().map(|f| f.levels.len()).product();
+        let own = self.within.iter().map(|&f| study.within()[f].clone());
+        let factors: Vec<Factor> = own.collect();
+        let combinations = Factor::combinations(&factors);
         let cells = study.cells();
         let combination = |cell: usize| {
             let levels = study.levels_of(cell);
@@ -269,16 +270,13 @@ impl ComparedFactors {
         let mut samples: Vec<Sample> = (0..groups * combinations)
             .map(|index| {
                 let group = index / combinations;
-                let mut rest = index % combinations;
-                let mut words = Vec::new();
-                for factor in factors.iter().rev() {
-                    words.push(factor.levels[rest % factor.levels.len()].as_str());
-                    rest /= factor.levels.len();
-                }
-                if let (true, Some(between)) = (self.groups, study.between()) {
-                    words.push(&between.factor.levels[group]);
-                }
-                words.reverse();
+                let levels = Factor::levels_at(&factors, index % combinations);
+                let between = study.between().filter(|_| self.groups);
+                let words = between.map(|between| between.factor.levels[group].as_str());
+                let words: Vec<&str> = words
+                    .into_iter()
+                    .chain(levels.into_iter().flatten())
+                    .collect();
                 Sample {
                     group,
                     name: words.join(":"),

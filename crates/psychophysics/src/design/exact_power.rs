@@ -1,5 +1,6 @@
 //! Exact power of Wilcoxon's signed-rank test of ratings, by enumerating all outcomes of a study.
 
+use crate::bisection::halved;
 use crate::error::{Result, inner_probability};
 use crate::samples::signings;
 use crate::tails::ln_choose;
@@ -207,14 +208,6 @@ pub fn shares_of_mean(points: usize, mean: f64) -> Result<Vec<f64>> {
             .map(|(p, s)| f64::from(p) * s)
             .sum::<f64>()
     };
-    let (mut low, mut high) = (-50.0, 50.0);
-    for _ in 0..80 {
-        let middle = 0.5 * (low + high);
-        if mean_of(&shares(middle)) < mean {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    Ok(shares(0.5 * (low + high)))
+    let short = |tilt| mean - mean_of(&shares(tilt));
+    Ok(shares(halved([-50.0, 50.0], short, |_| 1e-22)))
 }

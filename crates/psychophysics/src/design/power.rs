@@ -4,7 +4,7 @@ use super::random::generator;
 use crate::analysis::{Aligner, Design, Effect, ErrorModel};
 use crate::error::{PsychophysicsError, Result, inner_probability};
 use crate::samples::average_ranks;
-use crate::study::{Factor, LEAST_SIZE, MOST_SIZE, Study, count_cells};
+use crate::study::{Factor, LEAST_SIZE, MOST_SIZE, Study};
 use crate::tails::normal_quantile;
 use hwall_numeric::check::that;
 use rand::distr::Distribution;
@@ -42,8 +42,8 @@ pub struct PowerStudy {
     pub seed: u64,
 }
 
-/// The analysis whose power is estimated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// The analysis whose power is estimated; plain analysis of variance in strata by default.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct PowerTest {
     /// Error model.
     pub errors: ErrorModel,
@@ -51,17 +51,6 @@ pub struct PowerTest {
     pub ranks: bool,
     /// Apply Greenhouse and Geisser's correction; refused for pooled errors, which have none.
     pub greenhouse_geisser: bool,
-}
-
-impl Default for PowerTest {
-    /// Plain analysis of variance in strata.
-    fn default() -> Self {
-        Self {
-            errors: ErrorModel::Strata,
-            ranks: false,
-            greenhouse_geisser: false,
-        }
-    }
 }
 
 /// Estimated power for one effect.
@@ -128,7 +117,7 @@ impl<'a> Population<'a> {
         }
         let holds = (LEAST_SIZE..=MOST_SIZE).contains(&study.within_sd);
         that(holds, "within_sd", study.within_sd, "1e-60 to 1e60")?;
-        let cells = count_cells(&study.within);
+        let cells = Factor::combinations(&study.within);
         if study.means.len() != cells {
             return Err(PsychophysicsError::Length {
                 what: "means",

@@ -3,7 +3,7 @@
 use super::latin::{check_conditions, row_count, square_row};
 use super::random::generator;
 use crate::error::{PsychophysicsError, Result};
-use crate::study::{Factor, count_cells};
+use crate::study::Factor;
 use hwall_numeric::check::that;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64;
@@ -59,7 +59,7 @@ impl Schedule {
     /// Number of conditions.
     #[must_use]
     pub fn conditions(&self) -> usize {
-        count_cells(&self.factors)
+        Factor::combinations(&self.factors)
     }
 
     /// All trials: subject by subject, in order.
@@ -145,17 +145,8 @@ impl Schedule {
 
     /// Level of every factor in a condition; `None` unless it is one of [`Schedule::conditions`].
     #[must_use]
-    pub fn levels(&self, mut condition: usize) -> Option<Vec<&str>> {
-        if condition >= self.conditions() {
-            return None;
-        }
-        let mut levels: Vec<&str> = Vec::with_capacity(self.factors.len());
-        for factor in self.factors.iter().rev() {
-            levels.push(&factor.levels[condition % factor.levels.len()]);
-            condition /= factor.levels.len();
-        }
-        levels.reverse();
-        Some(levels)
+    pub fn levels(&self, condition: usize) -> Option<Vec<&str>> {
+        Factor::levels_at(&self.factors, condition)
     }
 
     /// The session script as CSV: `subject,round,trial,condition` from 1, then the factors.

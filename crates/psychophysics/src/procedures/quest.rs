@@ -180,13 +180,6 @@ impl QuestPlus {
         self.next
     }
 
-    /// The next stimulus.
-    #[must_use]
-    pub fn next_stimulus(&self) -> f64 {
-        let stimulus = self.table.grid.stimuli.get(self.next);
-        stimulus.copied().unwrap_or_default()
-    }
-
     fn best_place(&self) -> usize {
         let known = self.known();
         let expected = (0..self.table.grid.stimuli.len()).map(|s| self.left_after(s, known));

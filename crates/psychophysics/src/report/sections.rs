@@ -1,8 +1,9 @@
 //! The sections of a report.
 
 use super::document::Document;
-use crate::analysis::{Adjustment, Analysis, Comparison, Effect, ErrorModel, FactorSummary};
+use crate::analysis::{Adjustment, Analysis, Comparison, Effect, ErrorModel};
 use crate::numbers::{missing, number, probability, share};
+use crate::study::Factor;
 use crate::study::Normalisation;
 
 impl Analysis {
@@ -76,7 +77,7 @@ impl Analysis {
 
     fn summary(&self) -> String {
         let design = &self.design;
-        let named = |f: &FactorSummary| format!("{} ({})", f.name, f.levels.join(", "));
+        let named = |f: &Factor| format!("{} ({})", f.name, f.levels.join(", "));
         let within: Vec<String> = design.within.iter().map(named).collect();
         let between = design.between.as_ref().map(named);
         let scaled = match self.normalisation {

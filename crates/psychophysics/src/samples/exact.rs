@@ -1,5 +1,6 @@
 //! Exact tests and intervals for few answers: shares, signs, medians.
 
+use crate::bisection::halved;
 use crate::error::{Result, inner_probability};
 use crate::tails::{binomial_upper_tail, ln_choose};
 use hwall_numeric::check::{all_finite, that};
@@ -30,16 +31,8 @@ impl Share {
         let half = 0.5 * (1.0 - inner_probability("confidence", confidence)?);
         // The share at which `at_least` or more successes have this probability.
         let share = |at_least: u64, probability: f64| {
-            let (mut low, mut high) = (0.0, 1.0);
-            for _ in 0..60 {
-                let middle = 0.5 * (low + high);
-                if binomial_upper_tail(at_least, trials, middle) < probability {
-                    low = middle;
-                } else {
-                    high = middle;
-                }
-            }
-            0.5 * (low + high)
+            let short = |share| probability - binomial_upper_tail(at_least, trials, share);
+            halved([0.0, 1.0], short, |high| f64::EPSILON * high)
         };
         let low = match successes {
             0 => 0.0,

@@ -1,6 +1,6 @@
 //! A complete study: one value for every subject and combination of levels.
 
-use super::factor::{Factor, Groups, MOST_FACTORS, count_cells};
+use super::factor::{Factor, Groups, MOST_FACTORS, places_at};
 use super::missing::LeftOut;
 use crate::error::{PsychophysicsError, Result};
 
@@ -44,7 +44,7 @@ impl Study {
         between: Option<Groups>,
         values: Vec<f64>,
     ) -> Result<Self> {
-        let cells = count_cells(&within);
+        let cells = Factor::combinations(&within);
         let subjects = between
             .as_ref()
             .map_or(values.len() / cells.max(1), |g| g.of_subject.len());
@@ -200,7 +200,7 @@ impl Study {
     /// Number of combinations of levels within subjects.
     #[must_use]
     pub fn cells(&self) -> usize {
-        count_cells(&self.within)
+        Factor::combinations(&self.within)
     }
 
     /// Number of trials averaged into each value.
@@ -236,13 +236,8 @@ impl Study {
 
     /// Level of every factor within subjects in a cell.
     #[must_use]
-    pub fn levels_of(&self, mut cell: usize) -> Vec<usize> {
-        let mut levels = vec![0; self.within.len()];
-        for (level, factor) in levels.iter_mut().zip(&self.within).rev() {
-            *level = cell % factor.levels.len();
-            cell /= factor.levels.len();
-        }
-        levels
+    pub fn levels_of(&self, cell: usize) -> Vec<usize> {
+        places_at(&self.within, cell)
     }
 
     /// A cell in words: `orientation=45, velocity=20`.

@@ -14,4 +14,3 @@ pub use normalise::Normalisation;
 pub use table::Columns;
 
 pub(crate) use complete::{LEAST_SIZE, MOST_SIZE};
-pub(crate) use factor::count_cells;

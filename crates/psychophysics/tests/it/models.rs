@@ -1,17 +1,15 @@
 //! Power, Stevens' law and psychometric functions with planted truth.
 
+use crate::common::factors;
 use hwall_psychophysics::{
-    ErrorModel, Factor, MagnitudeAnswer, PairAnswers, PowerStudy, PowerTest, PsychophysicsError,
-    Sigmoid, fit_psychometric, noncentral_t_cdf, normal_cdf, power, stevens_fit,
-    t_quantile_two_sided,
+    ErrorModel, MagnitudeAnswer, PairAnswers, PowerStudy, PowerTest, PsychophysicsError, Sigmoid,
+    fit_psychometric, noncentral_t_cdf, normal_cdf, power, stevens_fit, t_quantile_two_sided,
 };
 use hwall_testkit::Sampler;
 
 fn population(means: Vec<f64>, sizes: &[usize]) -> PowerStudy {
-    let names = ["a", "b"].iter().zip(sizes);
-    let factor = |(name, &k): (&&str, &usize)| Factor::new(*name, (0..k).map(|l| l.to_string()));
     PowerStudy {
-        within: names.map(factor).collect(),
+        within: factors(sizes),
         means,
         subjects: 16,
         between_sd: 2.0,
