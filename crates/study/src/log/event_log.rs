@@ -50,7 +50,7 @@ impl EventLog {
         let (file, bytes) = locked(path, options.create(true))?;
         match read(&bytes) {
             Err(Unreadable::Nothing) => {}
-            Err(Unreadable::NotALog) => return Err(not_a_log(path)),
+            Err(error @ Unreadable::NotALog) => return Err(named(error, path)),
             Ok(_) | Err(Unreadable::Changed(_) | Unreadable::DamagedEnd(_)) => {
                 return Err(StudyError::Exists {
                     name: path.display().to_string(),
@@ -176,19 +176,12 @@ fn locked(path: &Path, options: &mut OpenOptions) -> Result<(File, Vec<u8>), Stu
     Ok((file, bytes))
 }
 
-fn not_a_log(path: &Path) -> StudyError {
-    StudyError::NotALog {
-        name: path.display().to_string(),
-    }
-}
-
 /// Adds the file name to an error of [`read`].
 fn named(error: Unreadable, path: &Path) -> StudyError {
+    let name = path.display().to_string();
     match error {
-        Unreadable::Nothing => StudyError::NothingRecorded {
-            name: path.display().to_string(),
-        },
-        Unreadable::NotALog => not_a_log(path),
+        Unreadable::Nothing => StudyError::NothingRecorded { name },
+        Unreadable::NotALog => StudyError::NotALog { name },
         Unreadable::Changed(line) => StudyError::Changed { line },
         Unreadable::DamagedEnd(line) => StudyError::DamagedEnd { line },
     }

@@ -4,7 +4,7 @@ use super::simulated::ParticipantConfig;
 use crate::error::StudyError;
 use crate::present::{Patch, Stimulus};
 use crate::protocol::Protocol;
-use hwall::psychophysics::{EffectPower, Factor, PowerStudy, PowerTest, power};
+use hwall::psychophysics::{EffectPower, PowerStudy, PowerTest, power};
 
 /// Predicted power for each planted effect: analysis of variance of the logarithms of the answers in strata, at 5 %.
 ///
@@ -21,7 +21,6 @@ pub fn promised_power(
     participants.validate()?;
     protocol.validate()?;
     let factors = protocol.factors.iter().filter(|f| f.levels.len() > 1);
-    let within = factors.map(|f| Factor::new(&f.name, f.levels.iter().cloned()));
     let means = (0..protocol.conditions()).map(|condition| {
         let stimulus = Stimulus::of(protocol, condition)?;
         let unfelt = || StudyError::BadLevel {
@@ -32,7 +31,7 @@ pub fn promised_power(
         participants.roughness.wanted(&stimulus).ok_or_else(unfelt)
     });
     Ok(power(&PowerStudy {
-        within: within.collect(),
+        within: factors.cloned().collect(),
         means: means.collect::<Result<_, StudyError>>()?,
         subjects: protocol.subjects,
         between_sd: participants.modulus_sd,

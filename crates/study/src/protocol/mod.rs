@@ -7,7 +7,8 @@ mod ready;
 mod settings;
 
 pub use arm_kind::ArmKind;
+pub use hwall::psychophysics::Factor as StudyFactor;
 pub use participants::Participants;
 pub use plan::{Planned, PlannedTrial, TrialKind};
 pub use ready::ReadyProtocol;
-pub use settings::{Procedure, Protocol, StudyFactor, TrialOrder};
+pub use settings::{Procedure, Protocol, TrialOrder};

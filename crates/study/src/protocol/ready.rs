@@ -1,6 +1,7 @@
 //! The studies of the dissertation as ready protocols.
 
-use super::settings::{Procedure, Protocol, StudyFactor};
+use super::StudyFactor;
+use super::settings::{Procedure, Protocol};
 use crate::error::StudyError;
 
 /// A study of the dissertation.

@@ -2,30 +2,8 @@
 
 use crate::error::StudyError;
 use hwall::numeric::check::that;
-use hwall::psychophysics::{Factor, Schedule, TrialOrder as ScheduleOrder};
+use hwall::psychophysics::{Factor as StudyFactor, Schedule, TrialOrder as ScheduleOrder};
 use serde::{Deserialize, Serialize};
-
-/// A factor within subjects, and its levels in order.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct StudyFactor {
-    /// Name, and header of its column.
-    pub name: String,
-    /// Levels.
-    pub levels: Vec<String>,
-}
-
-impl StudyFactor {
-    /// A factor.
-    pub fn new<L: Into<String>>(
-        name: impl Into<String>,
-        levels: impl IntoIterator<Item = L>,
-    ) -> Self {
-        Self {
-            name: name.into(),
-            levels: levels.into_iter().map(Into::into).collect(),
-        }
-    }
-}
 
 /// Order of conditions within a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -191,23 +169,13 @@ impl Protocol {
     /// Conditions: combinations of levels.
     #[must_use]
     pub fn conditions(&self) -> usize {
-        let counts = self.factors.iter().map(|f| f.levels.len());
-        counts.fold(1, usize::saturating_mul)
+        StudyFactor::combinations(&self.factors)
     }
 
     /// Level of every factor in a condition; `None` beyond [`Protocol::conditions`].
     #[must_use]
-    pub fn levels(&self, mut condition: usize) -> Option<Vec<&str>> {
-        if condition >= self.conditions() {
-            return None;
-        }
-        let mut levels = Vec::with_capacity(self.factors.len());
-        for factor in self.factors.iter().rev() {
-            levels.push(factor.levels.get(condition % factor.levels.len())?.as_str());
-            condition /= factor.levels.len();
-        }
-        levels.reverse();
-        Some(levels)
+    pub fn levels(&self, condition: usize) -> Option<Vec<&str>> {
+        StudyFactor::levels_at(&self.factors, condition)
     }
 
     /// The pseudonym of a subject, counted from 0: `S01`.
@@ -348,9 +316,8 @@ impl Protocol {
     }
 
     pub(super) fn schedule(&self) -> Schedule {
-        let factor = |f: &StudyFactor| Factor::new(&f.name, f.levels.iter().cloned());
         Schedule {
-            factors: self.factors.iter().map(factor).collect(),
+            factors: self.factors.clone(),
             subjects: self.subjects,
             rounds: self.repeats,
             order: match self.order {

@@ -69,13 +69,11 @@ impl Study {
         let made = new_folders(folder);
         std::fs::create_dir_all(folder).map_err(|error| StudyError::io(folder, &error))?;
         let path = Self::log_path(folder);
+        let name = folder.display().to_string();
         if !path.exists() && holds_anything(folder)? {
-            return Err(StudyError::NotEmpty {
-                name: folder.display().to_string(),
-            });
+            return Err(StudyError::NotEmpty { name });
         }
         let progress = Progress::new(protocol.clone())?;
-        let name = folder.display().to_string();
         let mut log = EventLog::create(&path, durability).map_err(|error| match error {
             StudyError::Exists { .. } => StudyError::Exists { name },
             other => other,

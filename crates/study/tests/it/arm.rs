@@ -1,6 +1,6 @@
 //! Trials on an arm with its own clock, here a simulated one that runs as fast as possible.
 
-use crate::common;
+use crate::common::{self, Script};
 use hwall::contact::{DeterministicConfig, DeterministicPredictor, Predictor};
 use hwall::glam::DVec3;
 use hwall::hand::{HandFilterConfig, HandFrame};
@@ -10,9 +10,9 @@ use hwall::scene::Scene;
 use hwall::sim::{HandContact, ServoArm, ServoConfig, SimError, minimum_jerk};
 use hwall::{Cycle, Session, SessionConfig, SessionState, Surroundings, Walls, WallsConfig};
 use hwall_study::{
-    Answer, ArmKind, ArmStage, ArmTrialConfig, Ask, Durability, Fault, Participants, Presenter,
-    Protocol, Respondent, Stimulus, Study, StudyError, StudyFactor, StudyRoom, Surface,
-    check_surfaces, conduct, scene_of,
+    ArmKind, ArmStage, ArmTrialConfig, Durability, Fault, Participants, Presenter, Protocol,
+    Stimulus, Study, StudyError, StudyFactor, StudyRoom, Surface, check_surfaces, conduct,
+    scene_of,
 };
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -188,32 +188,6 @@ fn try_stage(
     Ok((stage, runs))
 }
 
-/// Answers a given number of questions.
-struct Answers {
-    left: usize,
-    said: String,
-}
-
-impl Respondent for Answers {
-    fn tell(&mut self, text: &str) -> Result<(), StudyError> {
-        self.said += text;
-        Ok(())
-    }
-
-    fn ask(&mut self, _: &str, ask: Ask) -> Result<Option<Answer>, StudyError> {
-        if let Ask::Procedure(_) = ask {
-            if self.left == 0 {
-                return Ok(None);
-            }
-            self.left -= 1;
-        }
-        Ok(Some(Answer {
-            value: 3.0,
-            answered_s: 1.0,
-        }))
-    }
-}
-
 fn protocol() -> Protocol {
     Protocol {
         factors: vec![
@@ -239,10 +213,7 @@ fn three_conditions_run_to_the_end_and_go_on_after_a_cut() {
     let mut study =
         Study::create_on(ArmKind::Fri, &folder, protocol(), people, disk).expect("a study");
     let (mut stage, _) = stage(Person::Touches, ArmTrialConfig::default());
-    let mut answers = Answers {
-        left: 1,
-        said: String::new(),
-    };
+    let mut answers = Script::new(3.0, 1);
     assert_eq!(conduct(&mut study, &mut stage, &mut answers), Ok(1));
     drop(study);
     // Truncate in the middle of the last line.
@@ -255,7 +226,8 @@ fn three_conditions_run_to_the_end_and_go_on_after_a_cut() {
     assert_eq!(conduct(&mut study, &mut stage, &mut answers), Ok(2));
     let record = study.record();
     assert!(record.done && record.arm == ArmKind::Fri);
-    assert!(!answers.said.contains("40"), "{}", answers.said);
+    let said = answers.said.concat();
+    assert!(!said.contains("40"), "{said}");
     for trial in record.trials.iter().filter(|t| t.is_valid()) {
         let (wanted, shown) = (trial.wanted, trial.shown.rendered);
         println!("{wanted:?} {shown:?}");

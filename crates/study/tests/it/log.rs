@@ -1,6 +1,6 @@
 //! The log survives every truncation, and detects every change.
 
-use crate::common;
+use crate::common::{self, Counting, Script, shown};
 use hwall_study::{
     Answer, Durability, Event, EventLog, NextStep, Participants, Presentation, Procedure, Protocol,
     Rendered, Study, StudyError, StudyFactor, TrialRecord,
@@ -53,21 +53,6 @@ fn answer(value: f64) -> Answer {
     Answer {
         value,
         answered_s: 1.0,
-    }
-}
-
-/// A deterministic presentation.
-fn shown(angle_deg: f64) -> Presentation {
-    let rendered = Rendered {
-        angle_deg: Some(angle_deg),
-        speed_mm_per_s: Some(40.0),
-        force_n: Some(7.0),
-        contact_s: 0.7,
-        ..Rendered::default()
-    };
-    Presentation {
-        rendered,
-        reference: None,
     }
 }
 
@@ -265,29 +250,24 @@ fn what_is_not_due_is_refused() {
     ] {
         assert!(procedure.check(good).is_ok() && procedure.check(bad).is_err());
     }
-    for factors in [
-        vec![],
-        vec![StudyFactor::new("angle", ["0", "0"])],
-        vec![StudyFactor::new("angle", ["0", "91"])],
-        vec![StudyFactor::new("speed", ["0", "fast"])],
-        vec![StudyFactor::new("block", ["0", "1"])],
-        vec![StudyFactor::new("heat", ["0", "1"])],
-        vec![
-            StudyFactor::new("angle", ["0", "1"]),
-            StudyFactor::new("angle", ["0", "1"]),
-        ],
-        vec![
-            StudyFactor::new("angle", ["0", "1"]),
-            StudyFactor::new("orientation_deg", ["0", "90"]),
-        ],
-        vec![
-            StudyFactor::new("speed", ["20", "40"]),
-            StudyFactor::new("velocity", ["20", "40"]),
-        ],
-        vec![StudyFactor::new("angle", ["0", "0.0"])],
-    ] {
+    let wrong: [&[(&str, [&str; 2])]; 10] = [
+        &[],
+        &[("angle", ["0", "0"])],
+        &[("angle", ["0", "91"])],
+        &[("speed", ["0", "fast"])],
+        &[("block", ["0", "1"])],
+        &[("heat", ["0", "1"])],
+        &[("angle", ["0", "1"]), ("angle", ["0", "1"])],
+        &[("angle", ["0", "1"]), ("orientation_deg", ["0", "90"])],
+        &[("speed", ["20", "40"]), ("velocity", ["20", "40"])],
+        &[("angle", ["0", "0.0"])],
+    ];
+    for factors in wrong {
+        let factors = factors
+            .iter()
+            .map(|(name, levels)| StudyFactor::new(*name, *levels));
         let protocol = Protocol {
-            factors,
+            factors: factors.collect(),
             ..protocol()
         };
         let path = folder.join("other");
@@ -460,21 +440,11 @@ fn people_and_simulated_participants_do_not_mix() {
     drop(study);
     let mut study = Study::resume(&folder, Durability::System).unwrap();
     assert_eq!(study.participants(), once);
-    struct Nobody;
-    impl hwall_study::Presenter for Nobody {
-        fn present(&mut self, _: &hwall_study::Stimulus, _: u64) -> Result<Rendered, StudyError> {
-            Ok(Rendered::default())
-        }
-    }
-    impl hwall_study::Respondent for Nobody {
-        fn tell(&mut self, _: &str) -> Result<(), StudyError> {
-            Ok(())
-        }
-        fn ask(&mut self, _: &str, _: hwall_study::Ask) -> Result<Option<Answer>, StudyError> {
-            Ok(None)
-        }
-    }
-    let refused = hwall_study::conduct(&mut study, &mut Nobody, &mut Nobody);
+    let refused = hwall_study::conduct(
+        &mut study,
+        &mut Counting::default(),
+        &mut Script::new(1.0, 0),
+    );
     let people = StudyError::OtherParticipants {
         stored: once,
         asked: Participants::People,

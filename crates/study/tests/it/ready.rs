@@ -1,11 +1,10 @@
 //! The dissertation's studies as ready protocols, with simulated participants and with scripted people.
 
-use crate::common::folder;
+use crate::common::{Counting, Script, folder};
 use hwall_study::{
-    Answer, Ask, Durability, EXPERIMENT_2_MEANS, ParticipantConfig, Participants, Patch, Presenter,
-    Procedure, Protocol, ReadyProtocol, Rendered, Respondent, Roughness, SimulatedStage,
-    Simulation, Stimulus, Study, StudyError, StudyFactor, StudyReport, Surface, conduct,
-    planted_for, ratings, sign_power, simulate,
+    Durability, EXPERIMENT_2_MEANS, ParticipantConfig, Participants, Patch, Procedure, Protocol,
+    ReadyProtocol, Roughness, SimulatedStage, Simulation, Stimulus, Study, StudyError, StudyFactor,
+    StudyReport, Surface, conduct, planted_for, ratings, sign_power, simulate,
 };
 
 fn simulated(name: &str, protocol: Protocol, participants: ParticipantConfig) -> Study {
@@ -63,21 +62,18 @@ fn every_ready_protocol_can_be_run() {
 #[test]
 fn protocols_that_do_not_fit_are_refused() {
     let experiment = ReadyProtocol::Experiment2.protocol();
-    let two = Protocol {
-        questions: experiment.questions[..2].to_vec(),
-        ..experiment.clone()
-    };
-    assert!(two.validate().is_err());
-    let empty = Protocol {
-        questions: vec!["a".to_owned(), " ".to_owned(), "c".to_owned()],
-        ..experiment.clone()
-    };
-    assert!(empty.validate().is_err());
-    let several = Protocol {
-        factors: Protocol::default().factors,
-        ..experiment
-    };
-    assert!(several.validate().is_err());
+    let several = Protocol::default().factors;
+    let wrong: [&dyn Fn(&mut Protocol); 4] = [
+        &|p| p.questions.truncate(2),
+        &|p| p.questions[1] = " ".to_owned(),
+        &|p| p.factors.clone_from(&several),
+        &|p| p.procedure = Procedure::MoreReal { points: 1 },
+    ];
+    for spoil in wrong {
+        let mut protocol = experiment.clone();
+        spoil(&mut protocol);
+        assert!(protocol.validate().is_err(), "{protocol:?}");
+    }
     for (factor, level) in [("surface", "whiteboard"), ("patch", "released")] {
         let protocol = Protocol {
             factors: vec![StudyFactor::new(factor, [level])],
@@ -86,11 +82,6 @@ fn protocols_that_do_not_fit_are_refused() {
         let refused = Stimulus::check_all(&protocol);
         assert!(matches!(refused, Err(StudyError::BadLevel { .. })));
     }
-    let points = Protocol {
-        procedure: Procedure::MoreReal { points: 1 },
-        ..Protocol::default()
-    };
-    assert!(points.validate().is_err());
 }
 
 /// A planted preference is recovered with its sign, whichever touch came second.
@@ -157,58 +148,12 @@ fn planted_means_of_questions_come_back() {
     }
 }
 
-/// A scripted person: the answers, and the shown texts.
-struct Script {
-    answer: f64,
-    said: Vec<String>,
-    asked: Vec<String>,
-}
-
-impl Respondent for Script {
-    fn tell(&mut self, text: &str) -> Result<(), StudyError> {
-        self.said.push(text.to_owned());
-        Ok(())
-    }
-
-    fn ask(&mut self, text: &str, ask: Ask) -> Result<Option<Answer>, StudyError> {
-        self.asked.push(text.to_owned());
-        let value = match ask {
-            Ask::GoOn => 1.0,
-            Ask::Procedure(_) => self.answer,
-        };
-        Ok(Some(Answer {
-            value,
-            answered_s: 1.0,
-        }))
-    }
-}
-
-/// An arm that counts its touches.
-#[derive(Default)]
-struct Counting(Vec<Stimulus>);
-
-impl Presenter for Counting {
-    fn present(&mut self, stimulus: &Stimulus, _: u64) -> Result<Rendered, StudyError> {
-        self.0.push(*stimulus);
-        Ok(Rendered {
-            force_n: Some(7.0),
-            contact_s: 0.7,
-            patch: stimulus.patch,
-            ..Rendered::default()
-        })
-    }
-}
-
 fn with_people(name: &str, protocol: Protocol, answer: f64) -> (Study, Script, Counting) {
     let folder = folder(&format!("ready-{name}"));
     let people = Participants::People;
     let mut study = Study::create(&folder, protocol, people, Durability::System).unwrap();
     let mut arm = Counting::default();
-    let mut person = Script {
-        answer,
-        said: Vec::new(),
-        asked: Vec::new(),
-    };
+    let mut person = Script::new(answer, usize::MAX);
     conduct(&mut study, &mut arm, &mut person).unwrap();
     let _ = std::fs::remove_dir_all(&folder);
     (study, person, arm)

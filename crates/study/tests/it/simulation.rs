@@ -269,12 +269,13 @@ fn thresholds_of_two_intervals_are_those_that_were_planted() {
         let is_near = (mean / truth - 1.0).abs() < 0.35;
         assert!(is_near, "{procedure:?}: {mean}, planted {truth}");
     }
+    let speed = |levels: &[&str]| StudyFactor::new("speed", levels.iter().copied());
     for factors in [
-        vec![StudyFactor::new("speed", ["20", "40"])],
-        vec![StudyFactor::new("speed", ["0", "40", "60"])],
-        vec![StudyFactor::new("speed", ["20", "60", "40"])],
+        vec![speed(&["20", "40"])],
+        vec![speed(&["0", "40", "60"])],
+        vec![speed(&["20", "60", "40"])],
         vec![
-            StudyFactor::new("speed", ["20", "40", "60"]),
+            speed(&["20", "40", "60"]),
             StudyFactor::new("angle", ["0", "90"]),
         ],
     ] {
@@ -463,16 +464,7 @@ fn the_methods_are_told_from_the_log() {
     loop {
         match study.next_step() {
             NextStep::Present { subject, trial, .. } => {
-                let mut shown = Presentation {
-                    rendered: Rendered {
-                        angle_deg: Some(0.0),
-                        speed_mm_per_s: Some(40.0),
-                        force_n: Some(7.0),
-                        contact_s: 0.7,
-                        ..Rendered::default()
-                    },
-                    reference: None,
-                };
+                let mut shown = common::shown(0.0);
                 if subject == 1 && trial.condition == 0 {
                     shown.rendered.fault = Fault::Late;
                 }
