@@ -1,6 +1,6 @@
 //! Rigid bodies in motion: reference data, conserved quantities, closed forms of friction, stops, bad input.
 
-use crate::common::chain::{BOTH, LEVER_KG_M2, QUIET, START, iiwa7, lever, run, turning};
+use crate::common::chain::{BOTH, LEVER_KG_M2, QUIET, START, iiwa7, lever, moving, run, turning};
 use crate::common::motion::Case;
 use hwall_kinematics::glam::DVec3;
 use hwall_kinematics::{Chain, Wrench};
@@ -81,11 +81,7 @@ fn energy_stays_without_friction() {
 
 #[test]
 fn torques_do_the_work_that_the_energy_gains() {
-    let config = ChainMotionConfig {
-        integrator: Integrator::Rk4,
-        ..Default::default()
-    };
-    let mut motion = ChainMotion::new(iiwa7(), &START, &[0.0; 7], config).unwrap();
+    let mut motion = moving(Integrator::Rk4, 0.0);
     let before_j = motion.energy_j().unwrap();
     let torques = [3.0, -20.0, 2.0, 5.0, -1.0, 0.5, 0.1];
     run(&mut motion, 5000, 1e-4, &torques);
@@ -241,11 +237,7 @@ fn samples_and_torques_meet_their_times() {
 fn a_motion_that_diverges_says_when_and_where() {
     for integrator in BOTH {
         for (torque, most_s) in [(1e7, 1.0), (1e300, 1e-3)] {
-            let config = ChainMotionConfig {
-                integrator,
-                ..Default::default()
-            };
-            let mut motion = ChainMotion::new(iiwa7(), &START, &[0.0; 7], config).unwrap();
+            let mut motion = moving(integrator, 0.0);
             let mut torques = HeldTorques::new(7);
             let mut row = [0.0; 7];
             row[2] = torque;
@@ -322,19 +314,20 @@ fn bad_input_is_named() {
         assert!(error.contains(said), "{error}");
     }
     for integrator in BOTH {
-        let config = ChainMotionConfig {
-            integrator,
-            ..plain()
-        };
-        let mut motion = ChainMotion::new(iiwa7(), &START, &[0.1; 7], config).unwrap();
+        let mut motion = moving(integrator, 0.1);
         let nan = Wrench::from_array([f64::NAN; 6]);
-        assert!(motion.step(0.0, &[0.0; 7], &QUIET).is_err());
-        assert!(motion.step(f64::NAN, &[0.0; 7], &QUIET).is_err());
-        assert!(motion.step(1e-3, &[f64::NAN; 7], &QUIET).is_err());
-        assert!(motion.step(1e-3, &[0.0; 6], &QUIET).is_err());
-        assert!(motion.step(1e-3, &[0.0; 7], &nan).is_err());
-        assert!(motion.step(1e-3, &[1e308; 7], &QUIET).is_err());
-        assert!(motion.step(1e200, &[1e200; 7], &QUIET).is_err());
+        for (dt_s, torques, wrench) in [
+            (0.0, &[0.0; 7][..], QUIET),
+            (f64::NAN, &[0.0; 7], QUIET),
+            (1e-3, &[f64::NAN; 7], QUIET),
+            (1e-3, &[0.0; 6], QUIET),
+            (1e-3, &[0.0; 7], nan),
+            (1e-3, &[1e308; 7], QUIET),
+            (1e200, &[1e200; 7], QUIET),
+        ] {
+            let stepped = motion.step(dt_s, torques, &wrench);
+            assert!(stepped.is_err(), "{dt_s} {torques:?} {wrench:?}");
+        }
         assert_eq!(motion.q(), START);
         assert_eq!(motion.qd(), [0.1; 7]);
     }
@@ -385,11 +378,7 @@ fn steps_do_not_allocate() {
 #[test]
 fn runge_kutta_is_of_fourth_order() {
     let after = |dt_s: f64| {
-        let config = ChainMotionConfig {
-            integrator: Integrator::Rk4,
-            ..Default::default()
-        };
-        let mut motion = ChainMotion::new(iiwa7(), &START, &[0.5; 7], config).unwrap();
+        let mut motion = moving(Integrator::Rk4, 0.5);
         run(&mut motion, (0.4 / dt_s).round() as usize, dt_s, &[1.0; 7]);
         motion.q().to_vec()
     };

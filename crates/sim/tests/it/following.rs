@@ -1,5 +1,6 @@
 //! The simulated arm follows a feasible stream of commands with only its delay, and respects its limits otherwise.
 
+use crate::common::torque::{moved, start};
 use hwall_haptics::{Arm, ArmCommand};
 use hwall_kinematics::{JointPositions, SrsArm};
 use hwall_motion::{JointTiming, MotionConfig, MotionLimits, ReferenceMotion};
@@ -8,10 +9,6 @@ use hwall_testkit::Sampler;
 use std::sync::Arc;
 
 const DELAY_S: f64 = 0.022;
-
-fn start() -> JointPositions {
-    JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0])
-}
 
 fn servo() -> ServoArm {
     ServoArm::new(Arc::new(SrsArm::iiwa7()), start(), ServoConfig::default()).expect("valid")
@@ -37,10 +34,6 @@ fn motion_from(start: &JointPositions) -> ReferenceMotion {
     let model = SrsArm::iiwa7();
     let planned = MotionLimits::of_arm(&model, &MotionConfig::default()).expect("valid");
     ReferenceMotion::new(&model, &planned, start).expect("finite")
-}
-
-fn moved(by_rad: f64) -> JointPositions {
-    JointPositions(start().0.map(|q| q + by_rad))
 }
 
 /// Angles at equal time steps, and their finite differences.

@@ -1,14 +1,11 @@
 //! A hand with mass: closed forms, impacts, friction, stability with an arm, bad input.
 
+use crate::common::torque::{arm, ms};
 use hwall_haptics::{Arm, ArmCommand};
 use hwall_kinematics::glam::DVec3;
-use hwall_kinematics::{
-    ArmKinematics, Chain, ChainDynamics, Inertial, JointPositions, JointTorques, Pose, SrsArm,
-    Twist,
-};
-use hwall_sim::{HandBody, HandBodyConfig, HandDrive, TorqueArm, TorqueConfig};
+use hwall_kinematics::{JointTorques, Pose, Twist, Wrench};
+use hwall_sim::{HandBody, HandBodyConfig, HandDrive, TorqueConfig};
 use hwall_testkit::{Sampler, Tol, assert_close, refused};
-use std::sync::Arc;
 
 const RELAXED: HandDrive = HandDrive::Force(DVec3::ZERO);
 const STILL: Twist = Twist {
@@ -26,6 +23,20 @@ fn undamped() -> HandBodyConfig {
     }
 }
 
+/// A push in x and z, N.
+const fn push(x_n: f64, z_n: f64) -> HandDrive {
+    HandDrive::Force(DVec3::new(x_n, 0.0, z_n))
+}
+
+/// Drives a hand against a still board; the last wrench on the board.
+fn driven(hand: &mut HandBody, steps: usize, drive: &HandDrive) -> Wrench {
+    let mut wrench = Wrench::default();
+    for _ in 0..steps {
+        wrench = hand.step(1e-3, &Pose::IDENTITY, &STILL, drive).unwrap();
+    }
+    wrench
+}
+
 fn hand(config: HandBodyConfig, position: [f64; 3], velocity: [f64; 3]) -> HandBody {
     HandBody::new(config, position.into(), velocity.into()).unwrap()
 }
@@ -41,7 +52,7 @@ fn an_undamped_impact_is_half_an_oscillation() {
         let mut hand = hand(config, [0.0, 0.0, 1e-9], [0.0, 0.0, -speed]);
         let (mut most_n, mut impulse, mut touched_s) = (0.0_f64, 0.0, 0.0);
         for _ in 0..400 {
-            let wrench = hand.step(1e-3, &Pose::IDENTITY, &STILL, &RELAXED).unwrap();
+            let wrench = driven(&mut hand, 1, &RELAXED);
             most_n = most_n.max(-wrench.force_n.z);
             impulse -= wrench.force_n.z * 1e-3;
             touched_s += if hand.is_touching() { 1e-3 } else { 0.0 };
@@ -65,11 +76,7 @@ fn an_undamped_impact_is_half_an_oscillation() {
 #[test]
 fn a_constant_force_rests_at_force_over_stiffness() {
     let mut hand = hand(HandBodyConfig::default(), [0.02, -0.03, 0.005], [0.0; 3]);
-    let push = HandDrive::Force(DVec3::new(0.0, 0.0, -8.0));
-    let mut wrench = Default::default();
-    for _ in 0..3000 {
-        wrench = hand.step(1e-3, &Pose::IDENTITY, &STILL, &push).unwrap();
-    }
+    let wrench = driven(&mut hand, 3000, &push(0.0, -8.0));
     assert_close!(wrench.force_n, DVec3::new(0.0, 0.0, -8.0), Tol::abs(1e-6));
     let moment = hand.position_m().cross(wrench.force_n);
     assert_close!(wrench.moment_n_m, moment, Tol::abs(1e-9));
@@ -91,11 +98,7 @@ fn an_aim_beyond_the_board_is_balanced_by_both_springs() {
             position_m: DVec3::new(0.0, 0.0, depth),
             velocity_m_per_s: DVec3::new(0.0, 0.0, speed),
         };
-        force_n = hand
-            .step(1e-3, &Pose::IDENTITY, &STILL, &drive)
-            .unwrap()
-            .force_n
-            .z;
+        force_n = driven(&mut hand, 1, &drive).force_n.z;
     }
     let (arm, finger) = (
         config.arm_stiffness_n_per_m,
@@ -112,25 +115,15 @@ fn an_aim_beyond_the_board_is_balanced_by_both_springs() {
 fn skin_sticks_and_slips_as_coulomb_says() {
     let pressed = |along_n: f64, steps: usize| {
         let mut hand = hand(HandBodyConfig::default(), [0.0, 0.0, 0.001], [0.0; 3]);
-        for _ in 0..1000 {
-            let push = HandDrive::Force(DVec3::new(0.0, 0.0, -5.0));
-            hand.step(1e-3, &Pose::IDENTITY, &STILL, &push).unwrap();
-        }
-        let mut wrench = Default::default();
-        for _ in 0..steps {
-            let push = HandDrive::Force(DVec3::new(along_n, 0.0, -5.0));
-            wrench = hand.step(1e-3, &Pose::IDENTITY, &STILL, &push).unwrap();
-        }
+        driven(&mut hand, 1000, &push(0.0, -5.0));
+        let wrench = driven(&mut hand, steps, &push(along_n, -5.0));
         (hand, wrench)
     };
     // Below μ N = 3 N the finger sticks, with its shear spring deflected.
     let (mut hand, wrench) = pressed(2.5, 1000);
     assert_close!(hand.position_m().x, 2.5 / 1000.0, Tol::abs(1e-6));
     assert_close!(wrench.force_n.x, 2.5, Tol::abs(1e-3));
-    for _ in 0..5000 {
-        let push = HandDrive::Force(DVec3::new(2.5, 0.0, -5.0));
-        hand.step(1e-3, &Pose::IDENTITY, &STILL, &push).unwrap();
-    }
+    driven(&mut hand, 5000, &push(2.5, -5.0));
     assert_close!(hand.position_m().x, 2.5 / 1000.0, Tol::abs(1e-6));
     // Above that, it slides and exerts μ N on the board.
     let (hand, wrench) = pressed(4.0, 100);
@@ -141,7 +134,6 @@ fn skin_sticks_and_slips_as_coulomb_says() {
 #[test]
 fn a_board_drags_the_finger_along() {
     let mut hand = hand(HandBodyConfig::default(), [0.0, 0.0, 0.0005], [0.0; 3]);
-    let push = HandDrive::Force(DVec3::new(0.0, 0.0, -5.0));
     let moving = Twist {
         linear_m_per_s: DVec3::new(0.05, 0.0, 0.0),
         ..STILL
@@ -149,7 +141,7 @@ fn a_board_drags_the_finger_along() {
     for k in 0..1000 {
         let place = DVec3::new(5e-5 * f64::from(k), 0.0, 0.0);
         let board = Pose::from_translation(place).unwrap();
-        hand.step(1e-3, &board, &moving, &push).unwrap();
+        hand.step(1e-3, &board, &moving, &push(0.0, -5.0)).unwrap();
     }
     // 20 N s/m of the arm against 0.05 m/s are 1 N, less than the 3 N of friction.
     assert_close!(hand.velocity_m_per_s().x, 0.05, Tol::abs(1e-4));
@@ -160,27 +152,10 @@ fn the_face_is_square_and_has_no_back() {
     let behind = hand(HandBodyConfig::default(), [0.0, 0.0, -0.02], [0.0; 3]);
     let beside = hand(HandBodyConfig::default(), [0.0, 0.101, -0.001], [0.0; 3]);
     for mut hand in [behind, beside] {
-        let wrench = hand.step(1e-3, &Pose::IDENTITY, &STILL, &RELAXED).unwrap();
+        let wrench = driven(&mut hand, 1, &RELAXED);
         assert_eq!(wrench.force_n, DVec3::ZERO);
         assert!(!hand.is_touching());
     }
-}
-
-fn board_arm(config: TorqueConfig) -> TorqueArm {
-    let start = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
-    let face = Pose::from_translation(DVec3::new(0.0, 0.0, 0.04)).unwrap();
-    let board = Inertial::solid_box(
-        "board",
-        1.0,
-        DVec3::new(0.0, 0.0, 0.03),
-        DVec3::new(0.2, 0.2, 0.02),
-    );
-    let dynamics = ChainDynamics::new(&Chain::iiwa7())
-        .unwrap()
-        .with_payload(&board)
-        .unwrap();
-    let model: Arc<dyn ArmKinematics> = Arc::new(SrsArm::iiwa7().with_tool(face));
-    TorqueArm::new(model, dynamics, start, config).unwrap()
 }
 
 #[test]
@@ -191,15 +166,13 @@ fn impacts_at_2_m_per_s_on_an_arm_are_stable_at_1_khz() {
             0 => TorqueConfig::default(),
             _ => TorqueConfig::ideal(),
         };
-        let mut arm = board_arm(config);
+        let mut arm = arm(config);
         let compliant = run % 4 >= 2;
         if compliant {
             arm.command(ArmCommand::Torque(JointTorques::default()))
                 .unwrap();
         }
-        for _ in 0..20 {
-            arm.advance(1e-3).unwrap();
-        }
+        ms(&mut arm, 20);
         let hand_config = HandBodyConfig {
             mass_kg: sampler.uniform(0.2, 1.0),
             finger_stiffness_n_per_m: sampler.uniform(500.0, 2000.0),
@@ -247,7 +220,7 @@ fn impacts_at_2_m_per_s_on_an_arm_are_stable_at_1_khz() {
 #[test]
 fn a_resting_press_on_an_arm_stays_calm() {
     for config in [TorqueConfig::default(), TorqueConfig::ideal()] {
-        let mut arm = board_arm(config);
+        let mut arm = arm(config);
         let normal = arm.pose().rotation().z_axis;
         let begin = arm.pose().position_m() + 0.01 * normal;
         let mut hand = HandBody::new(HandBodyConfig::default(), begin, DVec3::ZERO).unwrap();

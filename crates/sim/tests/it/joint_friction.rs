@@ -30,12 +30,8 @@ fn dry_friction_stops_where_the_closed_form_says_and_stays() {
     for (integrator, tolerance) in [(Integrator::Rk4, 1e-12), (Integrator::SemiImplicit, 2e-3)] {
         let mut motion = turning(JointFriction::coulomb(dry), integrator, v);
         let stop_s = LEVER_KG_M2 * v / dry;
-        run(
-            &mut motion,
-            (stop_s / 1e-3).ceil() as usize + 1,
-            1e-3,
-            &[0.0],
-        );
+        let steps = (stop_s / 1e-3).ceil() as usize + 1;
+        run(&mut motion, steps, 1e-3, &[0.0]);
         assert_eq!(motion.qd()[0], 0.0);
         let stop = LEVER_KG_M2 * v * v / (2.0 * dry);
         assert_close!(motion.q()[0], stop, Tol::abs(tolerance));
@@ -53,12 +49,8 @@ fn dry_friction_stops_where_the_closed_form_says_and_stays() {
     let stop = v / rate - share * stop_s;
     for (integrator, tolerance) in [(Integrator::Rk4, 1e-10), (Integrator::SemiImplicit, 2e-3)] {
         let mut motion = turning(friction, integrator, v);
-        run(
-            &mut motion,
-            (stop_s / 1e-3).ceil() as usize + 1,
-            1e-3,
-            &[0.0],
-        );
+        let steps = (stop_s / 1e-3).ceil() as usize + 1;
+        run(&mut motion, steps, 1e-3, &[0.0]);
         assert_eq!(motion.qd()[0], 0.0);
         assert_close!(motion.q()[0], stop, Tol::abs(tolerance));
     }

@@ -1,5 +1,6 @@
 //! The simulated arm: delay, limits, arrival, rejected commands, torques.
 
+use crate::common::torque::{moved, start};
 use glam::DVec3;
 use hwall_haptics::{Arm, ArmCommand};
 use hwall_kinematics::{
@@ -8,12 +9,6 @@ use hwall_kinematics::{
 use hwall_sim::{ArgumentError, ServoArm, ServoConfig, SimError};
 use hwall_testkit::{Sampler, Tol, assert_close, refused};
 use std::sync::Arc;
-
-const START_DEG: [f64; 7] = [0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0];
-
-fn start() -> JointPositions {
-    JointPositions::from_deg(START_DEG)
-}
 
 fn servo(config: ServoConfig) -> ServoArm {
     ServoArm::new(Arc::new(SrsArm::iiwa7()), start(), config).expect("valid")
@@ -30,11 +25,6 @@ fn acceleration_rad_per_s2(joint: usize) -> f64 {
 
 fn jerk_rad_per_s3(joint: usize) -> f64 {
     acceleration_rad_per_s2(joint) / 0.01
-}
-
-/// The start position with every joint moved by this angle.
-fn moved(by_rad: f64) -> JointPositions {
-    JointPositions(start().0.map(|q| q + by_rad))
 }
 
 /// Log-uniform time step, s.

@@ -1,6 +1,9 @@
 //! The arm at torque level: drives, servo, friction, sensors and observer, stops, bad input.
 
-use crate::common::torque::{arm, arm_with, dynamics, force, kinematics, ms, overlay, start};
+use crate::common::chain::BOTH;
+use crate::common::torque::{
+    arm, arm_by, arm_with, dynamics, force, kinematics, ms, overlay, start,
+};
 use hwall_haptics::{Arm, ArmCommand};
 use hwall_kinematics::glam::DVec3;
 use hwall_kinematics::{
@@ -8,8 +11,8 @@ use hwall_kinematics::{
 };
 use hwall_motion::{MotionConfig, MotionLimits, ReferenceMotion};
 use hwall_sim::{
-    DriveConfig, FrictionCompensation, Integrator, JointFriction, SimError, TorqueArm,
-    TorqueConfig, TorqueSensor,
+    DriveConfig, FrictionCompensation, JointFriction, SimError, TorqueArm, TorqueConfig,
+    TorqueSensor,
 };
 use hwall_testkit::{Sampler, Tol, assert_close, refused};
 use std::f64::consts::TAU;
@@ -93,12 +96,8 @@ fn overlays_change_by_one_newton_metre_in_a_millisecond_and_saturate() {
 
 #[test]
 fn the_arm_holds_at_first_and_does_not_move_at_all() {
-    for integrator in [Integrator::SemiImplicit, Integrator::Rk4] {
-        let config = TorqueConfig {
-            integrator,
-            ..TorqueConfig::default()
-        };
-        let mut arm = arm(config);
+    for integrator in BOTH {
+        let mut arm = arm_by(integrator);
         ms(&mut arm, 500);
         assert_eq!(arm.q(), start());
         assert_eq!(arm.qd().0, [0.0; 7]);
@@ -407,12 +406,8 @@ fn bad_input_is_refused() {
 
 #[test]
 fn nothing_is_allocated_after_construction() {
-    for integrator in [Integrator::SemiImplicit, Integrator::Rk4] {
-        let config = TorqueConfig {
-            integrator,
-            ..TorqueConfig::default()
-        };
-        let mut arm = arm(config);
+    for integrator in BOTH {
+        let mut arm = arm_by(integrator);
         let counted = allocation_counter::measure(|| {
             for k in 0..1500_usize {
                 let command = match k / 500 {

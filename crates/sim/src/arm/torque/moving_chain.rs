@@ -3,7 +3,7 @@
 use super::friction::JointFriction;
 use super::steps::{StepSolver, Steps};
 use crate::error::SimError;
-use hwall_kinematics::{ChainDynamics, DynamicsScratch, KinematicsError, Wrench};
+use hwall_kinematics::{ChainDynamics, DynamicsScratch, Wrench};
 use hwall_numeric::check::all_finite;
 
 /// State of a chain, and scratch memory of its equations.
@@ -57,6 +57,15 @@ impl MovingChain {
         [(least - q).min(0.0), (most - q).max(0.0)]
     }
 
+    /// Accelerations or velocities of a joint at rest with this dry friction: none into a stop.
+    pub(super) fn at_rest(&self, joint: usize, dry: f64) -> Steps {
+        let [least, most] = self.room(joint).map(|room| match room == 0.0 {
+            true => 0.0,
+            false => room.signum() * f64::INFINITY,
+        });
+        Steps::friction_between(dry, least, most)
+    }
+
     /// Removes rounding beyond a joint's stop.
     pub(super) fn within_stops(&self, joint: usize, q: f64) -> f64 {
         let [least, most] = self.stops[joint];
@@ -87,8 +96,7 @@ impl MovingChain {
             self.matrix[i * n + i] += dt_s * friction.viscous_n_m_s_per_rad;
         }
         self.solver
-            .solve(&self.matrix, &self.driving, &self.steps, &self.qd)
-            .map_err(|joint| KinematicsError::SingularMass { joint })?;
+            .solve(&self.matrix, &self.driving, &self.steps, &self.qd)?;
         all_finite("joint velocities", &self.solver.x)?;
         for i in 0..n {
             let v = self.solver.x[i];

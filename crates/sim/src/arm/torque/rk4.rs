@@ -3,7 +3,7 @@
 use super::moving_chain::MovingChain;
 use super::steps::Steps;
 use crate::error::SimError;
-use hwall_kinematics::{KinematicsError, Wrench};
+use hwall_kinematics::Wrench;
 use hwall_numeric::check::all_finite;
 
 /// After this many splits of one step, the rest of the step is integrated by the implicit scheme, which handles all
@@ -146,11 +146,7 @@ impl Rk4 {
             } else {
                 self.directions[i] = 0.0;
                 resting |= at_stop || dry > 0.0;
-                let [least, most] = motion.room(i).map(|room| match room == 0.0 {
-                    true => 0.0,
-                    false => room.signum() * f64::INFINITY,
-                });
-                Steps::friction_between(dry, least, most)
+                motion.at_rest(i, dry)
             };
         }
         if !resting {
@@ -164,8 +160,7 @@ impl Rk4 {
         }
         motion
             .solver
-            .solve(&motion.matrix, &motion.driving, &motion.steps, &self.zeros)
-            .map_err(|joint| KinematicsError::SingularMass { joint })?;
+            .solve(&motion.matrix, &motion.driving, &motion.steps, &self.zeros)?;
         for i in 0..n {
             if motion.solver.is_held(i) {
                 self.directions[i] = f64::NAN;
@@ -209,8 +204,7 @@ impl Rk4 {
             }
             motion
                 .solver
-                .solve(&motion.matrix, &motion.driving, &motion.steps, &self.zeros)
-                .map_err(|joint| KinematicsError::SingularMass { joint })?;
+                .solve(&motion.matrix, &motion.driving, &motion.steps, &self.zeros)?;
             self.qdd.copy_from_slice(&motion.solver.x);
             let ahead_s = [0.5 * h_s, 0.5 * h_s, h_s, 0.0][stage];
             for i in 0..n {
@@ -312,16 +306,11 @@ impl Rk4 {
         for i in 0..n {
             let row = &motion.matrix[i * n..][..n];
             motion.driving[i] = row.iter().zip(&motion.qd).map(|(m, v)| m * v).sum();
-            let [least, most] = motion.room(i).map(|room| match room == 0.0 {
-                true => 0.0,
-                false => room.signum() * f64::INFINITY,
-            });
-            motion.steps[i] = Steps::friction_between(0.0, least, most);
+            motion.steps[i] = motion.at_rest(i, 0.0);
         }
         motion
             .solver
-            .solve(&motion.matrix, &motion.driving, &motion.steps, &motion.qd)
-            .map_err(|joint| KinematicsError::SingularMass { joint })?;
+            .solve(&motion.matrix, &motion.driving, &motion.steps, &motion.qd)?;
         motion.qd.copy_from_slice(&motion.solver.x);
         Ok(())
     }

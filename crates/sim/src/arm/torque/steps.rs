@@ -3,6 +3,9 @@
 //! With velocities for `x` and impulses for `λ` this is the time stepping of Moreau and of Stewart and Trinkle (1996): a
 //! joint sticks exactly if its `x` is on a corner, and neither friction nor stops can do positive work.
 
+use hwall_kinematics::KinematicsError;
+use hwall_numeric::dense::{cholesky_in_place, solve_lower, solve_lower_transposed};
+
 /// Number of simultaneous changes before switching to single changes, which always terminate (Murty 1974).
 const SWEEPS: usize = 8;
 /// Maximum number of changes; `3^n` states are possible, but few occur.
@@ -126,14 +129,14 @@ impl StepSolver {
         matches!(self.states[i], State::Corner(_))
     }
 
-    /// Solves for `x` near `near`; otherwise returns the row at which `a` (symmetric, row-major) is not positive definite.
+    /// Solves for `x` near `near`; fails if `a` (symmetric, row-major) is not positive definite.
     pub(super) fn solve(
         &mut self,
         a: &[f64],
         r: &[f64],
         steps: &[Steps],
         near: &[f64],
-    ) -> Result<(), usize> {
+    ) -> Result<(), KinematicsError> {
         for ((state, steps), &near) in self.states.iter_mut().zip(steps).zip(near) {
             *state = steps.state_at(near);
         }
@@ -162,7 +165,12 @@ impl StepSolver {
         Ok(())
     }
 
-    fn solve_states(&mut self, a: &[f64], r: &[f64], steps: &[Steps]) -> Result<(), usize> {
+    fn solve_states(
+        &mut self,
+        a: &[f64],
+        r: &[f64],
+        steps: &[Steps],
+    ) -> Result<(), KinematicsError> {
         let n = self.n;
         self.factor.copy_from_slice(a);
         for (i, steps) in steps.iter().enumerate() {
@@ -188,7 +196,10 @@ impl StepSolver {
             }
             self.factor[i * n + i] = 1.0;
         }
-        solve_symmetric(&mut self.factor, &mut self.x)?;
+        cholesky_in_place(n, &mut self.factor)
+            .map_err(|fault| KinematicsError::SingularMass { joint: fault.pivot })?;
+        solve_lower(&self.factor, &mut self.x);
+        solve_lower_transposed(&self.factor, &mut self.x);
         for (i, steps) in steps.iter().enumerate() {
             if let State::Corner(k) = self.states[i] {
                 self.x[i] = steps.corners[k];
@@ -203,41 +214,4 @@ impl StepSolver {
         }
         Ok(())
     }
-}
-
-/// Solves `A x = b` in place by `L Lᵀ`; otherwise returns the row at which `A` is not positive definite.
-pub(super) fn solve_symmetric(a: &mut [f64], b: &mut [f64]) -> Result<(), usize> {
-    let n = b.len();
-    for i in 0..n {
-        let (done, rest) = a.split_at_mut(i * n);
-        let row = &mut rest[..n];
-        for j in 0..i {
-            let other = &done[j * n..][..n];
-            let mut sum = row[j];
-            for k in 0..j {
-                sum -= row[k] * other[k];
-            }
-            row[j] = sum * other[j];
-        }
-        let mut pivot = row[i];
-        let mut value = b[i];
-        for k in 0..i {
-            pivot -= row[k] * row[k];
-            value -= row[k] * b[k];
-        }
-        if pivot <= 16.0 * f64::EPSILON * row[i] || pivot.is_nan() {
-            return Err(i);
-        }
-        // Store the inverse of the diagonal: multiplication is faster than division.
-        row[i] = 1.0 / pivot.sqrt();
-        b[i] = value * row[i];
-    }
-    for i in (0..n).rev() {
-        let mut value = b[i];
-        for k in i + 1..n {
-            value -= a[k * n + i] * b[k];
-        }
-        b[i] = value * a[i * n + i];
-    }
-    Ok(())
 }

@@ -35,6 +35,15 @@ pub(crate) fn turning(friction: JointFriction, integrator: Integrator, qd: f64) 
     ChainMotion::new(lever(DVec3::Z), &[0.0], &[qd], config).unwrap()
 }
 
+/// The arm at [`START`] in motion, without friction and stops.
+pub(crate) fn moving(integrator: Integrator, qd: f64) -> ChainMotion {
+    let config = ChainMotionConfig {
+        integrator,
+        ..Default::default()
+    };
+    ChainMotion::new(iiwa7(), &START, &[qd; 7], config).unwrap()
+}
+
 pub(crate) fn run(motion: &mut ChainMotion, steps: usize, dt_s: f64, torques: &[f64]) {
     for _ in 0..steps {
         motion.step(dt_s, torques, &QUIET).unwrap();

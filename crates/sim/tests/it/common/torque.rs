@@ -6,11 +6,16 @@ use hwall_kinematics::{
     ArmKinematics, Chain, ChainDynamics, Inertial, JointPositions, JointTorques, Pose, SrsArm,
     Wrench,
 };
-use hwall_sim::{TorqueArm, TorqueConfig};
+use hwall_sim::{Integrator, TorqueArm, TorqueConfig};
 use std::sync::Arc;
 
 pub(crate) fn start() -> JointPositions {
     JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0])
+}
+
+/// The start position with every joint moved by this angle.
+pub(crate) fn moved(by_rad: f64) -> JointPositions {
+    JointPositions(start().0.map(|q| q + by_rad))
 }
 
 /// A board of 1 kg.
@@ -34,6 +39,14 @@ pub(crate) fn arm_with(dynamics: ChainDynamics, config: TorqueConfig) -> TorqueA
 
 pub(crate) fn arm(config: TorqueConfig) -> TorqueArm {
     arm_with(dynamics(), config)
+}
+
+/// By one of the integrators.
+pub(crate) fn arm_by(integrator: Integrator) -> TorqueArm {
+    arm(TorqueConfig {
+        integrator,
+        ..TorqueConfig::default()
+    })
 }
 
 pub(crate) fn overlay(joint: usize, torque_n_m: f64) -> ArmCommand {
