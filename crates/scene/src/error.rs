@@ -126,6 +126,21 @@ impl SceneError {
         self.in_file(sidecar.unwrap_or(obj))
     }
 
+    /// A value of this surface that is not as wanted.
+    pub(crate) fn parameter(
+        surface: &str,
+        what: &'static str,
+        value: f64,
+        wanted: &'static str,
+    ) -> Self {
+        Self::Parameter {
+            surface: surface.to_owned(),
+            what,
+            value,
+            wanted,
+        }
+    }
+
     /// Prefixes the file name, unless already present.
     pub(crate) fn in_file(self, path: &Path) -> Self {
         if matches!(self, Self::Io { .. } | Self::File { .. }) {
@@ -135,6 +150,14 @@ impl SceneError {
             path: path.display().to_string(),
             error: Box::new(self),
         }
+    }
+}
+
+/// Rejects a scene with more than the limit of something.
+pub(crate) const fn at_most(limit: u64, what: &'static str, got: u64) -> Result<()> {
+    match got > limit {
+        true => Err(SceneError::TooLarge { what, got, limit }),
+        false => Ok(()),
     }
 }
 

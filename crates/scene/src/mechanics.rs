@@ -92,12 +92,9 @@ impl Mechanics {
     /// Rejects invalid values, named by their sidecar keys.
     pub(crate) fn validate(&self, surface: &str, keys: &MechanicsKeys) -> Result<()> {
         let check = |what, value: Option<f64>, holds: fn(f64) -> bool, wanted| match value {
-            Some(value) if !(value.abs() <= MOST && holds(value)) => Err(SceneError::Parameter {
-                surface: surface.to_owned(),
-                what,
-                value,
-                wanted,
-            }),
+            Some(value) if !(value.abs() <= MOST && holds(value)) => {
+                Err(SceneError::parameter(surface, what, value, wanted))
+            }
             _ => Ok(()),
         };
         let positive = |what, value| {
@@ -133,14 +130,7 @@ impl Mechanics {
             return Ok(());
         };
         finite("click.start_m", click.start)?;
-        let fails = |what, value, wanted| {
-            Err(SceneError::Parameter {
-                surface: surface.to_owned(),
-                what,
-                value,
-                wanted,
-            })
-        };
+        let fails = |what, value, wanted| Err(SceneError::parameter(surface, what, value, wanted));
         if !(click.snap <= MOST && click.snap > click.start) {
             return fails("click.snap_m", click.snap, "finite and above click.start_m");
         }

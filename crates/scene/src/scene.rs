@@ -1,6 +1,6 @@
 //! The scene: surfaces and their poses.
 
-use crate::error::{Result, SceneError};
+use crate::error::{Result, SceneError, at_most};
 use crate::facet::{self, Facet};
 use crate::part::{BuildQuality, Face, MAX_TRIANGLES, Part};
 use crate::read::{self, FileFrame, LoadLimits, LoadReport, SurfaceMesh};
@@ -168,10 +168,7 @@ impl Scene {
     fn build(meshes: Vec<SurfaceMesh>, report: &mut LoadReport) -> Result<Self> {
         let meshes = read::repaired(meshes, report)?;
         let got = meshes.iter().map(|m| m.triangles_m.len()).sum::<usize>() as u64;
-        if got > MAX_TRIANGLES {
-            let (what, limit) = ("triangles", MAX_TRIANGLES);
-            return Err(SceneError::TooLarge { what, got, limit });
-        }
+        at_most(MAX_TRIANGLES, "triangles", got)?;
         // All fixed surfaces form one part; each movable surface is a separate part.
         let (mut still, mut groups) = (None, Vec::<Vec<Face>>::new());
         let mut part_of = Vec::with_capacity(meshes.len());

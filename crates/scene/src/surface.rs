@@ -185,12 +185,7 @@ pub(crate) fn validated(mut surface: Surface) -> Result<Surface> {
         contact_stiffness_n_per_m,
         ..
     } = &mut surface;
-    let fail = |what, value, wanted| SceneError::Parameter {
-        surface: name.clone(),
-        what,
-        value,
-        wanted,
-    };
+    let fail = |what, value, wanted| SceneError::parameter(name, what, value, wanted);
     let not_negative = |what, value: Option<f64>| match value {
         Some(v) if !(0.0..=MOST).contains(&v) => {
             Err(fail(what, v, "finite, not negative and at most 1e12"))

@@ -72,12 +72,7 @@ pub(crate) fn repaired(
         let surface = validated(surface)?;
         if let Some(value) = coordinates(&triangles_m).find(|x| !is_usable(*x)) {
             let (what, wanted) = ("vertex coordinate", "finite and below 1e9 m");
-            return Err(SceneError::Parameter {
-                surface: surface.name,
-                what,
-                value,
-                wanted,
-            });
+            return Err(SceneError::parameter(&surface.name, what, value, wanted));
         }
         let given = triangles_m.len();
         triangles_m.retain(|t| {

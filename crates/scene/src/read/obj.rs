@@ -3,7 +3,7 @@
 use super::materials::Libraries;
 use super::mesh::{LoadReport, SurfaceMesh};
 use super::text::{BYTE_ORDER_MARK, LoadLimits};
-use crate::error::{Result, SceneError};
+use crate::error::{Result, SceneError, at_most};
 use crate::part::triangle::is_usable;
 use crate::surface::Surface;
 use glam::DVec3;
@@ -19,14 +19,7 @@ pub(crate) fn parse(
     directory: Option<&Path>,
     limits: &LoadLimits,
 ) -> Result<(Vec<SurfaceMesh>, LoadReport)> {
-    let got = text.len() as u64;
-    if got > limits.max_bytes {
-        return Err(SceneError::TooLarge {
-            what: "bytes",
-            got,
-            limit: limits.max_bytes,
-        });
-    }
+    at_most(limits.max_bytes, "bytes", text.len() as u64)?;
     let mut check = Check {
         limits: *limits,
         libraries: Libraries::new(directory),
@@ -243,14 +236,7 @@ impl Check<'_> {
             return Ok(());
         }
         self.triangles += self.polygon.len() as u64 - 2;
-        if self.triangles > self.limits.max_triangles {
-            let (got, limit) = (self.triangles, self.limits.max_triangles);
-            return Err(SceneError::TooLarge {
-                what: "triangles",
-                got,
-                limit,
-            });
-        }
+        at_most(self.limits.max_triangles, "triangles", self.triangles)?;
         let cut = match self.fan_folds() {
             true => self.ears(),
             false => None,

@@ -1,6 +1,6 @@
 //! Reading of text files within limits.
 
-use crate::error::{Result, SceneError};
+use crate::error::{Result, SceneError, at_most};
 use std::io::Read as _;
 use std::path::Path;
 
@@ -38,15 +38,7 @@ pub fn read_text(path: &Path, limits: &LoadLimits) -> Result<String> {
     file.take(limits.max_bytes.saturating_add(1))
         .read_to_end(&mut bytes)
         .map_err(io)?;
-    let got = bytes.len() as u64;
-    if got > limits.max_bytes {
-        return Err(SceneError::TooLarge {
-            what: "bytes",
-            got,
-            limit: limits.max_bytes,
-        }
-        .in_file(path));
-    }
+    at_most(limits.max_bytes, "bytes", bytes.len() as u64).map_err(|error| error.in_file(path))?;
     let latin = |bytes: Vec<u8>| {
         let is_binary = |byte: &u8| *byte < 0x20 && !byte.is_ascii_whitespace();
         match bytes.iter().position(is_binary) {

@@ -1,34 +1,9 @@
 //! Regression tests: attacks on the readers that once succeeded.
 
+use crate::common::folder::Folder;
 use glam::DVec3;
 use hwall_scene::Scene;
 use std::fmt::Write as _;
-use std::path::PathBuf;
-
-/// A separate folder for a test.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let name = format!("hwall_scene_{}_{name}", std::process::id());
-        let path = std::env::temp_dir().join(name);
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    fn file(&self, name: &str, text: &str) -> PathBuf {
-        let path = self.0.join(name);
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(&path, text).unwrap();
-        path
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
 
 const FACE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 const RED: &str = "newmtl red\nKd 1 0 0\n";

@@ -1,21 +1,12 @@
 //! Rays at edges, along faces and from faces, points far away, many surfaces, many triangles.
 
 use crate::common::{
-    Triangle, brute_closest, brute_ray, bumpy, moeller_trumbore, plain_surface, soup, triangles,
+    PLACES, Triangle, brute_closest, brute_ray, bumpy, moeller_trumbore, plain_surface, soup,
+    triangles,
 };
 use glam::DVec3;
 use hwall_scene::{ArgumentError, BuildQuality, Scene, SceneError, SurfaceId, SurfaceKind};
 use hwall_testkit::{Sampler, Tol, assert_close};
-
-const FAR: DVec3 = DVec3::new(10_000.0, -7_000.0, 3_000.0);
-
-/// Scale of the unit cube and where it stands, m.
-const PLACES: [(f64, DVec3); 4] = [
-    (1.0, DVec3::ZERO),
-    (1e-3, DVec3::ZERO),
-    (1e3, DVec3::ZERO),
-    (1.0, FAR),
-];
 
 fn plain(scene: &Scene) -> Vec<Triangle> {
     triangles(scene).into_iter().map(|(_, t)| t).collect()
@@ -36,7 +27,7 @@ fn two_walls() -> Scene {
 /// The closest point to a point beside an edge or corner lies on that edge or corner.
 #[test]
 fn closest_points_at_edges_corners_and_on_faces() {
-    for (scale, offset) in PLACES {
+    for (scale, offset) in PLACES.into_iter().take(4) {
         let scene = soup(33, 150, scale, offset);
         let all = triangles(&scene);
         let tol = Tol::abs(1e-14 * offset.length() + 1e-13 * scale);
@@ -131,7 +122,7 @@ fn rays_that_start_on_a_surface() {
             );
         }
     }
-    for (scale, offset) in PLACES {
+    for (scale, offset) in PLACES.into_iter().take(4) {
         let scene = soup(38, 150, scale, offset);
         let all = plain(&scene);
         let mut sampler = Sampler::new(39);

@@ -1,10 +1,11 @@
 //! Loading of meshes and OBJ files: clean, repairable and invalid ones.
 
+use crate::common::folder::Folder;
 use crate::common::plain_surface;
-use crate::common::temp_file::TempFile;
 use glam::DVec3;
 use hwall_scene::{FileFrame, LoadLimits, LoadReport, Scene, SceneError, SurfaceId, SurfaceKind};
 use std::io::ErrorKind;
+use std::path::Path;
 
 const TRIANGLE: &str = "o wall\nv 1 0 0\nv 1 1 0\nv 1 0 1\nf 1 2 3\n";
 
@@ -16,9 +17,9 @@ fn error(obj: &str) -> SceneError {
     load(obj).expect_err(obj)
 }
 
-fn in_file(file: &TempFile, error: SceneError) -> SceneError {
+fn in_file(file: &Path, error: SceneError) -> SceneError {
     SceneError::File {
-        path: file.0.display().to_string(),
+        path: file.display().to_string(),
         error: Box::new(error),
     }
 }
@@ -87,9 +88,10 @@ fn what_holds_no_scene_is_an_error() {
     ] {
         assert_eq!(error(empty), SceneError::NoFaces, "{empty:?}");
     }
-    let binary = TempFile::new("binary.obj", &[0x7f, b'E', b'L', b'F', 0xff, 0xfe, 0]);
+    let files = Folder::new("binary");
+    let binary = files.file("binary.obj", [0x7f, b'E', b'L', b'F', 0xff, 0xfe, 0]);
     assert_eq!(
-        Scene::from_obj_file(&binary.0, None).unwrap_err(),
+        Scene::from_obj_file(&binary, None).unwrap_err(),
         in_file(&binary, SceneError::NotText { offset: 6 })
     );
     let missing = Scene::from_obj_file("no/such/file.obj", None).unwrap_err();
@@ -117,13 +119,14 @@ fn limits_hold() {
         ..LoadLimits::default()
     };
     let quad = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+    let files = Folder::new("limits");
     for (text, limits, refused) in [
         (TRIANGLE, bytes, Some(("bytes", 21, 20))),
         (TRIANGLE, one, None),
         (quad, one, Some(("triangles", 2, 1))),
     ] {
-        let file = TempFile::new("limits.obj", text.as_bytes());
-        let read = Scene::from_obj_file_in(&file.0, None, &FileFrame::default(), &limits);
+        let file = files.file("limits.obj", text);
+        let read = Scene::from_obj_file_in(&file, None, &FileFrame::default(), &limits);
         let refused = refused
             .map(|(what, got, limit)| in_file(&file, SceneError::TooLarge { what, got, limit }));
         assert_eq!(read.err(), refused);
@@ -185,13 +188,14 @@ fn groups_are_surfaces_whatever_happens_in_between() {
 
 #[test]
 fn colours_come_from_the_library_and_a_bad_library_is_reported() {
-    let obj = |library: &TempFile| {
-        let name = library.0.file_name().unwrap().to_str().unwrap().to_owned();
-        format!("mtllib {name}\nusemtl red\n{TRIANGLE}")
+    let files = Folder::new("colours");
+    let obj = format!("mtllib red.mtl\nusemtl red\n{TRIANGLE}");
+    let file = files.file("colour.obj", obj);
+    let read = |library: &str| {
+        files.file("red.mtl", library);
+        Scene::from_obj_file(&file, None).unwrap()
     };
-    let good = TempFile::new("good.mtl", b"newmtl red\nKd 0.8 0.1 0.2\n");
-    let file = TempFile::new("colour.obj", obj(&good).as_bytes());
-    let (scene, report) = Scene::from_obj_file(&file.0, None).unwrap();
+    let (scene, report) = read("newmtl red\nKd 0.8 0.1 0.2\n");
     assert!(report.is_clean(), "{report:?}");
     assert_eq!(scene.surfaces()[0].color_rgb, Some([0.8, 0.1, 0.2]));
     assert_eq!(scene.surfaces()[0].material.as_deref(), Some("red"));
@@ -201,9 +205,7 @@ fn colours_come_from_the_library_and_a_bad_library_is_reported() {
         "newmtl red\nKd 1 nan 0\n",
         "newmtl\n",
     ] {
-        let library = TempFile::new("bad.mtl", bad.as_bytes());
-        let file = TempFile::new("bad.obj", obj(&library).as_bytes());
-        let (scene, report) = Scene::from_obj_file(&file.0, None).unwrap();
+        let (scene, report) = read(bad);
         assert_eq!(report.missing_material_libraries.len(), 1, "{bad}");
         assert_eq!(report.missing_materials.len(), 1, "{bad}");
         assert_eq!(scene.surfaces()[0].color_rgb, None);
@@ -215,22 +217,21 @@ fn colours_come_from_the_library_and_a_bad_library_is_reported() {
 /// Regression: all names of a statement were read as one.
 #[test]
 fn one_statement_names_several_libraries() {
-    let named = |file: &TempFile| file.0.file_name().unwrap().to_str().unwrap().to_owned();
-    let red = TempFile::new("several red.mtl", b"newmtl red\nKd 1 0 0\n");
-    let blue = TempFile::new("several blue.MTL", b"# \xe9\nnewmtl blue\nKd 0 0 1\n");
-    let green = TempFile::new("several green.mtl", b"newmtl green\nKd 0 1 0\n");
-    let both = TempFile::new("several a.mtl b.mtl", b"newmtl grey\nKd 1 1 1\n");
+    let files = Folder::new("several");
+    files.file("one red.mtl", "newmtl red\nKd 1 0 0\n");
+    files.file("one blue.MTL", b"# \xe9\nnewmtl blue\nKd 0 0 1\n");
+    files.file("green.mtl", "newmtl green\nKd 0 1 0\n");
+    files.file("one a.mtl b.mtl", "newmtl grey\nKd 1 1 1\n");
     let face = |(x, m): (usize, &str)| {
         format!("o {m}\nusemtl {m}\nv {x} 0 0\nv {x} 1 0\nv {x} 0 1\nf -3 -2 -1\n")
     };
     let faces: String = (["red", "blue", "green", "grey"].into_iter().enumerate())
         .map(face)
         .collect();
-    let [red, blue, green, both] = [&red, &blue, &green, &both].map(named);
-    let libraries = format!("mtllib {red} gone.mtl {blue}\nmtllib {green}\nmtllib {both}\n");
-    let obj = libraries + &faces;
-    let file = TempFile::new("several.obj", obj.as_bytes());
-    let (scene, report) = Scene::from_obj_file(&file.0, None).unwrap();
+    let libraries =
+        "mtllib one red.mtl gone.mtl one blue.MTL\nmtllib green.mtl\nmtllib one a.mtl b.mtl\n";
+    let file = files.file("several.obj", libraries.to_owned() + &faces);
+    let (scene, report) = Scene::from_obj_file(&file, None).unwrap();
     assert_eq!(report.missing_material_libraries, ["gone.mtl"]);
     assert!(report.missing_materials.is_empty(), "{report:?}");
     let colours: Vec<_> = scene.surfaces().iter().map(|s| s.color_rgb).collect();
@@ -453,7 +454,8 @@ fn what_windows_and_scanners_write_is_read() {
     ] {
         assert_eq!(named(&text), "wall");
     }
-    let latin = TempFile::new("latin.obj", &[b"# Geb\xe4ude\n", wall.as_bytes()].concat());
-    let (scene, _) = Scene::from_obj_file(&latin.0, None).unwrap();
+    let files = Folder::new("latin");
+    let latin = files.file("latin.obj", [b"# Geb\xe4ude\n", wall.as_bytes()].concat());
+    let (scene, _) = Scene::from_obj_file(&latin, None).unwrap();
     assert_eq!(scene.surfaces()[0].name, "wall");
 }

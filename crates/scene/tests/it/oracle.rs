@@ -1,23 +1,11 @@
 //! Rays and closest points against brute force over all triangles in f64.
 
 use crate::common::{
-    Triangle, brute_closest, brute_distance, brute_ray, bumpy, room, soup, triangles,
+    PLACES, Triangle, brute_closest, brute_distance, brute_ray, bumpy, room, soup, triangles,
 };
 use glam::{DQuat, DVec3};
 use hwall_scene::{Pose, Scene};
 use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close};
-
-const FAR: DVec3 = DVec3::new(10_000.0, -7_000.0, 3_000.0);
-
-/// Scale of the unit cube and where it stands, m.
-const PLACES: [(f64, DVec3); 6] = [
-    (1.0, DVec3::ZERO),
-    (1e-3, DVec3::ZERO),
-    (1e3, DVec3::ZERO),
-    (1.0, FAR),
-    (1e-3, FAR),
-    (1e3, FAR),
-];
 
 /// Allowed error from the coordinates (f64 in file and result) and the size.
 fn tolerance(scale: f64, offset: DVec3) -> f64 {

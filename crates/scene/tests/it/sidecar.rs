@@ -1,6 +1,6 @@
 //! Sidecars: read completely, found beside their files, mistakes reported by name.
 
-use crate::common::temp_file::TempFile;
+use crate::common::folder::Folder;
 use hwall_scene::{Mechanics, Scene, SceneError, SurfaceClick, SurfaceDetent, SurfaceKind};
 use std::path::Path;
 
@@ -203,44 +203,44 @@ fn mistakes_in_mechanics_are_named() {
 
 #[test]
 fn the_sidecar_beside_a_file_is_found() {
-    let obj = TempFile::new("beside.obj", TRIANGLE.as_bytes());
-    let toml = TempFile::new("beside.toml", b"default_kind = \"untouchable\"");
-    assert_eq!(toml.0, obj.0.with_extension("toml"));
-    let (scene, _) = Scene::from_obj_file(&obj.0, None).unwrap();
+    let files = Folder::new("beside");
+    let obj = files.file("beside.obj", TRIANGLE);
+    files.file("beside.toml", "default_kind = \"untouchable\"");
+    let (scene, _) = Scene::from_obj_file(&obj, None).unwrap();
     assert_eq!(scene.surfaces()[0].kind, SurfaceKind::Untouchable);
-    let other = TempFile::new("other.toml", b"[surface.wall]\nroughness = 0.5");
-    let (scene, _) = Scene::from_obj_file(&obj.0, Some(&other.0)).unwrap();
+    let other = files.file("other.toml", b"[surface.wall]\nroughness = 0.5");
+    let (scene, _) = Scene::from_obj_file(&obj, Some(&other)).unwrap();
     assert_eq!(
         (&scene.surfaces()[0].kind, scene.surfaces()[0].roughness),
         (&SurfaceKind::Static, Some(0.5))
     );
-    let missing = Scene::from_obj_file(&obj.0, Some(Path::new("gone.toml"))).unwrap_err();
+    let missing = Scene::from_obj_file(&obj, Some(Path::new("gone.toml"))).unwrap_err();
     assert!(matches!(missing, SceneError::Io { .. }), "{missing}");
 }
 
 /// Regression: errors named the OBJ, or no file.
 #[test]
 fn errors_name_the_file_they_are_in() {
-    let obj = TempFile::new("named.obj", TRIANGLE.as_bytes());
+    let files = Folder::new("named");
+    let obj = files.file("named.obj", TRIANGLE);
     for sidecar in [
         "[surface.wall]\nkind = \"swing\"",
         "[surface.door]\nkind = \"static\"",
         "[surface.wall]\nroughness = -1",
         "\u{0}",
     ] {
-        let toml = TempFile::new("named.toml", sidecar.as_bytes());
-        let said = Scene::from_obj_file(&obj.0, None).unwrap_err().to_string();
+        files.file("named.toml", sidecar);
+        let said = Scene::from_obj_file(&obj, None).unwrap_err().to_string();
         assert!(said.contains("named.toml"), "{said}");
         assert_eq!(said.lines().count(), 1, "{said}");
-        drop(toml);
     }
-    let bad = TempFile::new("bad_scene.obj", b"v 0 0\n");
-    let said = Scene::from_obj_file(&bad.0, None).unwrap_err().to_string();
+    let bad = files.file("bad_scene.obj", b"v 0 0\n");
+    let said = Scene::from_obj_file(&bad, None).unwrap_err().to_string();
     assert!(
         said.contains("bad_scene.obj") && said.contains("line 1"),
         "{said}"
     );
-    let binary = TempFile::new("not_text.toml", &[0xff]);
-    let said = Scene::from_obj_file(&obj.0, Some(&binary.0)).unwrap_err();
+    let binary = files.file("not_text.toml", [0xff]);
+    let said = Scene::from_obj_file(&obj, Some(&binary)).unwrap_err();
     assert!(said.to_string().contains("not_text.toml"), "{said}");
 }

@@ -1,6 +1,6 @@
 //! Shared test code: brute-force references in f64 and test scenes.
 
-pub(crate) mod temp_file;
+pub(crate) mod folder;
 
 use glam::DVec3;
 use hwall_scene::{
@@ -9,6 +9,18 @@ use hwall_scene::{
 use hwall_testkit::Sampler;
 
 pub(crate) type Triangle = [DVec3; 3];
+
+const FAR: DVec3 = DVec3::new(10_000.0, -7_000.0, 3_000.0);
+
+/// Scale of the unit cube and where it stands, m.
+pub(crate) const PLACES: [(f64, DVec3); 6] = [
+    (1.0, DVec3::ZERO),
+    (1e-3, DVec3::ZERO),
+    (1e3, DVec3::ZERO),
+    (1.0, FAR),
+    (1e-3, FAR),
+    (1e3, FAR),
+];
 
 /// Möller and Trumbore 1997, both sides, no tolerance: distance along a unit direction.
 pub(crate) fn moeller_trumbore(
