@@ -1,11 +1,8 @@
 //! Height fields: heights of the true surface, pictures that read back, pictures that do not.
 
 use crate::common::bumps::sized;
+use crate::common::pictures::picture;
 use crate::common::scratch::Scratch;
-use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, Layer, LayerAttributes,
-    SmallVec, WritableImage,
-};
 use glam::{DVec2, dvec2};
 use hwall_texton::{HeightField, HeightSource, Patch, TextonError, Texture};
 use std::path::Path;
@@ -23,20 +20,8 @@ fn hundredths(unit_mm: f64) -> HeightSource {
     }
 }
 
-/// A picture from another program, without metadata.
 fn foreign(path: &Path, size: (usize, usize), channels: &[(&str, Vec<f32>)]) {
-    let channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = channels
-        .iter()
-        .map(|(name, samples)| AnyChannel::new(*name, FlatSamples::F32(samples.clone())))
-        .collect();
-    let layer = Layer::new(
-        size,
-        LayerAttributes::default(),
-        Encoding::SMALL_FAST_LOSSLESS,
-        AnyChannels::sort(channels),
-    );
-    let image = Image::from_layers(ImageAttributes::with_size(size), vec![layer]);
-    image.write().to_file(path).unwrap();
+    std::fs::write(path, picture(size, channels)).unwrap();
 }
 
 #[test]

@@ -1,39 +1,27 @@
 //! Roughness maps from OpenEXR pictures.
 
+use crate::common::pictures::picture;
 use crate::common::refusals::refused;
 use hwall_texton::{RoughnessMap, TextonError};
 
 #[test]
 fn a_roughness_map_from_openexr() {
-    use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, WritableImage};
-    let write = |channels: Vec<(&str, Vec<f32>)>| {
-        let list = channels
-            .into_iter()
-            .map(|(name, values)| AnyChannel::new(name, FlatSamples::F32(values)))
-            .collect();
-        let mut file = std::io::Cursor::new(Vec::new());
-        Image::from_channels((3, 2), AnyChannels::sort(list))
-            .write()
-            .non_parallel()
-            .to_buffered(&mut file)
-            .unwrap();
-        file.into_inner()
-    };
+    let write = |channels: &[(&str, Vec<f32>)]| picture((3, 2), channels);
     let read = |bytes: &[u8]| RoughnessMap::from_exr(std::io::Cursor::new(bytes));
     let values = vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
     let other = vec![9.0; 6];
     let map = RoughnessMap::new(3, 2, values.clone()).unwrap();
-    let named = write(vec![("roughness", values.clone()), ("B", other.clone())]);
+    let named = write(&[("roughness", values.clone()), ("B", other.clone())]);
     assert_eq!(read(&named).unwrap(), map);
     assert_eq!(map.size(), [3, 2]);
-    let red = write(vec![
+    let red = write(&[
         ("R", values.clone()),
         ("G", other.clone()),
         ("B", other.clone()),
     ]);
     assert_eq!(read(&red).unwrap(), map);
-    assert_eq!(read(&write(vec![("height", values.clone())])).unwrap(), map);
-    let none = write(vec![("G", values.clone()), ("B", other)]);
+    assert_eq!(read(&write(&[("height", values.clone())])).unwrap(), map);
+    let none = write(&[("G", values.clone()), ("B", other)]);
     assert_eq!(
         read(&none),
         Err(TextonError::Channel {
@@ -56,7 +44,7 @@ fn a_roughness_map_from_openexr() {
     let mut nan = values;
     nan[4] = f32::NAN;
     assert!(matches!(
-        read(&write(vec![("Y", nan)])),
+        read(&write(&[("Y", nan)])),
         Err(TextonError::Pixel {
             column: 1,
             row: 1,
