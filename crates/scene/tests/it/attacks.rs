@@ -90,7 +90,7 @@ fn a_material_library_that_is_a_pipe_is_missing() {
     if !made.is_ok_and(|status| status.success()) {
         return;
     }
-    let path = folder.file("room.obj", &format!("mtllib p.mtl\n{FACE}"));
+    let path = folder.file("room.obj", format!("mtllib p.mtl\n{FACE}"));
     let (_, report) = Scene::from_obj_file(path, None).unwrap();
     assert_eq!(report.missing_material_libraries, ["p.mtl"]);
 }
