@@ -36,11 +36,8 @@ impl Keys {
 }
 
 /// The opening of a moving surface at each key, rad or m.
-pub(super) fn opening_keys(keys: &Keys, moving: usize) -> Vec<f64> {
-    let opening = |frame: &ViewFrame| frame.openings.get(moving).copied().unwrap_or(0.0);
-    let finite = |value: f64| if value.is_finite() { value } else { 0.0 };
-    keys.frames
-        .iter()
-        .map(|frame| finite(opening(frame)))
-        .collect()
+pub(super) fn opening_keys(keys: &Keys, moving: usize) -> impl Iterator<Item = f64> + '_ {
+    let frames = keys.frames.iter();
+    let openings = frames.map(move |frame| frame.openings.get(moving).copied().unwrap_or(0.0));
+    openings.map(|opening| if opening.is_finite() { opening } else { 0.0 })
 }

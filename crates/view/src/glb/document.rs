@@ -3,6 +3,7 @@
 use super::animation::Keys;
 use super::buffer::{Buffer, Use};
 use super::mesh::Mesh;
+use glam::{DQuat, DVec3, Quat};
 use serde_json::{Value, json};
 
 /// Materials, by their index in the document.
@@ -47,6 +48,8 @@ impl Material {
 pub(super) struct Document {
     title: String,
     buffer: Buffer,
+    /// The accessor of the times of all animations, if there are any.
+    times: Option<usize>,
     nodes: Vec<Value>,
     meshes: Vec<Value>,
     samplers: Vec<Value>,
@@ -54,17 +57,16 @@ pub(super) struct Document {
 }
 
 impl Document {
-    pub(super) fn new(title: &str) -> Self {
-        Self {
+    /// With the times of all animations.
+    pub(super) fn new(title: &str, keys: &Keys) -> Self {
+        let mut document = Self {
             title: title.to_owned(),
             ..Self::default()
-        }
-    }
-
-    /// The times of all animations; `None` if there are none.
-    pub(super) fn times(&mut self, keys: &Keys) -> Option<usize> {
+        };
         let rows: Vec<[f32; 1]> = keys.times_s.iter().map(|t_s| [*t_s]).collect();
-        (!rows.is_empty()).then(|| self.buffer.floats(&rows, Use::Animation))
+        let times = || document.buffer.floats(&rows, Use::Animation);
+        document.times = (!rows.is_empty()).then(times);
+        document
     }
 
     /// Parts with one material each; `None` if none of them has a triangle.
@@ -89,48 +91,50 @@ impl Document {
         Some(self.meshes.len() - 1)
     }
 
-    pub(super) fn node(&mut self, node: Value) -> usize {
+    /// A node, with its mesh if it has one.
+    pub(super) fn node(&mut self, mut node: Value, mesh: Option<usize>) -> usize {
+        if let Some(mesh) = mesh {
+            node["mesh"] = json!(mesh);
+        }
         self.nodes.push(node);
         self.nodes.len() - 1
     }
 
-    /// Animates the rotation of a node: quaternions x, y, z, w.
-    pub(super) fn turns(&mut self, times: Option<usize>, node: usize, turns: &[[f32; 4]]) {
+    /// Animates the rotation of a node.
+    pub(super) fn turns(&mut self, node: usize, turns: impl Iterator<Item = DQuat>) {
         // Take the shorter rotation between two keys.
-        let mut before = [0.0, 0.0, 0.0, 1.0];
-        let turns: Vec<[f32; 4]> = turns
-            .iter()
-            .map(|turn| {
-                let same: f32 = turn.iter().zip(before).map(|(a, b)| a * b).sum();
-                before = if same < 0.0 { turn.map(|c| -c) } else { *turn };
-                before
-            })
-            .collect();
-        self.channel(times, node, "rotation", "LINEAR", &turns);
+        let mut before = Quat::IDENTITY;
+        let turns = turns.map(|turn| {
+            let turn = turn.as_quat();
+            before = if turn.dot(before) < 0.0 { -turn } else { turn };
+            before.to_array()
+        });
+        self.channel(node, "rotation", "LINEAR", turns);
     }
 
     /// Animates the position of a node, m.
-    pub(super) fn moves(&mut self, times: Option<usize>, node: usize, places_m: &[[f32; 3]]) {
-        self.channel(times, node, "translation", "LINEAR", places_m);
+    pub(super) fn moves(&mut self, node: usize, places_m: impl Iterator<Item = DVec3>) {
+        let places_m = places_m.map(|place_m| place_m.as_vec3().to_array());
+        self.channel(node, "translation", "LINEAR", places_m);
     }
 
     /// Animates the scale of a node; scales that are always one are left out.
-    pub(super) fn sizes(&mut self, times: Option<usize>, node: usize, sizes: &[[f32; 3]]) {
-        if sizes.iter().any(|size| *size != [1.0; 3]) {
-            self.channel(times, node, "scale", "STEP", sizes);
+    pub(super) fn sizes(&mut self, node: usize, sizes: impl Iterator<Item = [f32; 3]> + Clone) {
+        if sizes.clone().any(|size| size != [1.0; 3]) {
+            self.channel(node, "scale", "STEP", sizes);
         }
     }
 
     fn channel<const N: usize>(
         &mut self,
-        times: Option<usize>,
         node: usize,
         path: &str,
         interpolation: &str,
-        rows: &[[f32; N]],
+        rows: impl Iterator<Item = [f32; N]>,
     ) {
-        let Some(input) = times else { return };
-        let output = self.buffer.floats(rows, Use::Animation);
+        let Some(input) = self.times else { return };
+        let rows: Vec<_> = rows.collect();
+        let output = self.buffer.floats(&rows, Use::Animation);
         self.channels.push(
             json!({ "sampler": self.samplers.len(), "target": { "node": node, "path": path } }),
         );
@@ -144,6 +148,7 @@ impl Document {
         // z up to y up: a quarter turn about x, backwards.
         let root = self.node(
             json!({ "name": self.title, "rotation": [-half, 0.0, 0.0, half], "children": top }),
+            None,
         );
         let (views, accessors) = self.buffer.lists();
         let materials: Vec<Value> = MATERIALS.iter().map(|(m, rgba)| m.to_json(*rgba)).collect();

@@ -29,17 +29,16 @@ const HAND_RADIUS_M: f64 = 0.01;
 #[must_use]
 pub fn glb(scene: &ViewScene, frames: &[ViewFrame]) -> Vec<u8> {
     let keys = Keys::of(frames, RATE_HZ);
-    let mut document = Document::new(&scene.title);
-    let times = document.times(&keys);
+    let mut document = Document::new(&scene.title, &keys);
     let mut top = Vec::new();
     let mut moving = 0;
     for surface in &scene.surfaces {
         let index = surface.path.map(|_| moving);
         moving += usize::from(index.is_some());
-        top.extend(room(&mut document, surface, index, &keys, times));
+        top.extend(room(&mut document, surface, index, &keys));
     }
-    top.push(arm(&mut document, scene, &keys, times));
-    top.extend(hand(&mut document, &keys, times));
+    top.push(arm(&mut document, scene, &keys));
+    top.extend(hand(&mut document, &keys));
     document.finish(&top)
 }
 
@@ -49,7 +48,6 @@ fn room(
     surface: &ViewSurface,
     moving: Option<usize>,
     keys: &Keys,
-    times: Option<usize>,
 ) -> Option<usize> {
     let hinge_m = match surface.path {
         Some(ObjectPath::Turning { hinge_point_m, .. }) => hinge_point_m,
@@ -65,21 +63,17 @@ fn room(
         _ => Material::Wall,
     };
     let mesh = document.mesh(&surface.name, &[(&mesh, material)])?;
-    let node = document
-        .node(json!({ "name": surface.name, "mesh": mesh, "translation": hinge_m.to_array() }));
+    let node = json!({ "name": surface.name, "translation": hinge_m.to_array() });
+    let node = document.node(node, Some(mesh));
     if let (Some(index), Some(path)) = (moving, surface.path) {
         let openings = opening_keys(keys, index);
         match path {
             ObjectPath::Turning { hinge_axis, .. } => {
-                let turn = |angle| DQuat::from_axis_angle(hinge_axis, angle).as_quat();
-                let turns = openings.iter().map(|angle_rad| turn(*angle_rad).to_array());
-                document.turns(times, node, &turns.collect::<Vec<_>>());
+                let turns = openings.map(|angle_rad| DQuat::from_axis_angle(hinge_axis, angle_rad));
+                document.turns(node, turns);
             }
             ObjectPath::Sliding { direction } => {
-                let ways = openings
-                    .iter()
-                    .map(|way_m| (direction * *way_m).as_vec3().to_array());
-                document.moves(times, node, &ways.collect::<Vec<_>>());
+                document.moves(node, openings.map(|way_m| direction * way_m));
             }
         }
     }
@@ -87,7 +81,7 @@ fn room(
 }
 
 /// The base, nested joints, and the board.
-fn arm(document: &mut Document, scene: &ViewScene, keys: &Keys, times: Option<usize>) -> usize {
+fn arm(document: &mut Document, scene: &ViewScene, keys: &Keys) -> usize {
     let arm = &scene.arm;
     let board = {
         let [w, h] = [scene.board.half_width_m, scene.board.half_height_m];
@@ -97,45 +91,34 @@ fn arm(document: &mut Document, scene: &ViewScene, keys: &Keys, times: Option<us
         let mesh = document.mesh("board", &[(&mesh, Material::Board)]);
         let tool = &arm.joint_from_tool;
         let turn = tool.to_quat().to_array();
-        let mut node = json!({ "name": "board", "translation": tool.position_m().to_array(), "rotation": turn });
-        if let Some(mesh) = mesh {
-            node["mesh"] = json!(mesh);
-        }
-        document.node(node)
+        let node = json!({ "name": "board", "translation": tool.position_m().to_array(), "rotation": turn });
+        document.node(node, mesh)
     };
     let mut child = board;
     for (index, joint) in arm.joints.iter().enumerate().rev() {
         let parent = &joint.parent_from_joint;
-        let mut node = json!({
+        let node = json!({
             "name": format!("joint_{}", index + 1),
             "translation": parent.position_m().to_array(),
             "rotation": parent.to_quat().to_array(),
             "children": [child],
         });
-        if let Some(mesh) = pieces(document, arm, index + 1) {
-            node["mesh"] = json!(mesh);
-        }
-        child = document.node(node);
+        let mesh = pieces(document, arm, index + 1);
+        child = document.node(node, mesh);
         let angles = keys
             .frames
             .iter()
             .map(|frame| frame.q.0.get(index).copied().unwrap_or(0.0));
         if joint.slides {
-            let ways = angles.map(|q| parent.transform_point(joint.axis * q).as_vec3().to_array());
-            document.moves(times, child, &ways.collect::<Vec<_>>());
+            let ways = angles.map(|q| parent.transform_point(joint.axis * q));
+            document.moves(child, ways);
         } else {
-            let turns = angles.map(|q| {
-                let turn = parent.to_quat() * DQuat::from_axis_angle(joint.axis, q);
-                turn.as_quat().to_array()
-            });
-            document.turns(times, child, &turns.collect::<Vec<_>>());
+            let turns = angles.map(|q| parent.to_quat() * DQuat::from_axis_angle(joint.axis, q));
+            document.turns(child, turns);
         }
     }
-    let mut node = json!({ "name": "base", "children": [child] });
-    if let Some(mesh) = pieces(document, arm, 0) {
-        node["mesh"] = json!(mesh);
-    }
-    document.node(node)
+    let mesh = pieces(document, arm, 0);
+    document.node(json!({ "name": "base", "children": [child] }), mesh)
 }
 
 /// The capsules that move with a frame.
@@ -154,7 +137,7 @@ fn pieces(document: &mut Document, arm: &ViewArm, frame: usize) -> Option<usize>
 }
 
 /// Joints as spheres, with bones as rods between them.
-fn hand(document: &mut Document, keys: &Keys, times: Option<usize>) -> Vec<usize> {
+fn hand(document: &mut Document, keys: &Keys) -> Vec<usize> {
     let seen = |joint: usize| keys.frames.iter().any(|f| f.hand.joints_m[joint].is_some());
     let joints: Vec<usize> = (0..HAND_JOINTS).filter(|joint| seen(*joint)).collect();
     let mut ball = Mesh::default();
@@ -174,18 +157,12 @@ fn hand(document: &mut Document, keys: &Keys, times: Option<usize>) -> Vec<usize
             .iter()
             .map(|f| f.hand.joints_m[*joint])
             .collect();
-        let node = document.node(json!({ "name": format!("hand_{joint}"), "mesh": ball }));
-        document.moves(
-            times,
-            node,
-            &held(&places)
-                .map(|m| m.as_vec3().to_array())
-                .collect::<Vec<_>>(),
-        );
+        let node = document.node(json!({ "name": format!("hand_{joint}") }), ball);
+        document.moves(node, held(&places));
         let sizes = places
             .iter()
             .map(|m| if m.is_some() { [1.0; 3] } else { [0.0; 3] });
-        document.sizes(times, node, &sizes.collect::<Vec<_>>());
+        document.sizes(node, sizes);
         nodes.push(node);
     }
     let few = joints.len() <= 6 && joints.contains(&0);
@@ -206,26 +183,18 @@ fn hand(document: &mut Document, keys: &Keys, times: Option<usize>) -> Vec<usize
             .iter()
             .map(|f| Some([f.hand.joints_m[from]?, f.hand.joints_m[to]?]))
             .collect();
-        let node = document.node(json!({ "name": format!("bone_{from}_{to}"), "mesh": rod }));
+        let node = document.node(json!({ "name": format!("bone_{from}_{to}") }), rod);
         let starts: Vec<Option<DVec3>> = ends.iter().map(|e| e.map(|e| e[0])).collect();
         let ways: Vec<Option<DVec3>> = ends.iter().map(|e| e.map(|e| e[1] - e[0])).collect();
-        document.moves(
-            times,
-            node,
-            &held(&starts)
-                .map(|m| m.as_vec3().to_array())
-                .collect::<Vec<_>>(),
-        );
-        let turns = held(&ways).map(|way_m| {
-            let way = way_m.normalize_or(DVec3::Z);
-            DQuat::from_rotation_arc(DVec3::Z, way).as_quat().to_array()
-        });
-        document.turns(times, node, &turns.collect::<Vec<_>>());
+        document.moves(node, held(&starts));
+        let turns = held(&ways)
+            .map(|way_m| DQuat::from_rotation_arc(DVec3::Z, way_m.normalize_or(DVec3::Z)));
+        document.turns(node, turns);
         let sizes = ways.iter().map(|way_m| match way_m {
             Some(way_m) => [1.0, 1.0, way_m.length() as f32],
             None => [0.0; 3],
         });
-        document.sizes(times, node, &sizes.collect::<Vec<_>>());
+        document.sizes(node, sizes);
         nodes.push(node);
     }
     nodes
