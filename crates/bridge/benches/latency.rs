@@ -7,16 +7,13 @@
 #[path = "../tests/it/common/mod.rs"]
 mod common;
 
-use common::{Socket, hand_at, scene, server, wall};
-use hwall::contact::{DeterministicConfig, DeterministicPredictor};
+use common::{Socket, hand_at, scene, server, session};
 use hwall::glam::DVec3;
-use hwall::hand::{HandFilterConfig, HandFrame};
-use hwall::haptics::{Arm, ArmCommand, ArmState, Board};
-use hwall::kinematics::{JointPositions, SrsArm};
-use hwall::{Session, SessionConfig, Surroundings, Walls, drive};
+use hwall::hand::HandFrame;
+use hwall::haptics::{Arm, ArmCommand, ArmState};
+use hwall::{Surroundings, drive};
 use hwall_bridge::{Bridge, BridgeConfig};
-use hwall_sim::{ServoArm, ServoConfig, SimError};
-use std::sync::Arc;
+use hwall_sim::{ServoArm, SimError};
 use std::time::{Duration, Instant};
 
 const FRAMES: usize = 72 * 20;
@@ -67,22 +64,9 @@ fn quantile(sorted: &[f64], share: f64) -> f64 {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let server = server(BridgeConfig::default());
-    let board = Board::default();
-    let arm = SrsArm::iiwa7().with_tool(board.flange_from_board_face()?);
-    let start = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
-    let config = SessionConfig {
-        hand: HandFilterConfig::simulated(),
-        ..SessionConfig::default()
-    };
-    let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led())?;
-    let walls = Walls {
-        waiting: Some(start),
-        ..Walls::default()
-    };
-    let mut session = Session::new(&arm, &board, wall(), walls, predictor, config)?;
-    let model = Arc::clone(session.control().arm());
+    let (mut session, arm) = session();
     let mut timed = Timed {
-        arm: ServoArm::new(model, start, ServoConfig::default())?,
+        arm,
         command_at: Instant::now(),
     };
     let mut surroundings = Numbered {

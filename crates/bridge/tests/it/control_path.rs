@@ -1,16 +1,13 @@
 //! The loop's side of a bridge: its cost, and what is delivered.
 
-use crate::common::{Socket, hand_at, scene, server, wait_for, wall};
-use hwall::contact::{DeterministicConfig, DeterministicPredictor};
+use crate::common::{Socket, hand_at, scene, server, session, wait_for};
+use hwall::Surroundings;
 use hwall::glam::DVec3;
-use hwall::hand::HandFilterConfig;
+use hwall::haptics::Arm;
 use hwall::haptics::body::{ArmBody, BodyRegion};
-use hwall::haptics::{Arm, Board};
-use hwall::kinematics::{JointPositions, SrsArm};
-use hwall::{Session, SessionConfig, Surroundings, Walls};
 use hwall_bridge::BridgeConfig;
 use hwall_bridge::view::{ViewFrame, ViewPart, ViewState};
-use hwall_sim::{ServoArm, ServoConfig};
+use hwall_sim::ServoArm;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -19,27 +16,6 @@ use tungstenite::Message;
 /// Far from the arm.
 const HEAD_M: DVec3 = DVec3::new(2.5, 0.5, 1.0);
 const BYSTANDER_M: DVec3 = DVec3::new(2.5, -1.5, 1.0);
-
-fn session() -> (Session<DeterministicPredictor>, ServoArm) {
-    let board = Board::default();
-    let tool = board.flange_from_board_face().expect("a board");
-    let arm = SrsArm::iiwa7().with_tool(tool);
-    let start = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
-    let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led());
-    let walls = Walls {
-        waiting: Some(start),
-        ..Walls::default()
-    };
-    let config = SessionConfig {
-        hand: HandFilterConfig::simulated(),
-        ..SessionConfig::default()
-    };
-    let predictor = predictor.expect("a predictor");
-    let session = Session::new(&arm, &board, wall(), walls, predictor, config).expect("a session");
-    let model = Arc::clone(session.control().arm());
-    let servo = ServoArm::new(model, start, ServoConfig::default()).expect("an arm");
-    (session, servo)
-}
 
 /// The parts of a view in the supervisor's order: the links and the board, then the person.
 fn check_parts(parts: &[&ViewPart], body: &ArmBody, frame: &ViewFrame) {

@@ -1,14 +1,15 @@
 //! A bridge over loopback: possible inputs of clients, and what the loop gets.
 
-use crate::common::{Socket, hand, hand_at, joints, scene, server, text_of, until, wait_for};
+use crate::common::{
+    Socket, answer, arm, hand, hand_at, joints, scene, server, text_of, until, wait_for,
+};
 use glam::DVec3;
 use hwall::hand::HandFrame;
-use hwall::haptics::Board;
-use hwall::kinematics::{JointPositions, SrsArm};
+use hwall::kinematics::JointPositions;
 use hwall_bridge::view::{ViewFrame, ViewState};
 use hwall_bridge::{Bridge, BridgeConfig, BridgeServer, FollowedHand};
 use hwall_testkit::Sampler;
-use std::io::{Read, Write};
+use std::io::Write;
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 use tungstenite::Message;
@@ -228,22 +229,6 @@ fn a_scene_reaches_those_who_wait_and_those_who_come() {
     drop(bridge);
 }
 
-/// The status line of the answer to bytes sent to the server; empty if it hung up without one.
-fn answer(server: &BridgeServer, request: &[u8]) -> String {
-    let mut stream = TcpStream::connect(server.address()).expect("a connection");
-    stream
-        .set_read_timeout(Some(Duration::from_secs(20)))
-        .expect("a time-out");
-    let _ = stream.write_all(request);
-    let mut answer = Vec::new();
-    let _ = stream.read_to_end(&mut answer);
-    String::from_utf8_lossy(&answer)
-        .lines()
-        .next()
-        .unwrap_or_default()
-        .to_owned()
-}
-
 #[test]
 fn requests_are_answered_with_the_page_or_refused() {
     let server = server(BridgeConfig {
@@ -273,13 +258,12 @@ fn requests_are_answered_with_the_page_or_refused() {
         // Never completed.
         (b"GET / HTTP/1.1\r\nHost: loc".to_vec(), "408"),
     ] {
-        let line = answer(&server, &request);
+        let answer = answer(server.address(), &request);
+        let line = answer.lines().next().unwrap_or_default();
         assert!(line.contains(status), "{line:?}, expected {status}");
     }
-    assert!(
-        answer(&server, &get("/", "")).contains("200"),
-        "it still serves"
-    );
+    let still = answer(server.address(), &get("/", ""));
+    assert!(still.starts_with("HTTP/1.1 200"), "it still serves");
 }
 
 /// Regression: a server behind a proxy, at an address of this machine, had no key.
@@ -302,7 +286,7 @@ fn a_server_that_others_reach_asks_for_its_key() {
     assert!(behind.invitation().contains("can open the page"));
     for (path, status) in [("/", "403"), (&format!("/?key={query}"), "200")] {
         let head = format!("GET {path} HTTP/1.1\r\nHost: my.proxy.example\r\n\r\n");
-        let answer = answer(&behind, head.as_bytes());
+        let answer = answer(behind.address(), head.as_bytes());
         assert!(
             answer.starts_with(&format!("HTTP/1.1 {status} ")),
             "{answer}"
@@ -350,7 +334,8 @@ fn no_bytes_harm_the_server() {
     wait_for("all of them to leave", || server.counts().clients == 0);
     // At most half of the connections are from one address.
     wait_for("room", || {
-        answer(&server, b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n").contains("200")
+        let head = b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n";
+        answer(server.address(), head).starts_with("HTTP/1.1 200")
     });
     let mut socket = Socket::open(&server);
     socket.text(&good(1, 1.0));
@@ -388,8 +373,7 @@ fn views_come_as_json_to_whoever_asks_for_them() {
     };
     bridge.view.send(&frame);
     let view = json.wait_for("view");
-    let tool = Board::default().flange_from_board_face().expect("a board");
-    let expected = SrsArm::iiwa7().with_tool(tool).forward(&q);
+    let expected = arm().0.forward(&q);
     let number = |value: &serde_json::Value| value.as_f64().expect("a number");
     for i in 0..3 {
         let off_m = number(&view["board"]["position"][i]) - expected.position_m()[i];

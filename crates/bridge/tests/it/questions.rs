@@ -1,12 +1,9 @@
 //! The page of questions over its own protocol.
 
+use crate::common::{Socket, answer};
 use hwall_bridge::{Answering, Question, QuestionServer};
-use std::io::{Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpStream};
 use std::time::Duration;
-use tungstenite::{Message, WebSocket};
-
-type Socket = WebSocket<TcpStream>;
 
 fn start() -> (QuestionServer, SocketAddr) {
     let listen = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
@@ -17,44 +14,20 @@ fn start() -> (QuestionServer, SocketAddr) {
     (server, address)
 }
 
-fn connect(address: SocketAddr) -> Socket {
-    let stream = TcpStream::connect(address).unwrap();
-    stream
-        .set_read_timeout(Some(Duration::from_secs(10)))
-        .unwrap();
-    let (socket, _) = tungstenite::client(format!("ws://{address}/ws"), stream).unwrap();
-    socket
-}
-
-fn next(socket: &mut Socket) -> serde_json::Value {
-    loop {
-        if let Message::Text(text) = socket.read().unwrap() {
-            return serde_json::from_str(&text).unwrap();
-        }
-    }
-}
-
-fn say(socket: &mut Socket, text: String) {
-    socket.send(Message::Text(text.into())).unwrap();
-}
-
-fn answer(socket: &mut Socket, id: u64, value: u32) {
-    say(
-        socket,
-        format!(r#"{{"type":"answer","id":{id},"value":{value}}}"#),
-    );
+fn reply(page: &mut Socket, id: u64, value: u32) {
+    page.text(&format!(r#"{{"type":"answer","id":{id},"value":{value}}}"#));
 }
 
 #[test]
 fn the_first_answer_that_fits_counts() {
     let (server, address) = start();
-    let mut page = connect(address);
-    assert_eq!(next(&mut page)["type"], "status");
+    let mut page = Socket::connect(address, "/ws");
+    assert_eq!(page.next()["type"], "status");
     server.ask(Question {
         text: "How rough was it?".to_owned(),
         answering: Answering::Scale { points: 7 },
     });
-    let asked = next(&mut page);
+    let asked = page.next();
     assert_eq!(
         (&asked["kind"], &asked["points"]),
         (&"scale".into(), &7.into())
@@ -71,11 +44,11 @@ fn the_first_answer_that_fits_counts() {
         "{".to_owned(),
         "[]".to_owned(),
     ] {
-        say(&mut page, wrong);
+        page.text(&wrong);
     }
     assert_eq!(server.wait(Duration::from_millis(200)), None);
     for value in [5, 6] {
-        answer(&mut page, id, value);
+        reply(&mut page, id, value);
     }
     assert_eq!(server.wait(Duration::from_secs(10)), Some(5.0));
     // A page that opens later shows the next question, not the last one.
@@ -83,13 +56,13 @@ fn the_first_answer_that_fits_counts() {
         text: "Which was rougher?".to_owned(),
         answering: Answering::Two,
     });
-    let mut late = connect(address);
-    assert_eq!(next(&mut late)["kind"], "two");
-    let id = next(&mut page)["id"].as_u64().unwrap();
-    answer(&mut late, id, 2);
+    let mut late = Socket::connect(address, "/ws");
+    assert_eq!(late.next()["kind"], "two");
+    let id = page.next()["id"].as_u64().unwrap();
+    reply(&mut late, id, 2);
     assert_eq!(server.wait(Duration::from_secs(10)), Some(2.0));
     server.tell("Rest");
-    assert_eq!(next(&mut page)["text"], "Rest");
+    assert_eq!(page.next()["text"], "Rest");
     assert_eq!(server.wait(Duration::from_secs(10)), None);
 }
 
@@ -97,13 +70,8 @@ fn the_first_answer_that_fits_counts() {
 fn the_page_is_served_to_this_machine_alone() {
     let (server, address) = start();
     let get = |host: &str| {
-        let mut stream = TcpStream::connect(address).unwrap();
-        stream
-            .write_all(format!("GET / HTTP/1.1\r\nHost: {host}\r\n\r\n").as_bytes())
-            .unwrap();
-        let mut text = String::new();
-        stream.read_to_string(&mut text).unwrap();
-        text
+        let head = format!("GET / HTTP/1.1\r\nHost: {host}\r\n\r\n");
+        answer(address, head.as_bytes())
     };
     let page = get("localhost");
     for part in ["HTTP/1.1 200", "Content-Security-Policy", "Go on"] {
@@ -115,10 +83,7 @@ fn the_page_is_served_to_this_machine_alone() {
         "POST / HTTP/1.1\r\nHost: localhost\r\n\r\n",
         "\0\0\0\0\r\n\r\n",
     ] {
-        let mut stream = TcpStream::connect(address).unwrap();
-        stream.write_all(hostile.as_bytes()).unwrap();
-        let mut text = String::new();
-        let _ = stream.read_to_string(&mut text);
+        let text = answer(address, hostile.as_bytes());
         assert!(!text.starts_with("HTTP/1.1 200"), "{hostile:?}");
     }
     drop(server);
@@ -132,13 +97,11 @@ fn a_page_that_others_reach_needs_its_key() {
     let url = server.url();
     let (address, query) = url.trim_start_matches("http://").split_once('/').unwrap();
     assert!(query.starts_with("?key="), "{url}");
-    let asks = |path: String| {
-        let stream = TcpStream::connect(address).unwrap();
-        tungstenite::client(format!("ws://{address}/ws{path}"), stream).ok()
-    };
-    assert!(asks(String::new()).is_none());
-    let (mut page, _) = asks(query.to_owned()).unwrap();
-    assert_eq!(next(&mut page)["type"], "status");
+    let address: SocketAddr = address.parse().unwrap();
+    let stream = TcpStream::connect(address).unwrap();
+    assert!(tungstenite::client(format!("ws://{address}/ws"), stream).is_err());
+    let mut page = Socket::connect(address, &format!("/ws{query}"));
+    assert_eq!(page.next()["type"], "status");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! HTTPS: pages and sockets, stored certificates, and faulty clients.
 
-use crate::common::{hand_at, scene, server, until, wait_for};
+use crate::common::{answer, hand_at, scene, server, until, wait_for};
 use glam::DVec3;
 use hwall_bridge::{BridgeConfig, BridgeError, BridgeServer, Certificate};
 use hwall_testkit::Sampler;
@@ -240,38 +240,33 @@ fn certificates_and_keys_that_are_none_are_named() {
     }
 }
 
-fn plainly(server: &BridgeServer, request: &[u8]) -> String {
-    let mut stream = TcpStream::connect(server.address()).expect("a connection");
-    stream.write_all(request).expect("a request");
-    let mut answer = Vec::new();
-    let _ = stream.read_to_end(&mut answer);
-    String::from_utf8_lossy(&answer).into_owned()
-}
-
 #[test]
 fn plain_http_is_told_to_use_https() {
     let file = folder("tls_plain").join("bridge.pem");
     let server = server(config(&file));
-    let answer = plainly(&server, b"GET / HTTP/1.1\r\nHost: localhost:8443\r\n\r\n");
-    assert!(answer.starts_with("HTTP/1.1 307"), "{answer}");
-    assert!(answer.contains("Location: https://localhost:8443/\r\n"));
+    let told = answer(
+        server.address(),
+        b"GET / HTTP/1.1\r\nHost: localhost:8443\r\n\r\n",
+    );
+    assert!(told.starts_with("HTTP/1.1 307"), "{told}");
+    assert!(told.contains("Location: https://localhost:8443/\r\n"));
     // The answer does not repeat a key that crossed the network unencrypted.
     let own = key(&server);
-    let answer = plainly(
-        &server,
+    let told = answer(
+        server.address(),
         format!("GET /{own} HTTP/1.1\r\nHost: localhost:8443\r\n\r\n").as_bytes(),
     );
-    assert!(answer.contains("Location: https://localhost:8443/\r\n"));
-    assert!(!answer.contains("key"), "{answer}");
+    assert!(told.contains("Location: https://localhost:8443/\r\n"));
+    assert!(!told.contains("key"), "{told}");
     for request in [
         "GET /ws HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\n\r\n",
         "GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n",
         "hello\r\n\r\n",
         "\r\n\r\n\r\n",
     ] {
-        let answer = plainly(&server, request.as_bytes());
-        assert!(answer.starts_with("HTTP/1.1 400"), "{request}: {answer}");
-        assert!(answer.contains("https://") && !answer.contains("evil"));
+        let told = answer(server.address(), request.as_bytes());
+        assert!(told.starts_with("HTTP/1.1 400"), "{request}: {told}");
+        assert!(told.contains("https://") && !told.contains("evil"));
     }
     wait_for("the count", || server.counts().failed_handshakes == 6);
 }

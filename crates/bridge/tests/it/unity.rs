@@ -1,9 +1,9 @@
 //! The dissertation's datagrams over loopback, up to the board that follows them.
 
-use crate::common::{until, wait_for};
+use crate::common::{arm, until, wait_for};
 use hwall::glam::DVec3;
-use hwall::haptics::{Arm, Board, PlaceTolerance, RendererConfig};
-use hwall::kinematics::{JointPositions, SrsArm};
+use hwall::haptics::{Arm, PlaceTolerance, RendererConfig};
+use hwall::kinematics::JointPositions;
 use hwall::{Controller, TargetControl};
 use hwall_bridge::{BoardDatagram, RoughnessCode, UnityConfig, UnityReceiver};
 use hwall_sim::{ServoArm, ServoConfig};
@@ -101,8 +101,7 @@ fn zeros_are_no_place() {
 fn a_board_goes_where_it_is_told() {
     let mut receiver = receiver();
     let socket = sender(&receiver);
-    let board = Board::default();
-    let arm = SrsArm::iiwa7().with_tool(board.flange_from_board_face().expect("a board"));
+    let (arm, board) = arm();
     let start = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
     let mut control =
         TargetControl::new(&arm, &board, RendererConfig::default()).expect("a controller");

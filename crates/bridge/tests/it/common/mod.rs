@@ -1,14 +1,20 @@
 //! A client over loopback.
 #![allow(dead_code, reason = "benches use a part")]
 
+use hwall::contact::{DeterministicConfig, DeterministicPredictor};
 use hwall::glam::DVec3;
+use hwall::hand::HandFilterConfig;
 use hwall::haptics::Board;
-use hwall::kinematics::SrsArm;
+use hwall::kinematics::{JointPositions, SrsArm};
 use hwall::scene::Scene;
+use hwall::{Session, SessionConfig, Walls};
 use hwall_bridge::view::ViewScene;
 use hwall_bridge::{BridgeConfig, BridgeServer};
+use hwall_sim::{ServoArm, ServoConfig};
 use serde_json::Value;
+use std::io::{Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpStream};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tungstenite::{Message, WebSocket};
 
@@ -21,12 +27,37 @@ pub(crate) fn wall() -> Scene {
     Scene::from_obj_str(obj, None).expect("a scene").0
 }
 
-/// The same as a view.
-pub(crate) fn scene() -> ViewScene {
+/// An iiwa that carries a board.
+pub(crate) fn arm() -> (SrsArm, Board) {
     let board = Board::default();
     let tool = board.flange_from_board_face().expect("a board");
-    let arm = SrsArm::iiwa7().with_tool(tool);
+    (SrsArm::iiwa7().with_tool(tool), board)
+}
+
+/// The same as a view.
+pub(crate) fn scene() -> ViewScene {
+    let (arm, board) = arm();
     ViewScene::new("a wall", &wall(), &arm, &board).expect("a scene to look at")
+}
+
+/// A session in front of the wall, for a hand without tremor, and its simulated arm.
+pub(crate) fn session() -> (Session<DeterministicPredictor>, ServoArm) {
+    let (arm, board) = arm();
+    let start = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
+    let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led());
+    let walls = Walls {
+        waiting: Some(start),
+        ..Walls::default()
+    };
+    let config = SessionConfig {
+        hand: HandFilterConfig::simulated(),
+        ..SessionConfig::default()
+    };
+    let predictor = predictor.expect("a predictor");
+    let session = Session::new(&arm, &board, wall(), walls, predictor, config).expect("a session");
+    let model = Arc::clone(session.control().arm());
+    let servo = ServoArm::new(model, start, ServoConfig::default()).expect("an arm");
+    (session, servo)
 }
 
 /// A server at a free port of this machine.
@@ -74,6 +105,16 @@ pub(crate) fn hand_at(seq: u64, client_ms: f64, at_m: DVec3) -> String {
     hand(seq, client_ms, &joints(25, at_m.to_array()), "base")
 }
 
+/// The answer to bytes sent to a server; empty if it hung up without one.
+pub(crate) fn answer(address: SocketAddr, request: &[u8]) -> String {
+    let mut stream = TcpStream::connect(address).expect("a connection");
+    stream.set_read_timeout(Some(PATIENCE)).expect("a socket");
+    let _ = stream.write_all(request);
+    let mut answer = Vec::new();
+    let _ = stream.read_to_end(&mut answer);
+    String::from_utf8_lossy(&answer).into_owned()
+}
+
 /// A field of a message, as text.
 pub(crate) fn text_of<'a>(message: &'a Value, field: &str) -> &'a str {
     message[field].as_str().unwrap_or_default()
@@ -88,10 +129,14 @@ impl Socket {
     }
 
     pub(crate) fn open_at(server: &BridgeServer, path: &str) -> Self {
-        let stream = TcpStream::connect(server.address()).expect("a connection");
+        Self::connect(server.address(), path)
+    }
+
+    pub(crate) fn connect(address: SocketAddr, path: &str) -> Self {
+        let stream = TcpStream::connect(address).expect("a connection");
         stream.set_nodelay(true).expect("a socket");
         stream.set_read_timeout(Some(PATIENCE)).expect("a socket");
-        let address = format!("ws://{}{path}", server.address());
+        let address = format!("ws://{address}{path}");
         let (socket, _) = tungstenite::client(address, stream).expect("a handshake");
         Self(socket)
     }
