@@ -222,12 +222,28 @@ fn a_session_on_three_threads_is_replayed_bit_by_bit() {
     }
 }
 
+/// The commands of a run with these frames, after a replay has given the same.
+fn replayed_commands(
+    file_name: &str,
+    name: &str,
+    show: impl Fn(f64) -> HandFrame,
+) -> Vec<ArmCommand> {
+    let path = file(file_name);
+    let mut to = recorder(&path, &RecorderConfig::simulated());
+    let session = session_of(&common::setup());
+    let commands = common::run_of(&mut to, 0, 1.3, session, Duration::ZERO, show);
+    to.finish().unwrap();
+    let replayed = again(&taken(&path));
+    let outcome = (replayed.difference, replayed.cycles);
+    assert_eq!(outcome, (None, 1300), "{name}");
+    commands
+}
+
 /// What frames say of bystanders, and whether the arm then moves differently than without them.
 #[test]
 fn recordings_with_bystanders_are_replayed_bit_by_bit() {
     let near_m = DVec3::new(0.7, 0.1, 0.9);
     let [near, far] = [near_m, near_m + DVec3::Y * 3.0].map(Some);
-    let path = file("bystanders.mcap");
     let told = |heads_m: &[Option<DVec3>]| Some(Bystanders::new(heads_m).unwrap());
     let mut without = None;
     for (name, who, matters) in [
@@ -244,17 +260,11 @@ fn recordings_with_bystanders_are_replayed_bit_by_bit() {
             false,
         ),
     ] {
-        let mut to = recorder(&path, &RecorderConfig::simulated());
-        let show = |t_s| HandFrame {
+        let commands = replayed_commands("bystanders.mcap", name, |t_s| HandFrame {
             bystanders: who(t_s),
             is_of_another: false,
             ..hand(t_s)
-        };
-        let session = session_of(&common::setup());
-        let commands = common::run_of(&mut to, 0, 1.3, session, Duration::ZERO, show);
-        to.finish().unwrap();
-        let replayed = again(&taken(&path));
-        assert_eq!(replayed.difference, None, "{name}");
+        });
         let without = without.get_or_insert_with(|| commands.clone());
         assert_eq!(*without != commands, matters, "{name}");
     }
@@ -264,7 +274,6 @@ fn recordings_with_bystanders_are_replayed_bit_by_bit() {
 #[test]
 fn recordings_with_another_hand_are_replayed_bit_by_bit() {
     let near_m = DVec3::new(0.57, 0.1, 0.6);
-    let path = file("other-hand.mcap");
     let mut without = None;
     for (name, other_m, is_of_another, matters) in [
         ("none", &(|_| None) as &dyn Fn(f64) -> _, false, false),
@@ -278,22 +287,11 @@ fn recordings_with_another_hand_are_replayed_bit_by_bit() {
         ),
         ("of another", &|_| Some(near_m), true, true),
     ] {
-        let mut to = recorder(&path, &RecorderConfig::simulated());
-        let show = |t_s| {
-            let mut frame = hand(t_s);
-            frame.other_hand_m = other_m(t_s);
-            frame.is_of_another = is_of_another && (0.795..0.805).contains(&t_s);
-            frame
-        };
-        let session = session_of(&common::setup());
-        let commands = common::run_of(&mut to, 0, 1.3, session, Duration::ZERO, show);
-        to.finish().unwrap();
-        let replayed = again(&taken(&path));
-        assert_eq!(
-            (replayed.difference, replayed.cycles),
-            (None, 1300),
-            "{name}"
-        );
+        let commands = replayed_commands("other-hand.mcap", name, |t_s| HandFrame {
+            other_hand_m: other_m(t_s),
+            is_of_another: is_of_another && (0.795..0.805).contains(&t_s),
+            ..hand(t_s)
+        });
         let without = without.get_or_insert_with(|| commands.clone());
         assert_eq!(*without != commands, matters, "{name}");
     }
