@@ -1,107 +1,29 @@
 //! The main job: from its options to its tables, figures and recordings.
 
 use crate::console::note;
-use crate::corridor::{self, CorridorRequest};
-use crate::input::arms::{BoardArm, NamedArm};
+use crate::corridor;
+use crate::input::arms::BoardArm;
 use crate::input::base_flag::{BaseFlag, BaseKind};
 use crate::input::file_plan::FilePlan;
-use crate::input::numbers::{counted, up_to};
+use crate::input::numbers::counted;
+use crate::job_options::Adapt;
 use crate::person::gestures;
 use crate::person::predictors::{PredictorKind, Predictors};
 use crate::person::responses::{self, Scenery};
 use crate::recording;
-use crate::report::outputs::{self, Outputs};
+use crate::report::outputs;
 use crate::report::summary::Summary;
 use crate::run::people;
 use crate::run::simulated_arm::ArmLevel;
 use crate::run::stage::Stage;
-use crate::setting::{Setting, SettingFlags};
+use crate::setting::Setting;
 use anyhow::{Context, ensure};
-use clap::ValueEnum;
 use hwall_fri::controller::FaultConfig;
 use hwall_haptics::Board;
 use std::io::Write;
-use std::path::PathBuf;
 use std::time::Instant;
 
-/// What to do, as flags of a command line.
-#[derive(Debug, Clone, clap::Parser)]
-pub struct JobOptions {
-    /// Scene, poses and people.
-    #[command(flatten)]
-    pub setting: SettingFlags,
-    /// The arm.
-    #[command(flatten)]
-    pub arm: NamedArm,
-    /// servo: joint targets with a delay, doors rendered by positions; torque: rigid bodies, friction and sensors, doors rendered by torques
-    #[arg(long, value_enum, default_value_t)]
-    pub arm_level: ArmLevel,
-    /// The arm is behind FRI, and this share of the cycles begins a burst of one to four commands that do not arrive; holds and losses are
-    /// reported on standard error
-    #[arg(long, allow_negative_numbers = true, value_parser = up_to::<1>)]
-    pub fri_bursts: Option<f64>,
-    /// With --fri-bursts: share of the cycles that begin a stall of 20 to 200 ms, in which no command arrives
-    #[arg(
-        long,
-        default_value_t = 0.0,
-        requires = "fri_bursts",
-        allow_negative_numbers = true,
-        value_parser = up_to::<1>
-    )]
-    pub fri_stalls: f64,
-    /// With --fri-bursts: the controller's time stamps are off by at most this, ms
-    #[arg(
-        long,
-        default_value_t = 0.0,
-        requires = "fri_bursts",
-        allow_negative_numbers = true,
-        value_parser = up_to::<50>
-    )]
-    pub fri_stamp_jitter_ms: f64,
-    /// The predictor that leads the board; the first three are always compared, the last one only if it leads [default: fused, or ray-led
-    /// without training data]
-    #[arg(long, value_enum)]
-    pub predictor: Option<PredictorKind>,
-    /// on: the predictor learns from every touch that the board feels; off: it stays as trained
-    #[arg(long, value_enum, default_value_t)]
-    pub adapt: Adapt,
-    /// The board presents no roughness: its roll is free, and it stands still while touched
-    #[arg(long)]
-    pub plain: bool,
-    /// Prints on standard error why the board is sent or not, at this time or whenever the choice changes (for every person; --touches 12 has one)
-    #[arg(long, num_args = 0..=1, value_name = "SECONDS")]
-    pub explain: Option<Option<f64>>,
-    /// With --base drives or both: largest speed at which the base may meet a hand, m/s, at most 0.3 [default: 0.21]
-    #[arg(long, allow_negative_numbers = true, value_name = "M_PER_S")]
-    pub hand_meets: Option<f64>,
-    /// Control period in milliseconds, 0.1 to 20
-    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
-    pub period_ms: f64,
-    /// Output folder
-    #[arg(long, default_value = "out/hwall")]
-    pub out: PathBuf,
-    /// Also writes hwall.glb, the animation for Blender and other viewers
-    #[arg(long)]
-    pub glb: bool,
-    /// Also writes every touch and a summary to this file. In the summary `reachable`, `possible` and `in_place` count touches
-    /// (in_place: of the reachable ones), in_place_of_possible is the share of the possible touches that were in place, 0 to 1; gap_p90_m
-    /// is over the reachable touches, felt_median_s over those of them that were felt; absent values are null
-    #[arg(long)]
-    pub json: Option<PathBuf>,
-    /// Also records all runs to this file, for Foxglove, Rerun and --replay, with the arm's capsules as URDF in the same folder
-    #[arg(long)]
-    pub mcap: Option<PathBuf>,
-}
-
-/// Does the predictor learn from touches?
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-pub enum Adapt {
-    /// From each touch that the board feels
-    #[default]
-    On,
-    /// Never
-    Off,
-}
+pub use crate::job_options::JobOptions;
 
 /// Runs the job: tables go to `out`, remarks on them to standard error, everything else into files.
 /// `progress` receives the share done, 0 to 1.
@@ -114,7 +36,8 @@ pub fn run(
     mut progress: impl FnMut(f64) + Send,
 ) -> anyhow::Result<()> {
     if let Some(BaseFlag::Corridor(kind)) = options.setting.base {
-        return corridor::run(&in_corridor(options, kind)?, out, progress);
+        check_in_corridor(options, kind)?;
+        return corridor::run(options, kind, out, progress);
     }
     ensure!(
         options.hand_meets.is_none(),
@@ -150,17 +73,11 @@ pub fn run(
         !(options.setting.gestures && options.setting.hand.is_some()),
         "--gestures excludes --hand: a recording does not say what the hand did"
     );
-    let outputs = Outputs {
-        folder: &options.out,
-        json: options.json.as_deref(),
-        glb: options.glb,
-        mcap: options.mcap.as_deref(),
-    };
     let inputs = FilePlan::default()
         .read_scene("--scene", options.setting.scene.scene.as_deref())
         .read("--hand", options.setting.hand.as_deref())
         .read_arm("--arm", &options.arm.name);
-    outputs.prepare(inputs)?;
+    outputs::prepare(options, inputs)?;
     let arm = BoardArm::named(options.arm.clone(), &Board::default())?;
     let dynamics = options.arm_level.object_command(&arm);
     dynamics.context("--arm-level torque needs the masses of the arm's links")?;
@@ -211,7 +128,13 @@ pub fn run(
     }
     let table = outputs::text(&runs, &walls.maps, mapping)?;
     writeln!(out, "{table}")?;
-    let written = outputs.write(&table, &runs, &stage, setting.participants[0].hand.span_s())?;
+    let written = outputs::write(
+        options,
+        &table,
+        &runs,
+        &stage,
+        setting.participants[0].hand.span_s(),
+    )?;
     writeln!(out, "{written}")?;
     Ok(())
 }
@@ -220,7 +143,7 @@ pub fn run(
 ///
 /// # Errors
 /// A flag that a corridor does not support.
-fn in_corridor(options: &JobOptions, kind: BaseKind) -> anyhow::Result<CorridorRequest> {
+fn check_in_corridor(options: &JobOptions, kind: BaseKind) -> anyhow::Result<()> {
     let setting = &options.setting;
     for (flag, given) in [
         ("--scene", setting.scene.scene.is_some()),
@@ -254,17 +177,7 @@ fn in_corridor(options: &JobOptions, kind: BaseKind) -> anyhow::Result<CorridorR
         hand_meets.is_none_or(|most| (0.0..=0.3).contains(&most)),
         "--hand-meets must lie in 0..=0.3 m/s"
     );
-    Ok(CorridorRequest {
-        kind,
-        arm: options.arm.clone(),
-        person: setting.person,
-        touches: setting.touches as usize,
-        seed: setting.seed,
-        predictor: options.predictor,
-        hand_meets_m_per_s: options.hand_meets,
-        out: options.out.clone(),
-        json: options.json.clone(),
-    })
+    Ok(())
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ pub mod console;
 pub mod corridor;
 pub mod input;
 pub mod job;
+mod job_options;
 pub mod live;
 pub mod person;
 pub mod recording;

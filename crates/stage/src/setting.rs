@@ -223,7 +223,7 @@ impl Setting {
     ) -> anyhow::Result<Self> {
         let mut recording = trial::read(path, flags.trial.as_deref())?;
         let units = flags.units.apply(&mut recording);
-        units.map_err(|error| named_text(path, &error.to_string()))?;
+        units.map_err(|error| named(path, error))?;
         remarks.extend(count_from_start(&mut recording));
         remarks.extend(lost_rows(&recording, flags.rigid_hand));
         remarks.extend(heads(&mut recording));
@@ -232,7 +232,7 @@ impl Setting {
                 sample.frame = sample.frame.transformed(&Pose::Z_UP_FROM_Y_UP);
             }
         }
-        check_times(&recording).map_err(|e| named_text(path, &e.to_string()))?;
+        check_times(&recording).map_err(|error| named(path, error))?;
         remarks.extend(unused_columns(&recording));
         let contacts = place::reaches_to_contact(&recording, flags.rigid_hand);
         let (base, hand) = match (flags.place, flags.base_pose()?, flags.hand_origin) {
@@ -241,7 +241,7 @@ impl Setting {
             (None | Some(Place::Auto), base, hand) => {
                 let reaches = &contacts
                     .as_ref()
-                    .map_err(|e| named_text(path, &e.to_string()))?
+                    .map_err(|error| named(path, error))?
                     .reaches;
                 let found = place::before_a_wall(&scene, &recording, reaches, base)?;
                 remarks.push(found.remark);
@@ -393,7 +393,7 @@ pub fn load_scene(file: Option<SceneFile<'_>>) -> anyhow::Result<(Scene, Vec<Str
     let (scene, report) = match file {
         Some(SceneFile { path, frame }) => {
             Scene::from_obj_file_in(path, None, &frame, &LoadLimits::default())
-                .map_err(|e| named(path, &e))?
+                .map_err(|error| named(path, error))?
         }
         None => Scene::from_obj_str(ROOM.0, Some(ROOM.1))?,
     };
@@ -410,23 +410,17 @@ pub(crate) fn scene_texts(path: Option<&Path>) -> anyhow::Result<(String, Option
     let Some(path) = path else {
         return Ok((ROOM.0.to_owned(), Some(ROOM.1.to_owned())));
     };
-    let read = |path: &Path| read_text(path, &LoadLimits::default()).map_err(|e| named(path, &e));
+    let read =
+        |path: &Path| read_text(path, &LoadLimits::default()).map_err(|error| named(path, error));
     let sidecar = path.with_extension("toml");
     let sidecar = sidecar.is_file().then(|| read(&sidecar)).transpose()?;
     Ok((read(path)?, sidecar))
 }
 
-/// The error with the name of the file in front, unless it contains it already.
-fn named(path: &Path, error: &dyn std::error::Error) -> anyhow::Error {
-    named_text(path, &error.to_string())
-}
-
-/// As one line, even for a cause of several lines.
-fn named_text(path: &Path, text: &str) -> anyhow::Error {
-    let (name, text) = (
-        path.display().to_string(),
-        text.split_whitespace().collect::<Vec<_>>().join(" "),
-    );
+/// The error as one line with the name of the file in front, unless it contains it already.
+fn named(path: &Path, error: impl std::fmt::Display) -> anyhow::Error {
+    let (name, text) = (path.display().to_string(), error.to_string());
+    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     if text.contains(&name) {
         anyhow!(text)
     } else {

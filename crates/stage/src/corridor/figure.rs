@@ -1,10 +1,13 @@
-//! The corridor from above, and base and person over time.
+//! A walk as a figure, the corridor from above with base and person over time, and in the browser.
 
-use super::hall::{Hall, SIDE_M};
+use super::hall::{Hall, Room, SIDE_M};
 use super::run::{Sample, Walked};
 use super::touches::CorridorTouch;
+use crate::input::arms::BoardArm;
 use crate::report::figure::{Area, Axes, Mesh, Plot, figure};
 use crate::report::figures::{COLOURS, Sign, legend_beside};
+use crate::run::logs::view_log::ViewLog;
+use hwall_view::{ViewScene, replay_page};
 use plotters::prelude::*;
 use std::path::Path;
 
@@ -104,4 +107,20 @@ fn distances(area: &Area<'_>, walk: &Walked) -> anyhow::Result<()> {
         Circle::new((touch.contact_s, 0.2), 4, style)
     }))?;
     Ok(())
+}
+
+/// The page of a walk, with the rooms in which it touched something.
+pub(super) fn page(
+    hall: &Hall,
+    arm: &BoardArm,
+    walk: &Walked,
+    view: &ViewLog,
+) -> anyhow::Result<String> {
+    let title = format!("H-Wall: a base in a corridor: {}", walk.kind.name());
+    let of = |room: &Room| ViewScene::new(&title, &room.scene, &**arm.kinematics(), arm.board());
+    let mut scene = of(&hall.rooms[0])?;
+    for room in &hall.rooms[1..walk.rooms()] {
+        scene.surfaces.extend(of(room)?.surfaces);
+    }
+    Ok(replay_page(&scene, &view.frames, &view.markers))
 }

@@ -5,7 +5,6 @@ mod figure;
 mod hall;
 mod moving;
 mod possible;
-mod replay;
 mod report;
 mod run;
 mod sight;
@@ -15,44 +14,20 @@ mod visits;
 mod walker;
 
 use crate::console::note;
-use crate::input::arms::{BoardArm, NamedArm};
+use crate::input::arms::BoardArm;
 use crate::input::base_flag::BaseKind;
 use crate::input::file_plan::FilePlan;
-use crate::person::kinds::PersonKind;
-use crate::person::predictors::PredictorKind;
+use crate::input::output::write_file;
+use crate::job_options::JobOptions;
 use anyhow::Context;
 use hall::Hall;
 use hwall_haptics::Board;
 use hwall_numeric::parallel;
 use run::Corridor;
 use std::io::Write;
-use std::path::PathBuf;
 use std::sync::Mutex;
 
 pub use study::study;
-
-/// What to run.
-#[derive(Debug, Clone)]
-pub struct CorridorRequest {
-    /// The base of the figure and of the replay; all four are compared.
-    pub kind: BaseKind,
-    /// The arm.
-    pub arm: NamedArm,
-    /// Kind of the walker.
-    pub person: PersonKind,
-    /// Number of touches.
-    pub touches: usize,
-    /// Seed of rooms, walker and sensors.
-    pub seed: u64,
-    /// The predictor that leads the board; `None`: the fused one.
-    pub predictor: Option<PredictorKind>,
-    /// Largest speed of the base at which it may meet a hand, m/s; `None`: the default.
-    pub hand_meets_m_per_s: Option<f64>,
-    /// Output folder.
-    pub out: PathBuf,
-    /// Also write everything to this file.
-    pub json: Option<PathBuf>,
-}
 
 const FIGURE: &str = "corridor.svg";
 const TABLE: &str = "corridor.md";
@@ -63,53 +38,55 @@ const REPLAY: &str = "replay.html";
 /// # Errors
 /// An arm without a closed form, files that cannot be written, a configuration that a crate refuses.
 pub fn run(
-    request: &CorridorRequest,
+    options: &JobOptions,
+    kind: BaseKind,
     out: &mut impl Write,
     progress: impl FnMut(f64) + Send,
 ) -> anyhow::Result<()> {
     let plan = FilePlan::default()
-        .read_arm("--arm", &request.arm.name)
-        .write_into("--out", Some(&request.out), &[FIGURE, TABLE, REPLAY])
-        .write("--json", request.json.as_deref());
+        .read_arm("--arm", &options.arm.name)
+        .write_into("--out", Some(&options.out), &[FIGURE, TABLE, REPLAY])
+        .write("--json", options.json.as_deref());
     plan.check()?;
-    std::fs::create_dir_all(&request.out).with_context(|| request.out.display().to_string())?;
-    let arm = BoardArm::named(request.arm.clone(), &Board::default())?;
-    let (people, predictors) = run::trained(&arm, request.predictor)?;
-    let hall = Hall::for_touches(&arm, request.touches, request.seed)?;
-    let visits = visits::visits(&hall, request.touches, request.seed)?;
+    std::fs::create_dir_all(&options.out).with_context(|| options.out.display().to_string())?;
+    let setting = &options.setting;
+    let (touches, seed) = (setting.touches as usize, setting.seed);
+    let arm = BoardArm::named(options.arm.clone(), &Board::default())?;
+    let (people, predictors) = run::trained(&arm, options.predictor)?;
+    let hall = Hall::for_touches(&arm, touches, seed)?;
+    let visits = visits::visits(&hall, touches, seed)?;
     let corridor = Corridor {
         hall: &hall,
         visits: &visits,
         arm: &arm,
         people: &people,
         predictors: &predictors,
-        person: request.person,
-        seed: request.seed,
-        hand_meets_m_per_s: request
-            .hand_meets_m_per_s
+        person: setting.person,
+        seed,
+        hand_meets_m_per_s: options
+            .hand_meets
             .unwrap_or_else(moving::hand_meets_m_per_s),
-        shown: Some(request.kind),
+        shown: Some(kind),
     };
     let walks = walks(&corridor, &BaseKind::ALL, progress)?;
     let table = report::table(&walks);
     note(report::inverted(&hall));
     writeln!(out, "{table}")?;
-    let written = |name: &str| request.out.join(name);
-    hwall_files::write(written(TABLE), &table).with_context(|| TABLE)?;
-    let shown = walks.iter().find(|walk| walk.kind == request.kind);
+    let written = |name: &str| options.out.join(name);
+    write_file(&written(TABLE), &table)?;
+    let shown = walks.iter().find(|walk| walk.kind == kind);
     let shown = shown.context("no walk")?;
     figure::draw(&written(FIGURE), &hall, shown)?;
     let view = shown.view.as_ref().context("no frames")?;
-    let page = replay::page(&hall, &arm, shown, view)?;
-    hwall_files::write(written(REPLAY), page).with_context(|| REPLAY)?;
-    if let Some(path) = &request.json {
-        let text = report::json(&hall, &walks)?;
-        hwall_files::write(path, text).with_context(|| path.display().to_string())?;
+    let page = figure::page(&hall, &arm, shown, view)?;
+    write_file(&written(REPLAY), page)?;
+    if let Some(path) = &options.json {
+        write_file(path, report::json(&hall, &walks)?)?;
     }
     writeln!(
         out,
         "wrote {FIGURE}, {REPLAY} and {TABLE} to {}",
-        request.out.display()
+        options.out.display()
     )?;
     Ok(())
 }

@@ -4,6 +4,7 @@ use super::hall::Room;
 use super::visits::{BEFORE_M, Visit};
 use super::walker::{Body, shorter};
 use crate::input::place::BEHIND_M;
+use crate::run::logs::snapshots::BoardFace;
 use glam::{DVec2, DVec3, dvec2};
 use hwall::arrival::base::{
     BaseChoiceConfig, BaseChooser, BaseDrive, BaseHypothesis, BaseLimits, BasePart, BasePose,
@@ -471,11 +472,8 @@ pub(super) fn parts(skeleton_m: &[DVec3], board: &Board, base_from_board: &Pose)
     let platform = part(DVec2::ZERO, DVec2::ZERO, CHASSIS_M);
     let links = skeleton_m.windows(2);
     let links = links.map(|link| part(link[0].truncate(), link[1].truncate(), LINK_M));
-    let (x_m, y_m) = (board.half_width_m, board.half_height_m);
-    let corners = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)].map(|(x, y)| {
-        let corner_m = DVec3::new(x * x_m, y * y_m, 0.0);
-        base_from_board.transform_point(corner_m).truncate()
-    });
+    let corners = BoardFace::new(board, base_from_board).corners_m;
+    let corners = corners.map(DVec3::truncate);
     let edges = (0..4).map(|i| part(corners[i], corners[(i + 1) % 4], board.thickness_m));
     std::iter::once(platform)
         .chain(links)

@@ -21,10 +21,16 @@ use hwall_haptics::{Board, ContactLimits};
 use hwall_scene::SurfaceId;
 use hwall_view::ViewFrame;
 
+/// So many rooms, and the arm that serves them.
+fn hall(rooms: usize, seed: u64) -> (BoardArm, Hall) {
+    let arm = BoardArm::named("iiwa7", &Board::default()).unwrap();
+    let hall = Hall::new(&arm, rooms, seed).unwrap();
+    (arm, hall)
+}
+
 /// The table and the JSON of two touches, with the ray predictor.
 fn walked(seed: u64) -> [String; 2] {
-    let arm = BoardArm::named("iiwa7", &Board::default()).unwrap();
-    let hall = Hall::new(&arm, 1, seed).unwrap();
+    let (arm, hall) = hall(1, seed);
     let corridor = Corridor {
         hall: &hall,
         visits: &visits(&hall, 2, seed).unwrap(),
@@ -41,7 +47,7 @@ fn walked(seed: u64) -> [String; 2] {
         assert_eq!(walk.view.is_some(), walk.kind == BaseKind::Both);
         if let Some(view) = &walk.view {
             seen_in_the_corridor(walk, &view.frames);
-            let page = super::replay::page(&hall, &arm, walk, view).unwrap();
+            let page = super::figure::page(&hall, &arm, walk, view).unwrap();
             assert!(page.contains("shelf_north_b") && page.ends_with("</html>\n"));
         }
     }
@@ -146,8 +152,7 @@ fn a_hand_meets_the_base_below_the_limits_of_contact() {
 /// Nobody is near, and the base wants to go a metre along the wall.
 #[test]
 fn the_base_drives_creeps_or_stands_as_the_arm_may() {
-    let arm = BoardArm::named("iiwa7", &Board::default()).unwrap();
-    let hall = Hall::new(&arm, 1, 5).unwrap();
+    let (arm, hall) = hall(1, 5);
     let first = &visits(&hall, 1, 5).unwrap()[0];
     let y = if first.stands_m.y < 3.0 { 0.4 } else { 5.6 };
     let there = BaseHypothesis {
@@ -228,8 +233,7 @@ fn a_miss_has_one_cause() {
 /// The posture in which the arm waits is chosen for the heights that the walkers touch.
 #[test]
 fn walkers_touch_within_the_heights_that_the_arm_waits_for() {
-    let arm = BoardArm::named("iiwa7", &Board::default()).unwrap();
-    let hall = Hall::new(&arm, 3, 5).unwrap();
+    let (arm, hall) = hall(3, 5);
     let visits = visits(&hall, 14, 5).unwrap();
     let touches = visits.iter().flat_map(|visit| &visit.touches);
     let heights: Vec<f64> = touches.map(|touch| touch.target_m.z).collect();
@@ -248,8 +252,7 @@ fn a_walker_moves_continuously() {
     const DT_S: f64 = 2e-3;
     /// Fastest hand, m/s: of varied people while walking.
     const FASTEST_M_PER_S: f64 = 4.0;
-    let arm = BoardArm::named("iiwa7", &Board::default()).unwrap();
-    let hall = Hall::new(&arm, 3, 5).unwrap();
+    let (_, hall) = hall(3, 5);
     let visits = visits(&hall, 14, 5).unwrap();
     assert!(visits.iter().any(|visit| visit.leaves), "no door");
     for kind in PersonKind::ALL {
@@ -321,8 +324,7 @@ fn south_after(
 /// stayed at the last wall.
 #[test]
 fn an_uncertain_prediction_leaves_later_touches_at_the_wall_until_the_person_has_gone() {
-    let arm = BoardArm::named("iiwa7", &Board::default()).unwrap();
-    let hall = Hall::new(&arm, 1, 3).unwrap();
+    let (_, hall) = hall(1, 3);
     let south = predicted(&hall, "wall_south", DVec3::new(0.8, 0.0, 0.4), DVec3::Y);
     let west = predicted(&hall, "wall_west_a", DVec3::new(0.0, 0.7, 0.4), DVec3::X);
     let mut belief = Belief::default();

@@ -120,6 +120,14 @@ pub fn output(path: Option<&Path>) -> anyhow::Result<Output> {
     }))
 }
 
+/// Writes a whole file.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_file(path: &Path, bytes: impl AsRef<[u8]>) -> anyhow::Result<()> {
+    hwall_files::write(path, bytes).with_context(|| path.display().to_string())
+}
+
 /// Removes an earlier run's files with these names, which this run does not write: otherwise they would look like part of this
 /// run. Returns a line about it; `None` if there was nothing.
 ///

@@ -1,7 +1,6 @@
 //! The fingertip of a tracked hand on the board of a simulated arm.
 
-use crate::run::arm_error::ArmError;
-use crate::run::simulated_arm::{Finger, SimulatedArm};
+use crate::run::simulated_arm::{ArmError, Finger, SimulatedArm};
 use glam::DVec3;
 use hwall::hand::{HandFrame, Tracking};
 use hwall::haptics::Board;

@@ -46,27 +46,12 @@ pub fn simulated(
     touches: usize,
     seed: u64,
 ) -> anyhow::Result<Vec<Participant>> {
-    simulated_at(FloorPose::ORIGIN, scene, arm, kind, touches, seed)
-}
-
-/// As [`simulated`], for an arm whose base was moved: the people stand at their original places. The scene is seen from the
-/// base.
-///
-/// # Errors
-/// As [`simulated`].
-pub fn simulated_at(
-    base: FloorPose,
-    scene: &Scene,
-    arm: &BoardArm,
-    kind: PersonKind,
-    touches: usize,
-    seed: u64,
-) -> anyhow::Result<Vec<Participant>> {
     let config = |_, seed| kind.config(seed);
-    simulated_as(config, base, scene, arm, touches, seed)
+    simulated_as(config, FloorPose::ORIGIN, scene, arm, touches, seed)
 }
 
-/// As [`simulated_at`], with the settings of each person by number and seed.
+/// As [`simulated`], with the settings of each person by number and seed, for an arm whose base was moved: the people stand at their
+/// original places. The scene is seen from the base.
 ///
 /// # Errors
 /// As [`simulated`].
@@ -103,7 +88,7 @@ fn participant(
     };
     // The planned touches are reachable from every place of rest.
     let clear_m = LEAST_REACH_M + FURTHEST_SD * 3_f64.sqrt() * config.rest_scatter_m;
-    let plans = touches::plan_clear(scene, arm, &standing, clear_m, count, seed)?;
+    let plans = touches::plan(scene, arm, &standing, clear_m, count, seed)?;
     let reaches: Vec<ReachPlan> = plans.into_iter().map(ReachPlan::from).collect();
     let sights_m = if config.glances[1] > 0 {
         sights::in_view(scene, &standing, config.facing, seed)?
@@ -150,7 +135,17 @@ pub fn likely_touches(
     participants: &[Participant],
 ) -> LikelyTouches {
     standing_of(participants)
-        .and_then(|standing| touches::plan(scene, arm, &standing, LIKELY, LIKELY_SEED).ok())
+        .and_then(|standing| {
+            touches::plan(
+                scene,
+                arm,
+                &standing,
+                f64::NEG_INFINITY,
+                LIKELY,
+                LIKELY_SEED,
+            )
+            .ok()
+        })
         .map(|plans| {
             let targets = plans.iter().map(|plan| {
                 WeightedTarget::from(Target {

@@ -92,33 +92,26 @@ impl TrainingPeople {
     #[must_use]
     pub fn tracked_as(frames: &[HandFrame]) -> Self {
         let seen = |has: &dyn Fn(&HandFrame) -> bool| frames.iter().any(has);
-        let mut person = PersonConfig::varied();
-        if let Some(standing) = frames.iter().find_map(Standing::seen_in) {
-            (person.head_m, person.hand_rest_m) = (standing.head_m, standing.hand_m);
-        }
-        Self {
-            person,
+        let people = Self {
             points: HandPoint::ALL
                 .into_iter()
                 .filter(|p| seen(&|f| f.point(*p).is_some()))
                 .collect(),
             head: seen(&|f| f.head_m.is_some()),
             gaze: seen(&|f| f.gaze_ray().is_some()),
-            elsewhere: false,
+            ..Self::default()
+        };
+        match frames.iter().find_map(Standing::seen_in) {
+            Some(standing) => people.standing(&standing),
+            None => people,
         }
     }
 
-    /// The same people at the default standing place.
-    fn standing_as_default(&self) -> Self {
-        let nominal = PersonConfig::default();
-        Self {
-            person: PersonConfig {
-                head_m: nominal.head_m,
-                hand_rest_m: nominal.hand_rest_m,
-                ..self.person
-            },
-            ..self.clone()
-        }
+    /// The same people at another place.
+    #[must_use]
+    pub fn standing(mut self, at: &Standing) -> Self {
+        (self.person.head_m, self.person.hand_rest_m) = (at.head_m, at.hand_m);
+        self
     }
 }
 
@@ -190,7 +183,7 @@ impl Predictors {
         let began = Instant::now();
         let (learnt, stood) = match fused(scene, arm, people) {
             // Possibly nothing is within reach where the hand was first seen, because the person walks later.
-            Err(error) => match fused(scene, arm, &people.standing_as_default()) {
+            Err(error) => match fused(scene, arm, &people.clone().standing(&Standing::nominal())) {
                 Ok(learnt) => (Ok(learnt), ", who stand elsewhere"),
                 Err(_) => (Err(error), ""),
             },
@@ -362,7 +355,7 @@ pub fn fused(
     arm: &BoardArm,
     people: &TrainingPeople,
 ) -> anyhow::Result<(FusedPredictor<StandingAnywhere<LearnedEstimator>>, usize)> {
-    let streams = training_streams(scene, arm, people)?;
+    let streams = streams_of(scene, arm, people, 0..PEOPLE, TOUCHES)?;
     let reaches = training::reaches(&streams)?;
     let config = LearnedConfig {
         other_speed: Some(OTHER_SPEED),
@@ -383,22 +376,10 @@ pub fn fused(
     Ok((FusedPredictor::new(estimator, config)?, reaches.len()))
 }
 
-/// Samples and touches of other people in the scene.
+/// Samples and touches of other people in the scene: those with these numbers, with this many touches each.
 ///
 /// # Errors
 /// A scene in which they find nothing to touch.
-pub fn training_streams(
-    scene: &Scene,
-    arm: &BoardArm,
-    people: &TrainingPeople,
-) -> anyhow::Result<Vec<Stream>> {
-    streams_of(scene, arm, people, 0..PEOPLE, TOUCHES)
-}
-
-/// The same for people with these numbers, with this many touches each.
-///
-/// # Errors
-/// As [`training_streams`].
 pub fn streams_of(
     scene: &Scene,
     arm: &BoardArm,
@@ -414,7 +395,7 @@ pub fn streams_of(
                 head_m: person.head_m(),
                 hand_m: people.person.hand_rest_m,
             };
-            let plans = touches::plan_clear(scene, arm, &places, CLEAR_M, touches, SEED ^ number)?;
+            let plans = touches::plan(scene, arm, &places, CLEAR_M, touches, SEED ^ number)?;
             stream(scene, &person.plan(&plans)?, people)
         })
         .collect()

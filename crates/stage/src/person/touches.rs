@@ -4,6 +4,7 @@ use crate::input::arms::BoardArm;
 use crate::input::scene_file::looks_like;
 use anyhow::bail;
 use glam::{DAffine3, DVec3};
+use hwall::reachability::Target;
 use hwall_hand::{HandFrame, Reach, Recording};
 use hwall_scene::{Facet, Scene, SurfaceId};
 use hwall_sim::{PersonConfig, TouchPlan, TouchTruth};
@@ -28,6 +29,16 @@ pub struct Touch {
     pub landed_s: Option<f64>,
 }
 
+impl Touch {
+    /// Where the board must be.
+    pub(crate) const fn place(&self) -> Target {
+        Target {
+            point_m: self.point_m,
+            normal: self.normal,
+        }
+    }
+}
+
 /// A person's standing place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Standing {
@@ -38,16 +49,25 @@ pub struct Standing {
 }
 
 impl Standing {
+    /// Of the default person.
+    #[must_use]
+    pub fn nominal() -> Self {
+        let nominal = PersonConfig::default();
+        Self {
+            head_m: nominal.head_m,
+            hand_m: nominal.hand_rest_m,
+        }
+    }
+
     /// Where somebody stands in a frame; an untracked head is assumed at the default place above and behind a resting hand.
     /// `None`: no hand.
     #[must_use]
     pub fn seen_in(frame: &HandFrame) -> Option<Self> {
-        let nominal = PersonConfig::default();
+        let nominal = Self::nominal();
         let hand_m = frame.contact_point()?.position_m;
+        let assumed_m = hand_m + nominal.head_m - nominal.hand_m;
         Some(Self {
-            head_m: frame
-                .head_m
-                .unwrap_or(hand_m + nominal.head_m - nominal.hand_rest_m),
+            head_m: frame.head_m.unwrap_or(assumed_m),
             hand_m,
         })
     }
@@ -59,25 +79,12 @@ const ABOVE_EYES_M: f64 = 0.3;
 /// Largest distance from the resting hand, m: beyond this people would walk.
 pub(crate) const FAR_M: f64 = 1.1;
 
-/// Chooses points for a simulated person: surfaces in turn, five of six touches within reach.
+/// Chooses points for a simulated person: surfaces in turn, at least `clear_m` in front of the resting hand, five of six touches within
+/// reach.
 ///
 /// # Errors
 /// A scene in which too few points are visible and free before the hand.
 pub fn plan(
-    scene: &Scene,
-    arm: &BoardArm,
-    places: &Standing,
-    count: usize,
-    seed: u64,
-) -> anyhow::Result<Vec<TouchPlan>> {
-    plan_clear(scene, arm, places, f64::NEG_INFINITY, count, seed)
-}
-
-/// As [`plan`], on surfaces at least `clear_m` in front of the resting hand.
-///
-/// # Errors
-/// As [`plan`].
-pub fn plan_clear(
     scene: &Scene,
     arm: &BoardArm,
     places: &Standing,
@@ -271,12 +278,7 @@ mod tests {
         let (scene, _) = Scene::from_obj_str(&obj, None).unwrap();
         assert_eq!(scene.vertical_facets().len(), 1);
         let arm = BoardArm::named("iiwa7", &Board::default()).unwrap();
-        let nominal = PersonConfig::default();
-        let standing = Standing {
-            head_m: nominal.head_m,
-            hand_m: nominal.hand_rest_m,
-        };
-        let plans = plan(&scene, &arm, &standing, 48, 3).unwrap();
+        let plans = plan(&scene, &arm, &Standing::nominal(), f64::NEG_INFINITY, 48, 3).unwrap();
         for plan in &plans {
             let [y, z] = [plan.target_m.y, plan.target_m.z];
             assert!(y.abs() >= 0.25 || !(0.45..=0.95).contains(&z), "{y} {z}");
@@ -286,10 +288,10 @@ mod tests {
 
     #[test]
     fn a_person_without_a_tracked_head_stands_behind_the_hand() {
-        let nominal = PersonConfig::default();
+        let nominal = Standing::nominal();
         let mut frame = HandFrame::empty(0.0);
         assert_eq!(Standing::seen_in(&frame), None);
-        frame.palm_m = Some(nominal.hand_rest_m + DVec3::Y);
+        frame.palm_m = Some(nominal.hand_m + DVec3::Y);
         let seen = Standing::seen_in(&frame).unwrap();
         assert!(seen.head_m.distance(nominal.head_m + DVec3::Y) < 1e-12);
         frame.head_m = Some(DVec3::ONE);

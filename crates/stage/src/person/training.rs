@@ -132,27 +132,17 @@ pub fn evidence_model<E: ContactEstimator>(
     estimator: impl FnMut(usize) -> E,
 ) -> anyhow::Result<EvidenceModel> {
     let contacts: Vec<Vec<_>> = streams.iter().map(Stream::contacts).collect();
-    let labelled = labelled(streams, &contacts);
-    Ok(EvidenceModel::default().fit_streams(&labelled, estimator, &filters())?)
-}
-
-fn labelled<'a>(
-    streams: &'a [Stream],
-    contacts: &'a [Vec<StreamContact>],
-) -> Vec<LabelledStream<'a>> {
-    let each = streams.iter().zip(contacts);
-    each.map(|(stream, contacts)| LabelledStream {
+    let each = streams.iter().zip(&contacts);
+    let labelled = each.map(|(stream, contacts)| LabelledStream {
         frames: &stream.frames,
         contacts,
-    })
-    .collect()
-}
-
-fn filters() -> StreamFilters {
-    StreamFilters {
+    });
+    let filters = StreamFilters {
         hand: HandFilterConfig::simulated(),
         ..StreamFilters::default()
-    }
+    };
+    let labelled: Vec<_> = labelled.collect();
+    Ok(EvidenceModel::default().fit_streams(&labelled, estimator, &filters)?)
 }
 
 /// Training reaches, each with the samples that a live estimator would see of it, including the

@@ -5,7 +5,7 @@ mod rerun;
 pub(crate) mod runs;
 mod setup;
 mod start;
-mod words;
+pub(crate) mod words;
 
 pub use replay::replay;
 pub use rerun::Rebuilt;

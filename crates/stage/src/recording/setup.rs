@@ -9,6 +9,7 @@ use crate::input::real_room::RealRoom;
 use crate::input::scene_file::SceneFile;
 use crate::person::predictors::{PredictorKind, TrainingPeople};
 use crate::person::responses::Scenery;
+use crate::person::touches::Standing;
 use crate::run::simulated_arm::ArmLevel;
 use crate::setting;
 use anyhow::{Context, bail};
@@ -19,7 +20,6 @@ use hwall::reachability::Target;
 use hwall_hand::HandPoint;
 use hwall_record::{ArmSource, Setup};
 use hwall_scene::{FileFrame, LoadLimits, read_text};
-use hwall_sim::PersonConfig;
 use std::path::Path;
 
 /// The origin of a session: everything needed to rebuild it, including its training.
@@ -68,7 +68,8 @@ impl SessionSource<'_> {
         let people_stay = people.person == nominal.clone().seen_from(self.base).person;
         // Training people for a recorded hand stand where it is first seen.
         let (head_m, hand_m) = (people.person.head_m, people.person.hand_rest_m);
-        if standing(&nominal, head_m, hand_m) != people.person && !people_stay {
+        let standing = nominal.clone().standing(&Standing { head_m, hand_m });
+        if standing.person != people.person && !people_stay {
             bail!("people who are not the usual ones cannot be recorded");
         }
         let [head, hand] = [head_m, hand_m].map(|m| m.to_array());
@@ -150,11 +151,10 @@ impl Options {
             _ => match setup.option("training_stand") {
                 Some(text) => {
                     let [hx, hy, hz, x, y, z] = numbers_of("training_stand", text)?;
-                    let [head_m, hand_m] = [DVec3::new(hx, hy, hz), DVec3::new(x, y, z)];
-                    TrainingPeople {
-                        person: standing(&nominal, head_m, hand_m),
-                        ..nominal
-                    }
+                    nominal.standing(&Standing {
+                        head_m: DVec3::new(hx, hy, hz),
+                        hand_m: DVec3::new(x, y, z),
+                    })
                 }
                 None => nominal,
             },
@@ -185,15 +185,6 @@ impl Options {
                 .map(|text| RealRoom::parse(text.to_owned()).context("room"))
                 .transpose()?,
         })
-    }
-}
-
-/// The same people at another place.
-fn standing(nominal: &TrainingPeople, head_m: DVec3, hand_rest_m: DVec3) -> PersonConfig {
-    PersonConfig {
-        head_m,
-        hand_rest_m,
-        ..nominal.person
     }
 }
 
@@ -248,41 +239,19 @@ fn touches_of(text: &str) -> anyhow::Result<LikelyTouches> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::input::arms::BoardArm;
+    use crate::built_in_room::BuiltInRoom;
     use crate::recording::runs::{run_of, set_from};
     use crate::run::stage::SessionSettings;
     use hwall::Walls;
     use hwall::haptics::Board;
     use hwall_hand::HandFilterConfig;
     use hwall_record::Run;
-    use hwall_scene::Scene;
-
-    /// The built-in room with an iiwa 7.
-    struct Place {
-        arm: BoardArm,
-        scene: Scene,
-        walls: Walls,
-    }
-
-    impl Place {
-        fn new() -> Self {
-            Self {
-                arm: BoardArm::named("iiwa7", &Board::default()).unwrap(),
-                scene: setting::load_scene(None).unwrap().0,
-                walls: Walls::default(),
-            }
-        }
-
-        fn scenery<'a>(&'a self, people: &'a TrainingPeople, textured: bool) -> Scenery<'a> {
-            Scenery::of(&self.scene, &self.arm, &self.walls, people).textured(textured)
-        }
-    }
 
     const ROOM: &str = "[[plane]]\npoint_m = [0, 0, -0.1]\nnormal = [0, 0, 1]\n";
 
     #[test]
     fn options_come_back_bit_by_bit() {
-        let built_in = Place::new();
+        let (built_in, walls) = (BuiltInRoom::new().unwrap(), Walls::default());
         let place = |x: f64, roll_rad| WeightedTarget {
             target: Target {
                 point_m: DVec3::new(x, -0.1 - x, 1.0 / 3.0),
@@ -305,7 +274,7 @@ mod tests {
                 origin_m: DVec3::new(0.1, -2.0 / 7.0, 5e-324),
                 yaw_rad: std::f64::consts::PI / 7.0,
             },
-            scenery: built_in.scenery(&people, false),
+            scenery: built_in.scenery(&walls, &people, false),
             level: ArmLevel::Torque,
             predictor: PredictorKind::RayLed,
             adapts: true,
@@ -325,7 +294,7 @@ mod tests {
         // People who stayed while the base was moved, and unknown people.
         let stayed = people.clone().seen_from(source.base);
         let of = |people| {
-            let scenery = built_in.scenery(people, false);
+            let scenery = built_in.scenery(&walls, people, false);
             SessionSource { scenery, ..source }.to_setup()
         };
         let options = Options::of(&of(&stayed).unwrap()).unwrap();
@@ -387,7 +356,8 @@ mod tests {
         );
         file("room.toml", b"\xef\xbb\xbf# M\xc3\xbcller\n");
         let urdf = file("arm.urdf", b"<!-- M\xfcller --><robot/>");
-        let (built_in, people) = (Place::new(), TrainingPeople::default());
+        let built_in = BuiltInRoom::new().unwrap();
+        let (walls, people) = (Walls::default(), TrainingPeople::default());
         let frame = FileFrame {
             metres_per_unit: 0.1 + 0.2,
             y_up: true,
@@ -397,7 +367,7 @@ mod tests {
             arm: &urdf.to_str().unwrap().into(),
             room: None,
             base: FloorPose::ORIGIN,
-            scenery: built_in.scenery(&people, true),
+            scenery: built_in.scenery(&walls, &people, true),
             level: ArmLevel::Servo,
             predictor: PredictorKind::RayLed,
             adapts: true,
@@ -427,8 +397,9 @@ mod tests {
         };
         let error = Options::of(&setup).err().unwrap().to_string();
         assert!(error.contains("base"), "{error}");
-        let (built_in, people) = (Place::new(), TrainingPeople::default());
-        let mut settings = SessionSettings::of(built_in.scenery(&people, true));
+        let (built_in, people) = (BuiltInRoom::new().unwrap(), TrainingPeople::default());
+        let walls = Walls::default();
+        let mut settings = SessionSettings::of(built_in.scenery(&walls, &people, true));
         let error = set_from(&Run::default(), &mut settings)
             .unwrap_err()
             .to_string();

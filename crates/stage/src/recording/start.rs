@@ -3,11 +3,12 @@
 use super::setup::SessionSource;
 use crate::input::arms::NamedArm;
 use crate::input::file_plan::FilePlan;
+use crate::input::output::write_file;
 use crate::input::scene_file::SceneFile;
 use crate::person::responses::Scenery;
 use crate::run::stage::Stage;
 use crate::setting::Setting;
-use anyhow::{Context, ensure};
+use anyhow::ensure;
 use hwall_files::same_file;
 use hwall_record::{Recorder, RecorderConfig, Skeleton};
 use std::path::{Path, PathBuf};
@@ -52,7 +53,7 @@ pub fn start(
     let text = skeleton.to_urdf(&name.to_string_lossy());
     // Create the recorder first: if another program records to the file, the URDF belongs to that program too.
     let recorder = Recorder::create(path, &setup, skeleton, scene, config)?;
-    hwall_files::write(&urdf, text).with_context(|| urdf.display().to_string())?;
+    write_file(&urdf, text)?;
     Ok(recorder)
 }
 

@@ -8,7 +8,7 @@ pub(super) fn wanted<'a>(value: Option<&'a str>, key: &str) -> anyhow::Result<&'
 }
 
 /// The word of the command line.
-pub(super) fn name_of(value: impl ValueEnum) -> String {
+pub(crate) fn name_of(value: impl ValueEnum) -> String {
     let word = value.to_possible_value();
     word.map_or_else(String::new, |word| word.get_name().to_owned())
 }

@@ -1,6 +1,6 @@
 //! Figures: a white sheet, axes, and drawing within them, with a single error type.
 
-use crate::report::figure_file::FigureFile;
+use crate::input::output::write_file;
 use crate::report::figures::{TEXT, TITLE, plot_error};
 use plotters::chart::SeriesAnno;
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
@@ -29,12 +29,14 @@ pub fn figure(
     size: (u32, u32),
     content: impl FnOnce(&Area<'_>) -> anyhow::Result<()>,
 ) -> anyhow::Result<()> {
-    let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), size).into_drawing_area();
-    root.fill(&WHITE).map_err(plot_error)?;
-    content(&root)?;
-    root.present().map_err(plot_error)?;
-    file.finish()
+    let mut text = String::new();
+    {
+        let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
+        root.fill(&WHITE).map_err(plot_error)?;
+        content(&root)?;
+        root.present().map_err(plot_error)?;
+    }
+    write_file(path, text)
 }
 
 /// Drawing on a sheet, in pixels.
@@ -86,6 +88,9 @@ impl<'p> Draw<'p> for Area<'p> {
 
 /// Drawing between axes, in their units.
 pub trait Plot<'a, 'p, CT: CoordTranslate> {
+    /// The axes.
+    fn chart(&mut self) -> &mut ChartContext<'a, SVGBackend<'p>, CT>;
+
     /// Draws elements, which may then be named for the legend.
     ///
     /// # Errors
@@ -95,11 +100,15 @@ pub trait Plot<'a, 'p, CT: CoordTranslate> {
         elements: S,
     ) -> anyhow::Result<&mut SeriesAnno<'a, SVGBackend<'p>>>
     where
+        CT: 'a,
         B: CoordMapper,
         for<'b> &'b E: PointCollection<'b, CT::From, B>,
         E: Drawable<SVGBackend<'p>, B>,
         R: Borrow<E>,
-        S: IntoIterator<Item = R>;
+        S: IntoIterator<Item = R>,
+    {
+        self.chart().draw_series(elements).map_err(plot_error)
+    }
 
     /// Draws a line, which may then be named.
     ///
@@ -111,25 +120,15 @@ pub trait Plot<'a, 'p, CT: CoordTranslate> {
         style: impl Into<ShapeStyle>,
     ) -> anyhow::Result<&mut SeriesAnno<'a, SVGBackend<'p>>>
     where
-        CT: CoordTranslate<From = (f64, f64)>,
+        CT: CoordTranslate<From = (f64, f64)> + 'a,
     {
         self.series(LineSeries::new(points, style))
     }
 }
 
 impl<'a, 'p, CT: CoordTranslate> Plot<'a, 'p, CT> for ChartContext<'a, SVGBackend<'p>, CT> {
-    fn series<B, E, R, S>(
-        &mut self,
-        elements: S,
-    ) -> anyhow::Result<&mut SeriesAnno<'a, SVGBackend<'p>>>
-    where
-        B: CoordMapper,
-        for<'b> &'b E: PointCollection<'b, CT::From, B>,
-        E: Drawable<SVGBackend<'p>, B>,
-        R: Borrow<E>,
-        S: IntoIterator<Item = R>,
-    {
-        self.draw_series(elements).map_err(plot_error)
+    fn chart(&mut self) -> &mut Self {
+        self
     }
 }
 
@@ -290,4 +289,29 @@ pub fn whole(value: &f64) -> String {
 /// `1.2`.
 pub fn tenths(value: &f64) -> String {
     format!("{value:.1}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_figure_that_is_given_up_leaves_the_good_one() {
+        let folder = std::env::temp_dir().join(format!("hwall_figure_{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("f.svg");
+        std::fs::write(&path, "good").unwrap();
+        let draw = |fails: bool| {
+            figure(&path, (10, 10), |_| {
+                anyhow::ensure!(!fails, "no more");
+                Ok(())
+            })
+        };
+        let read = || std::fs::read_to_string(&path).unwrap();
+        assert!(draw(true).is_err());
+        assert_eq!(read(), "good");
+        draw(false).unwrap();
+        assert!(read().ends_with("</svg>\n"));
+        assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
+    }
 }

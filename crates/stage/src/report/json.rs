@@ -3,9 +3,7 @@
 use crate::report::summary::Summary;
 use crate::run::evaluation::regret::Miss;
 use crate::run::people::{JudgedTouch, PersonRun};
-use anyhow::Context;
 use serde_json::{Value, json};
-use std::path::Path;
 
 /// A touch of person `person`, from 0: every person has a separate run and clock. A missing number (such as the
 /// lead of a board that was not in place) is `null`.
@@ -61,12 +59,4 @@ pub fn text(runs: &[PersonRun]) -> anyhow::Result<String> {
     let touches: Vec<Value> = touches.collect();
     let file = json!({ "touches": touches, "summary": summary(&Summary::new(runs))? });
     Ok(serde_json::to_string_pretty(&file)? + "\n")
-}
-
-/// Writes it.
-///
-/// # Errors
-/// A file that cannot be written.
-pub fn write(path: &Path, runs: &[PersonRun]) -> anyhow::Result<()> {
-    hwall_files::write(path, text(runs)?).with_context(|| path.display().to_string())
 }

@@ -1,7 +1,6 @@
 //! Tables and figures of a run, and the common style of figures.
 
 pub mod figure;
-mod figure_file;
 pub mod figures;
 pub mod json;
 mod legend;
@@ -10,4 +9,3 @@ pub mod plan_figure;
 pub mod run_figures;
 pub mod summary;
 pub mod tables;
-pub mod views;

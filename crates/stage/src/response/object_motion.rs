@@ -1,12 +1,12 @@
 //! The motion of an object with one degree of freedom as a table.
 
 use crate::input::numbers::NumberReader;
-use anyhow::{Context, anyhow, bail, ensure};
+use crate::recording::words::name_of;
+use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
 use hwall::haptics::{Click, Detent, MovingObject, ObjectConfig, ObjectPath};
 use hwall::object_of;
 use hwall::scene::Scene;
-use hwall_files::Row;
 use std::io::Write;
 use std::path::Path;
 
@@ -21,13 +21,6 @@ pub enum ObjectKind {
     Drawer,
     /// Slides, and may click.
     Button,
-}
-
-impl ObjectKind {
-    fn name(self) -> String {
-        self.to_possible_value()
-            .map_or_else(String::new, |v| v.get_name().to_owned())
-    }
 }
 
 /// Options of an object: degrees and metres.
@@ -74,7 +67,7 @@ pub struct ObjectOptions {
     pub click: Option<[f64; 4]>,
 }
 
-/// `N` numbers with commas between them.
+/// `N` numbers with commas between them; a stop may be infinitely far.
 fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|cell| cell.trim().parse()).collect();
     let numbers = numbers.map_err(|e| format!("{text:?}: {e}"))?;
@@ -99,13 +92,6 @@ impl ForceRows {
         let reader = NumberReader::open_or(path, &names)?;
         let places = reader.columns(&names.map(String::from))?;
         Ok(Self { reader, places })
-    }
-
-    fn numbers(&self, row: &Row) -> anyhow::Result<[f64; 2]> {
-        let numbers = self.reader.values(row, &self.places)?;
-        numbers
-            .try_into()
-            .map_err(|_| anyhow!("{}: not two numbers", self.reader.place(row)))
     }
 }
 
@@ -196,7 +182,9 @@ impl PushedObject {
         let mut held = None;
         while let Some(row) = input.reader.next_row()? {
             let place = input.reader.place(&row);
-            let [t_s, force_n] = input.numbers(&row)?;
+            let [t_s, force_n] = input.reader.values(&row, &input.places)?[..] else {
+                bail!("{place}: not two numbers");
+            };
             if let Some((since_s, force)) = held {
                 let rising = t_s > since_s;
                 ensure!(
@@ -230,7 +218,7 @@ fn configured(kind: ObjectKind, options: &ObjectOptions) -> anyhow::Result<Objec
             ("range-deg", options.range_deg.is_some()),
         ]
     };
-    let name = kind.name();
+    let name = name_of(kind);
     if let Some((option, _)) = others.iter().find(|(_, given)| *given) {
         bail!("--{option} is not for a {name}");
     }

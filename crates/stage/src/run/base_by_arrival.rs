@@ -76,7 +76,8 @@ fn rehearsed_share(
     base: FloorPose,
 ) -> anyhow::Result<f64> {
     let scene = &base.scene_seen(scene)?;
-    let cast = participants::simulated_at(base, scene, arm, kind, TOUCHES, REHEARSAL_SEED)?;
+    let config = |_, seed| kind.config(seed);
+    let cast = participants::simulated_as(config, base, scene, arm, TOUCHES, REHEARSAL_SEED)?;
     let likely = participants::likely_touches(scene, arm, &cast);
     let people = &TrainingPeople::default().seen_from(base);
     let (predictors, _) = Predictors::train(scene, arm, people, None)?;

@@ -5,12 +5,10 @@ use crate::input::counted::asked_in;
 use crate::live::holds::{Holds, tell_left_out};
 use crate::person::hand::Hand;
 use crate::recording::runs::run_of;
-use crate::run::arm_error::ArmError;
 use crate::run::logs::log::{HandNow, Log, Run, StepCost};
-use crate::run::logs::push_log::PushLog;
 use crate::run::logs::texture_log::TextureLog;
 use crate::run::logs::trace::Trace;
-use crate::run::simulated_arm::{Finger, SimulatedArm};
+use crate::run::simulated_arm::{ArmError, Finger, SimulatedArm};
 use crate::run::stage::{SessionSettings, Stage};
 use glam::DVec3;
 use hwall::haptics::{ArmCommand, ArmState};
@@ -76,11 +74,7 @@ pub fn run(
         start_s,
         period_s,
         texture,
-        pushes: PushLog::default(),
-        next_board_s: f64::NEG_INFINITY,
-        is_lost: false,
-        was_tracked: false,
-        was_latched: false,
+        ..Log::default()
     };
     let model = Arc::clone(session.control().arm());
     // The arm starts in its waiting posture.

@@ -7,7 +7,7 @@ use crate::person::responses::Scenery;
 use crate::run::closed_loop;
 use crate::run::evaluation::judge::{self, Outcome};
 use crate::run::evaluation::least_time::LeastTime;
-use crate::run::evaluation::regret::{Regret, Regrets, RunLog};
+use crate::run::evaluation::regret::{Regret, Regrets};
 use crate::run::logs::log::Run;
 use crate::run::logs::snapshots;
 use crate::run::logs::view_log::ViewLog;
@@ -99,12 +99,7 @@ fn person(
     let mut run = closed_loop::run(stage, hand, *seed, recorded, progress)?;
     let touches = &participant.touches;
     let outcomes = judge::judge(arm, touches, &run.ticks)?;
-    let log = RunLog {
-        ticks: &run.ticks,
-        led: &run.led,
-        sent: &run.sent,
-    };
-    let regret = regrets.of_run(&log, &outcomes)?;
+    let regret = regrets.of_run(&run, &outcomes)?;
     let leads = judge::leads(scene, touches, &run.predictions);
     run.trace.mark_touches(&outcomes, &run.predictions);
     let known_s: Vec<f64> = regret.iter().map(|regret| regret.known_s).collect();

@@ -1,8 +1,9 @@
 //! Dispatches of the board during a run, with its reversals and false dispatches.
 
+use crate::person::touches::Touch;
 use crate::run::logs::tick::Tick;
-use glam::DVec3;
-use hwall_haptics::{Board, BoardTarget, PlaceTolerance};
+use hwall::reachability::Target;
+use hwall_haptics::{Board, PlaceTolerance};
 use hwall_kinematics::JointPositions;
 use std::f64::consts::SQRT_2;
 
@@ -12,27 +13,9 @@ pub struct Sent {
     /// Time of the command, s.
     pub t_s: f64,
     /// The target on a wall; `None` while the board waits or holds.
-    pub target: Option<WallPlace>,
+    pub target: Option<Target>,
     /// The goal configuration, rad.
     pub goal: Option<JointPositions>,
-}
-
-/// A place on a wall.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WallPlace {
-    /// m, base frame.
-    pub point_m: DVec3,
-    /// Unit normal, towards the hand.
-    pub normal: DVec3,
-}
-
-impl From<&BoardTarget> for WallPlace {
-    fn from(target: &BoardTarget) -> Self {
-        Self {
-            point_m: target.point_m,
-            normal: target.normal.normalize_or_zero(),
-        }
-    }
 }
 
 /// Targets on one wall within this distance count as the same, m: half of the board.
@@ -42,31 +25,29 @@ const SAME_RAD: f64 = 0.2;
 /// ... and the target is this close to the plane, m.
 const SAME_PLANE_M: f64 = 0.05;
 
-impl WallPlace {
-    /// Are the two targets less than half of the board apart?
-    #[must_use]
-    pub fn is_near(&self, other: &Self) -> bool {
-        self.is_within(SAME_M, other)
-    }
+/// Are two places on a wall at most this far apart, m?
+fn are_within(distance_m: f64, a: &Target, b: &Target) -> bool {
+    let between_m = b.point_m - a.point_m;
+    between_m.length() <= distance_m
+        && between_m.dot(a.normal).abs() <= SAME_PLANE_M
+        && a.normal.angle_between(b.normal) <= SAME_RAD
+}
 
-    /// Can a board with its middle here cover the other place, at some roll?
-    fn holds(&self, other: &Self) -> bool {
-        self.is_within(SAME_M * SQRT_2, other)
-    }
+/// Are the two targets less than half of the board apart?
+fn are_near(a: &Target, b: &Target) -> bool {
+    are_within(SAME_M, a, b)
+}
 
-    fn is_within(&self, distance_m: f64, other: &Self) -> bool {
-        let between_m = other.point_m - self.point_m;
-        between_m.length() <= distance_m
-            && between_m.dot(self.normal).abs() <= SAME_PLANE_M
-            && self.normal.angle_between(other.normal) <= SAME_RAD
-    }
+/// Can a board with its middle at a place cover another place, at some roll?
+fn holds(place: &Target, other: &Target) -> bool {
+    are_within(SAME_M * SQRT_2, place, other)
 }
 
 /// A dispatch to a place on a wall: from the first target there until a target elsewhere or none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Course {
     /// The first target of the course.
-    pub place: WallPlace,
+    pub place: Target,
     /// Start, s.
     pub from_s: f64,
     /// End, s; infinite for the last of a run.
@@ -86,14 +67,14 @@ const STANDING_M_PER_S: f64 = 0.02;
 #[must_use]
 pub fn courses(sent: &[Sent], ticks: &[Tick], board: &Board) -> Vec<Course> {
     let mut courses: Vec<Course> = Vec::new();
-    let mut under_way: Option<(WallPlace, f64)> = None;
-    let mut end = |place: WallPlace, from_s: f64, until_s: f64| {
+    let mut under_way: Option<(Target, f64)> = None;
+    let mut end = |place: Target, from_s: f64, until_s: f64| {
         courses.push(course(place, from_s, until_s, ticks, board));
     };
     for change in sent {
         let goes_on = matches!(
             (&under_way, &change.target),
-            (Some((place, _)), Some(target)) if place.is_near(target)
+            (Some((place, _)), Some(target)) if are_near(place, target)
         );
         if goes_on {
             continue;
@@ -109,7 +90,7 @@ pub fn courses(sent: &[Sent], ticks: &[Tick], board: &Board) -> Vec<Course> {
     courses
 }
 
-fn course(place: WallPlace, from_s: f64, until_s: f64, ticks: &[Tick], board: &Board) -> Course {
+fn course(place: Target, from_s: f64, until_s: f64, ticks: &[Tick], board: &Board) -> Course {
     let first = ticks.partition_point(|tick| tick.t_s < from_s);
     let last = ticks.partition_point(|tick| tick.t_s < until_s).max(first);
     let during = &ticks[first..last];
@@ -139,17 +120,6 @@ fn course(place: WallPlace, from_s: f64, until_s: f64, ticks: &[Tick], board: &B
     }
 }
 
-/// Place and time of a touch.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TouchedPlace {
-    /// Place.
-    pub place: WallPlace,
-    /// The hand meets the surface, s.
-    pub contact_s: f64,
-    /// The hand leaves, s.
-    pub end_s: f64,
-}
-
 /// Useless courses before a touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Detours {
@@ -163,11 +133,11 @@ pub struct Detours {
 ///
 /// Leaving the place of a touch, to wait or for the next one, is not a detour.
 #[must_use]
-pub fn detours(courses: &[Course], touches: &[TouchedPlace]) -> Vec<Detours> {
+pub fn detours(courses: &[Course], touches: &[&Touch]) -> Vec<Detours> {
     let served = |course: &Course| {
         touches.iter().any(|touch| {
             (course.from_s..=course.until_s).contains(&touch.contact_s)
-                && course.place.holds(&touch.place)
+                && holds(&course.place, &touch.place())
         })
     };
     let ended: Vec<&Course> = courses.iter().filter(|course| !served(course)).collect();
@@ -192,12 +162,13 @@ pub fn detours(courses: &[Course], touches: &[TouchedPlace]) -> Vec<Detours> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec3;
     use hwall_haptics::board_pose;
 
     const WALL: DVec3 = DVec3::X;
 
-    fn place(y: f64) -> WallPlace {
-        WallPlace {
+    fn place(y: f64) -> Target {
+        Target {
             point_m: DVec3::new(0.6, y, 0.5),
             normal: WALL,
         }
@@ -227,17 +198,22 @@ mod tests {
         (0..400).map(tick).collect()
     }
 
-    fn touch(y: f64, contact_s: f64, end_s: f64) -> TouchedPlace {
-        TouchedPlace {
-            place: place(y),
+    fn touch(y: f64, contact_s: f64, end_s: f64) -> Touch {
+        let Target { point_m, normal } = place(y);
+        Touch {
+            surface: String::new(),
+            point_m,
+            normal,
+            start_s: contact_s,
             contact_s,
             end_s,
+            landed_s: None,
         }
     }
 
-    fn counted(sent: &[Sent], ticks: &[Tick], touches: &[TouchedPlace]) -> Vec<[usize; 2]> {
+    fn counted(sent: &[Sent], ticks: &[Tick], touches: &[Touch]) -> Vec<[usize; 2]> {
         let courses = courses(sent, ticks, &Board::default());
-        let detours = detours(&courses, touches);
+        let detours = detours(&courses, &touches.iter().collect::<Vec<_>>());
         detours.iter().map(|d| [d.reversals, d.in_vain]).collect()
     }
 
@@ -291,10 +267,10 @@ mod tests {
     fn two_walls_of_a_corner_are_two_places() {
         let mut other = place(0.0);
         other.normal = DVec3::Y;
-        assert!(!place(0.0).is_near(&other));
-        assert!(place(0.0).is_near(&place(0.09)) && !place(0.0).is_near(&place(0.11)));
+        assert!(!are_near(&place(0.0), &other));
+        assert!(are_near(&place(0.0), &place(0.09)) && !are_near(&place(0.0), &place(0.11)));
         let mut behind = place(0.0);
         behind.point_m.x -= 0.06;
-        assert!(!place(0.0).is_near(&behind));
+        assert!(!are_near(&place(0.0), &behind));
     }
 }

@@ -4,9 +4,10 @@
 //! [`LeastTime`]; nothing of the code that steers the board.
 
 use crate::person::touches::Touch;
-use crate::run::evaluation::courses::{self, Detours, Sent, TouchedPlace, WallPlace};
+use crate::run::evaluation::courses::{self, Detours};
 use crate::run::evaluation::judge::Outcome;
 use crate::run::evaluation::least_time::{LeastTime, Quickest};
+use crate::run::logs::log::Run;
 use crate::run::logs::tick::{Led, Stop, Tick};
 use anyhow::Context;
 use hwall_haptics::{PlaceTolerance, board_pose};
@@ -62,17 +63,6 @@ pub struct Regret {
     pub detours: Detours,
 }
 
-/// Log of a run, in order of time.
-#[derive(Debug, Clone, Copy)]
-pub struct RunLog<'a> {
-    /// One entry for each control step.
-    pub ticks: &'a [Tick],
-    /// The predicted contact that led the board, frame by frame.
-    pub led: &'a [Led],
-    /// The board's targets, change by change.
-    pub sent: &'a [Sent],
-}
-
 /// Computes the regret of touches.
 pub struct Regrets<'a> {
     /// Least times of the arm.
@@ -93,16 +83,9 @@ impl Regrets<'_> {
     ///
     /// # Errors
     /// A touch before the run began, or with a normal that has no direction.
-    pub fn of_run(&self, log: &RunLog<'_>, outcomes: &[Outcome]) -> anyhow::Result<Vec<Regret>> {
-        let touched: Vec<TouchedPlace> = outcomes
-            .iter()
-            .map(|Outcome { touch, .. }| TouchedPlace {
-                place: place(touch),
-                contact_s: touch.contact_s,
-                end_s: touch.end_s,
-            })
-            .collect();
-        let courses = courses::courses(log.sent, log.ticks, self.least.arm().board());
+    pub fn of_run(&self, log: &Run, outcomes: &[Outcome]) -> anyhow::Result<Vec<Regret>> {
+        let touched: Vec<&Touch> = outcomes.iter().map(|outcome| &outcome.touch).collect();
+        let courses = courses::courses(&log.sent, &log.ticks, self.least.arm().board());
         let detours = courses::detours(&courses, &touched);
         let mut since_s = f64::NEG_INFINITY;
         outcomes
@@ -118,7 +101,7 @@ impl Regrets<'_> {
 
     fn of_touch(
         &self,
-        log: &RunLog<'_>,
+        log: &Run,
         outcome: &Outcome,
         since_s: f64,
         detours: Detours,
@@ -126,10 +109,10 @@ impl Regrets<'_> {
         let touch = &outcome.touch;
         let known_s = touch.landed_s.unwrap_or(touch.start_s) + NOTICE_S;
         let budget_s = touch.contact_s - known_s - self.delay_s;
-        let foreseen_s = self.foreseen_s(log.led, touch, since_s)?;
+        let foreseen_s = self.foreseen_s(&log.led, touch, since_s)?;
         // The arm's posture when the target could be known, and when it was predicted.
-        let there = at(log.ticks, known_s)?.q;
-        let told = at(log.ticks, touch.contact_s - foreseen_s.unwrap_or(0.0))?.q;
+        let there = at(&log.ticks, known_s)?.q;
+        let told = at(&log.ticks, touch.contact_s - foreseen_s.unwrap_or(0.0))?.q;
         let starts = [self.waiting, there, told];
         let [waiting, there, told] = if outcome.unreachable.is_some() {
             [None; 3]
@@ -157,7 +140,7 @@ impl Regrets<'_> {
             from_there_s: there,
             possible,
             miss,
-            stopped_by: miss.and_then(|_| stop_of(log.ticks, known_s, touch.contact_s)),
+            stopped_by: miss.and_then(|_| stop_of(&log.ticks, known_s, touch.contact_s)),
             foreseen_s,
             detours,
         })
@@ -185,7 +168,7 @@ impl Regrets<'_> {
 
     /// Does the goal in force at the contact serve the touch, and was it set early enough for the least
     /// time of the motion to it?
-    fn sent_in_time(&self, log: &RunLog<'_>, touch: &Touch) -> anyhow::Result<bool> {
+    fn sent_in_time(&self, log: &Run, touch: &Touch) -> anyhow::Result<bool> {
         let place = PlaceTolerance::default();
         let serves = |goal: &JointPositions| {
             let arm = self.least.arm();
@@ -203,7 +186,7 @@ impl Regrets<'_> {
         let Some((sent_s, goal)) = goals.last() else {
             return Ok(false);
         };
-        let from = at(log.ticks, sent_s)?.q;
+        let from = at(&log.ticks, sent_s)?.q;
         let needed_s = self.least.limits().travel_time_s(&from, &goal) + self.delay_s;
         Ok(needed_s <= touch.contact_s - sent_s)
     }
@@ -215,13 +198,6 @@ fn stop_of(ticks: &[Tick], from_s: f64, until_s: f64) -> Option<Stop> {
     let before = ticks[..until].iter().rev();
     let mut since = before.take_while(|tick| tick.t_s >= from_s);
     since.find_map(|tick| tick.stop)
-}
-
-fn place(touch: &Touch) -> WallPlace {
-    WallPlace {
-        point_m: touch.point_m,
-        normal: touch.normal,
-    }
 }
 
 /// The last step not later than `t_s`; the first step for earlier times.

@@ -10,7 +10,7 @@ use crate::run::logs::trace::Trace;
 use crate::run::logs::view_log::ViewLog;
 use crate::run::simulated_arm::SimulatedArm;
 use glam::DVec3;
-use hwall::reachability::Presented;
+use hwall::reachability::{Presented, Target};
 use hwall::response::Task;
 use hwall::{Cycle, Event, EventKind, Session, SessionState};
 use hwall_contact::{PredictionSource, Predictor};
@@ -103,6 +103,7 @@ pub(in crate::run) struct HandNow<'a> {
 const BOARD_S: f64 = 0.02;
 
 /// Collects a [`Run`].
+#[derive(Default)]
 pub(in crate::run) struct Log {
     pub(in crate::run) run: Run,
     /// The hand's time at the arm's zero, s.
@@ -201,7 +202,10 @@ impl Log {
             run.trace.board_distance_m.extend(distance_m);
         }
         let (target, goal) = (
-            control.target().map(Into::into),
+            control.target().map(|target| Target {
+                point_m: target.point_m,
+                normal: target.normal.normalize_or_zero(),
+            }),
             step.and_then(|step| step.goal),
         );
         let is_same = |last: &Sent| (last.target, last.goal) == (target, goal);

@@ -1,14 +1,14 @@
 //! Regret on constructed runs with known results.
 
 use super::*;
-use crate::input::arms::BoardArm;
+use crate::built_in_room::BuiltInRoom;
 use crate::input::arms::waiting_iiwa7;
 use crate::person::predictors::SurfacePlace;
-use crate::setting::load_scene;
+use crate::run::evaluation::courses::Sent;
 use glam::DVec3;
 use hwall::SessionState;
 use hwall::haptics::safety::Channel;
-use hwall::haptics::{Board, SafeReason, SafeState};
+use hwall::haptics::{SafeReason, SafeState};
 use hwall_kinematics::Unreachable;
 use hwall_motion::{MotionConfig, MotionLimits};
 use hwall_scene::SurfaceId;
@@ -18,28 +18,22 @@ const POINT_M: DVec3 = DVec3::new(0.62, -0.29, 0.8856);
 const CONTACT_S: f64 = 2.0;
 const DELAY_S: f64 = 0.022;
 
-struct Planted {
-    arm: BoardArm,
-    scene: Scene,
-}
+struct Planted(BuiltInRoom);
 
 impl Planted {
     fn new() -> Self {
-        Self {
-            arm: BoardArm::named("iiwa7", &Board::default()).unwrap(),
-            scene: load_scene(None).unwrap().0,
-        }
+        Self(BuiltInRoom::new().unwrap())
     }
 
     fn surface(&self, name: &str) -> SurfaceId {
-        let surfaces = self.scene.surfaces();
+        let surfaces = self.0.scene.surfaces();
         SurfaceId(surfaces.iter().position(|s| s.name == name).unwrap())
     }
 
     fn least(&self) -> LeastTime<'_> {
         let limits = MotionConfig::default();
-        let limits = MotionLimits::of_arm(&**self.arm.kinematics(), &limits).unwrap();
-        LeastTime::new(&self.arm, &PlaceTolerance::default(), limits).unwrap()
+        let limits = MotionLimits::of_arm(&**self.0.arm.kinematics(), &limits).unwrap();
+        LeastTime::new(&self.0.arm, &PlaceTolerance::default(), limits).unwrap()
     }
 
     /// Final posture of the quickest motion from waiting, and its time, s.
@@ -53,7 +47,7 @@ impl Planted {
         let least = self.least();
         let regrets = Regrets {
             least: &least,
-            scene: &self.scene,
+            scene: &self.0.scene,
             waiting: waiting_iiwa7(),
             delay_s: DELAY_S,
         };
@@ -63,7 +57,7 @@ impl Planted {
                 let q = (story.q)(t_s);
                 Tick {
                     t_s,
-                    base_from_board: self.arm.kinematics().forward(&q),
+                    base_from_board: self.0.arm.kinematics().forward(&q),
                     q,
                     in_contact: false,
                     pressed_m_per_s: None,
@@ -98,10 +92,11 @@ impl Planted {
         if story.out_of_reach {
             outcome.unreachable = Some(Unreachable::TooFar { gap_m: 0.1 });
         }
-        let log = RunLog {
-            ticks: &ticks,
-            led: &led,
-            sent: &story.sent,
+        let log = Run {
+            ticks,
+            led,
+            sent: story.sent.clone(),
+            ..Run::default()
         };
         regrets.of_run(&log, &[outcome]).unwrap()[0]
     }
@@ -164,7 +159,7 @@ fn what_was_possible_depends_on_gaze_and_waiting_posture_alone() {
         assert_eq!(regret.possible, possible);
         assert_eq!(regret.miss == Some(Miss::Impossible), !possible);
         // For any posture the policy has chosen.
-        let there = planted.arm.start();
+        let there = planted.0.arm.start();
         story.q = Box::new(move |_| there);
         assert_eq!(planted.regret(&story).possible, possible);
     }
