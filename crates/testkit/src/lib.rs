@@ -4,6 +4,7 @@ mod attack;
 mod columns;
 mod difference;
 mod machine;
+mod motion;
 mod refused;
 mod sampler;
 mod shared;
@@ -19,6 +20,8 @@ pub use columns::{
 };
 pub use difference::central_difference;
 pub use machine::Machine;
+pub use motion::minimum_jerk;
+pub use refused::refusal;
 pub use sampler::{Sampler, seeds};
 pub use shared::shared;
 pub use stats::{ErrorStats, quantile};

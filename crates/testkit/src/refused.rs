@@ -38,3 +38,15 @@ macro_rules! refused {
         })+
     }};
 }
+
+/// What an error says.
+///
+/// # Panics
+/// Without an error.
+#[track_caller]
+pub fn refusal<T, E: std::fmt::Display>(result: Result<T, E>) -> String {
+    match result {
+        Ok(_) => panic!("taken"),
+        Err(error) => error.to_string(),
+    }
+}

@@ -47,6 +47,11 @@ impl Sampler {
         radius * self.uniform(0.0, TAU).cos()
     }
 
+    /// Three standard normal components.
+    pub fn normal_vector(&mut self) -> DVec3 {
+        DVec3::from_array([(); 3].map(|()| self.normal()))
+    }
+
     /// Uniform on the unit sphere.
     pub fn unit_vector(&mut self) -> DVec3 {
         // Heights on a sphere are uniform (Archimedes).
