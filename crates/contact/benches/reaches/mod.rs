@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use hwall_hand::{HandFrame, HandPoint, LabelledReach};
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, minimum_jerk};
 
 /// Noise of the tracker in each coordinate, m.
 const NOISE_M: f64 = 7e-4;
@@ -18,14 +18,14 @@ pub(crate) fn reaches(seed: u64, people: usize, count: usize) -> Vec<LabelledRea
         let hand_m = sampler.uniform(0.16, 0.20);
         let opens = sampler.uniform(0.3, 0.7);
         for trial in (person..count).step_by(people) {
-            let from = DVec3::new(0.6, 0.1, 0.1) + 0.03 * gaussian(&mut sampler);
+            let from = DVec3::new(0.6, 0.1, 0.1) + 0.03 * sampler.normal_vector();
             let to = DVec3::new(0.0, sampler.uniform(-0.3, 0.3), sampler.uniform(0.0, 0.5));
             let duration_s = factor * sampler.uniform(0.7, 0.9);
             let samples = (duration_s * 90.0) as usize;
             let frames = (0..=samples).map(|k| {
                 let tau = k as f64 / samples as f64;
-                let share = tau.powi(3) * (10.0 - 15.0 * tau + 6.0 * tau * tau);
-                let tip_m = from.lerp(to, share) + 16.0 * (tau * (1.0 - tau)).powi(2) * bow_m;
+                let tip_m =
+                    from.lerp(to, minimum_jerk(tau)) + 16.0 * (tau * (1.0 - tau)).powi(2) * bow_m;
                 let open = ((tau - opens) / 0.2).clamp(0.0, 1.0);
                 frame(&mut sampler, tau * duration_s, tip_m, hand_m, open)
             });
@@ -46,7 +46,7 @@ pub(crate) fn reaches(seed: u64, people: usize, count: usize) -> Vec<LabelledRea
 /// Palm, five tips and the head; `open`: from 0, a fist, to 1, straight fingers.
 fn frame(sampler: &mut Sampler, t_s: f64, tip_m: DVec3, hand_m: f64, open: f64) -> HandFrame {
     let mut frame = HandFrame::empty(t_s);
-    frame.head_m = Some(DVec3::new(0.9, 0.0, 0.6) + NOISE_M * gaussian(sampler));
+    frame.head_m = Some(DVec3::new(0.9, 0.0, 0.6) + NOISE_M * sampler.normal_vector());
     let palm_m = tip_m + DVec3::new((0.4 + 0.2 * open) * hand_m, 0.0, -0.01);
     for (k, point) in HandPoint::ALL.into_iter().enumerate() {
         let place_m = match point {
@@ -54,11 +54,7 @@ fn frame(sampler: &mut Sampler, t_s: f64, tip_m: DVec3, hand_m: f64, open: f64) 
             HandPoint::Palm => palm_m,
             _ => palm_m + DVec3::new(-0.5 * open * hand_m, 0.02 * (k as f64 - 3.0), 0.0),
         };
-        frame.set_point(point, Some(place_m + NOISE_M * gaussian(sampler)));
+        frame.set_point(point, Some(place_m + NOISE_M * sampler.normal_vector()));
     }
     frame
-}
-
-fn gaussian(sampler: &mut Sampler) -> DVec3 {
-    DVec3::from_array([(); 3].map(|()| sampler.normal()))
 }

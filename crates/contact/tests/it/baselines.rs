@@ -1,13 +1,13 @@
 //! Baseline estimators: exact where they should be, and always with an estimate.
 
-use crate::common::{gaussian, minimum_jerk};
+use crate::common::check;
 use glam::DVec3;
 use hwall_contact::{
     ConstantVelocity, ContactError, ContactEstimate, ContactEstimator, Hold, MinimumJerk,
-    NearestNeighbour, RidgeWindow, TimeToContact,
+    NearestNeighbour, RidgeWindow,
 };
 use hwall_hand::{HandError, HandFrame, HandPoint, LabelledReach};
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, minimum_jerk};
 
 type Trained = Box<dyn ContactEstimator>;
 
@@ -80,21 +80,6 @@ fn after(
     let until_s = reach.frames[0].t_s + share * reach.duration_s() + 1e-9;
     let seen = reach.frames.iter().filter(|f| f.t_s <= until_s);
     seen.map(|f| estimator.step(f)).last().flatten().unwrap()
-}
-
-fn check(name: &str, estimate: &ContactEstimate) {
-    let is_good = |time: TimeToContact| {
-        (0.0..f64::INFINITY).contains(&time.mean_s)
-            && time.sd_s.is_none_or(|sd| sd > 0.0 && sd.is_finite())
-    };
-    assert!(
-        estimate.t_s.is_finite()
-            && estimate.point_m.is_finite()
-            && (estimate.covariance_m2)
-                .is_none_or(|c| c.is_finite() && c.determinant() > 0.0 && c == c.transpose())
-            && estimate.time_to_contact_s.is_none_or(is_good),
-        "{name}: {estimate:?}"
-    );
 }
 
 #[test]
@@ -233,7 +218,7 @@ fn ridge_states_the_error_on_people_it_has_not_met() {
     let sd = DVec3::new(0.02, 0.05, 0.01);
     let mut all: Vec<LabelledReach> = Vec::new();
     for person in 0..24 {
-        let own_m = sd * gaussian(&mut sampler);
+        let own_m = sd * sampler.normal_vector();
         for mut reach in reaches(6, 100 + person) {
             reach.person = Some(person.to_string());
             reach.contact_m += own_m;

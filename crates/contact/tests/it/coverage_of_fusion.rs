@@ -1,8 +1,8 @@
 //! The stated uncertainty of the fused predictor is right: an estimator with a known error in rooms of 1, 3, 6 and 12 surfaces.
 
 use crate::common::{
-    ELSEWHERE, ELSEWHERE_RAD, EYE, Fused, blurred, error, following_the_motion, gaussian, gaze_at,
-    room, scene, target,
+    ELSEWHERE, ELSEWHERE_RAD, EYE, Fused, blurred, error, following_the_motion, gaze_at, room,
+    scene, target,
 };
 use glam::DVec3;
 use hwall_testkit::Sampler;
@@ -40,7 +40,7 @@ fn tally(surfaces: usize, sd_m: DVec3, with_gaze: bool, reaches: usize) -> Tally
         };
         gaze.direction = blurred(&mut sampler, gaze.direction, spread_rad);
         // The registration of the tracker to the scene has an error, which shifts everything.
-        let shift_m = gaussian(&mut sampler) * config.registration_sd_m;
+        let shift_m = sampler.normal_vector() * config.registration_sd_m;
         gaze.origin_m += shift_m;
         let mut fused = Fused::new(config.clone());
         let straight = (contact_m - hand_m).normalize();

@@ -1,11 +1,11 @@
 //! Reaches with external segmentation, and named points of the arm.
 
-use crate::common::{gaussian, minimum_jerk};
+use crate::common::check_all;
 use crate::learned::reaches_of;
 use glam::DVec3;
 use hwall_contact::{ContactEstimator, LearnedConfig, LearnedModel};
 use hwall_hand::{BodyPoint, HandFrame, HandPoint, LabelledReach};
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, minimum_jerk};
 use std::sync::LazyLock;
 
 const PERIOD_S: f64 = 1.0 / 90.0;
@@ -14,9 +14,12 @@ const PERIOD_S: f64 = 1.0 / 90.0;
 fn reaches(seed: u64, people: usize, each: usize) -> Vec<LabelledReach> {
     reaches_of(seed, (people, each), |sampler, tau, [from, to, tip_m]| {
         let mut frame = HandFrame::empty(0.0);
-        frame.set_point(HandPoint::Index, Some(tip_m + 5e-4 * gaussian(sampler)));
+        frame.set_point(
+            HandPoint::Index,
+            Some(tip_m + 5e-4 * sampler.normal_vector()),
+        );
         let elbow_m = from.lerp(to, 0.5 * minimum_jerk(2.0 * tau)) + DVec3::X * 0.4;
-        let elbow_m = elbow_m + 5e-4 * gaussian(sampler);
+        let elbow_m = elbow_m + 5e-4 * sampler.normal_vector();
         frame.set_body(BodyPoint::Elbow, Some(elbow_m));
         frame
     })
@@ -36,7 +39,9 @@ fn rested(mut reach: LabelledReach, rest_s: f64, sampler: &mut Sampler) -> Label
         let mut frame = first;
         frame.t_s = first.t_s - k as f64 * PERIOD_S;
         for point in HandPoint::ALL {
-            let place_m = first.point(point).map(|p| p + 5e-4 * gaussian(sampler));
+            let place_m = first
+                .point(point)
+                .map(|p| p + 5e-4 * sampler.normal_vector());
             frame.set_point(point, place_m);
         }
         frame
@@ -136,9 +141,7 @@ fn a_point_of_the_arm_is_used_where_it_tells_more_and_may_come_and_go() {
                 3 => frame.set_body(BodyPoint::Shoulder, Some(DVec3::INFINITY)),
                 _ => {}
             }
-            let estimate = estimator.step(&frame).expect("the hand is seen");
-            let covariance = estimate.covariance_m2.expect("learnt");
-            assert!(estimate.point_m.is_finite() && covariance.determinant() > 0.0);
+            check_all(&estimator.step(&frame).expect("the hand is seen"));
         }
     }
 }

@@ -4,8 +4,11 @@ use crate::common::{
     EYE, Fused, Scripted, WALL, ball, error, fused, gaze_at, hand, room, scene, target,
 };
 use glam::{DMat3, DVec3};
-use hwall_contact::{FusedConfig, FusedPredictor, PredictionSource, Predictor, PredictorInput};
-use hwall_hand::{Gaze, GazeRay, HandFrame};
+use hwall_contact::{
+    DeterministicConfig, DeterministicPredictor, FusedConfig, FusedPredictor, PredictionSource,
+    Predictor, PredictorInput,
+};
+use hwall_hand::{Fixation, Gaze, GazeRay, HandFrame};
 use hwall_testkit::{Sampler, refused};
 
 #[test]
@@ -15,6 +18,7 @@ fn no_number_that_is_none_comes_out() {
     let bad = [f64::NAN, f64::INFINITY, -1e300, 0.0, 1e-300];
     let mut sampler = Sampler::new(5);
     let mut fused = fused();
+    let mut led = DeterministicPredictor::new(DeterministicConfig::ray_led()).unwrap();
     for _ in 0..3000 {
         let mut point = |nominal: DVec3| {
             let mut p = nominal.to_array();
@@ -30,12 +34,21 @@ fn no_number_that_is_none_comes_out() {
             origin_m: point(EYE),
             direction: point(DVec3::X),
         };
-        for a in fused.see(
-            &scene,
-            (hand_m, velocity),
-            Some((mean_m, covariance)),
-            Some(gaze),
-        ) {
+        let [noise_rad, since_s, _] = point(DVec3::new(0.01, 0.0, 0.0)).to_array();
+        let gaze = Gaze::Fixed(Fixation {
+            noise_rad,
+            since_s,
+            ..Fixation::of_ray(0.0, fused.now_s() + 0.01, gaze)
+        });
+        let state = hand(fused.now_s() + 0.01, hand_m, velocity);
+        let seen = PredictorInput {
+            frame: &HandFrame::empty(state.t_s),
+            hand: Some(&state),
+            gaze,
+        };
+        let by_ray = led.predict(&scene, &seen).iter();
+        let estimate = Some((mean_m, covariance));
+        for a in by_ray.chain(fused.see_with(&scene, (hand_m, velocity), estimate, gaze)) {
             assert!(a.point_m.is_finite() && a.normal.is_normalized() && a.distance_m.is_finite());
             assert!(a.probability > 0.0 && a.probability <= 1.0);
             assert!(a.covariance_m2.is_none_or(|c| c.is_finite()), "{a:?}");

@@ -1,10 +1,10 @@
 //! The information of a fixation about the next contact is learned from people, and used during the fixation.
 
-use crate::common::{self, EYE, ball, blurred, gaussian, gaze_at, minimum_jerk, scene};
+use crate::common::{self, EYE, ball, blurred, gaze_at, scene};
 use glam::DVec3;
 use hwall_contact::*;
 use hwall_hand::{Fixation, Gaze, GazeFilter, HandFilter, HandFilterConfig, HandFrame, HandPoint};
-use hwall_testkit::{Sampler, Tol, assert_close};
+use hwall_testkit::{Sampler, Tol, assert_close, minimum_jerk};
 
 const REST: DVec3 = DVec3::new(0.0, 0.0, 1.2);
 const PERIOD_S: f64 = 1.0 / 90.0;
@@ -76,7 +76,7 @@ fn person(habits: &Habits, touches: usize, seed: u64) -> (Vec<HandFrame>, Vec<St
             let hand_m = hand_m.map_or(REST, |&(from_s, to_s, from_m, to_m)| {
                 from_m.lerp(to_m, minimum_jerk((t_s - from_s) / (to_s - from_s)))
             });
-            let noise = gaussian(&mut sampler) * 5e-4;
+            let noise = sampler.normal_vector() * 5e-4;
             frame.set_point(HandPoint::Index, Some(hand_m + noise));
             frame.head_m = Some(EYE);
             let seen_m = dwells.iter().rfind(|l| l.0 <= t_s).unwrap().1;

@@ -1,6 +1,5 @@
 //! Adaptation of the learned estimator to a person's touches.
 
-use crate::common::gaussian;
 use crate::learned::{follow, reaches};
 use glam::DVec3;
 use hwall_contact::{ContactEstimator, LearnedConfig, LearnedModel};
@@ -87,7 +86,7 @@ fn a_room_that_has_moved_is_followed_at_all_times_left() {
     let mean_m = |moved_m: f64, touches: Range<usize>| -> [f64; 3] {
         let mut sums = [0.0; 3];
         for seed in 200..210 {
-            let to = gaussian(&mut Sampler::new(seed)).normalize() * moved_m;
+            let to = Sampler::new(seed).normal_vector().normalize() * moved_m;
             let mut estimator = model.estimator();
             for (k, reach) in bowed(seed, 40, 1.0).iter().enumerate() {
                 let contact_m = reach.contact_m + if k >= 20 { to } else { DVec3::ZERO };

@@ -1,6 +1,6 @@
 //! A hand that comes to a wall, rests on it and leaves: its surface is known throughout.
 
-use crate::common::{self, EYE, ball, fixed, front, gaussian, gaze_at, minimum_jerk, side};
+use crate::common::{self, EYE, ball, fixed, front, gaze_at, side};
 use glam::DVec3;
 use hwall_contact::{
     ContactEstimate, ContactEstimator, ContactPrediction, FusedConfig, FusedPredictor, Predictor,
@@ -8,7 +8,7 @@ use hwall_contact::{
 };
 use hwall_hand::{HandFilter, HandFilterConfig, HandFrame, HandPoint};
 use hwall_scene::Scene;
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, minimum_jerk};
 
 /// Rest, reach, hold, and the motion to the next target, s.
 const SPANS_S: [f64; 4] = [0.5, 0.8, 1.0, 0.8];
@@ -66,7 +66,7 @@ fn follow(scene: &Scene, way: Way, look_m: DVec3, seed: u64) -> Vec<(f64, Vec<Co
         .map(|i| {
             let t_s = i as f64 * PERIOD_S;
             let mut frame = HandFrame::empty(t_s);
-            let noise = gaussian(&mut sampler) * 7e-4;
+            let noise = sampler.normal_vector() * 7e-4;
             frame.set_point(HandPoint::Index, Some(way.hand_m(t_s) + noise));
             let reaching = t_s < SPANS_S[0] + SPANS_S[1];
             let gaze = gaze_at(EYE, if reaching { way.stop_m } else { look_m });

@@ -1,6 +1,5 @@
 //! An estimator in a stream: each reach is replayed from its beginning.
 
-use crate::common::{gaussian, minimum_jerk};
 use crate::reaches::reaches;
 use glam::DVec3;
 use hwall_contact::{
@@ -8,7 +7,7 @@ use hwall_contact::{
     ReachBeginning, StreamEstimator,
 };
 use hwall_hand::{HandFilter, HandFilterConfig, HandFrame, HandPoint, WatchConfig};
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, minimum_jerk};
 
 /// Records its input.
 #[derive(Debug, Default)]
@@ -101,7 +100,7 @@ fn session(tremor_m: f64) -> Vec<HandFrame> {
     let mut add = |frame: &HandFrame, shift_m: DVec3| {
         let t_s = frames.len() as f64 / 90.0;
         let mut moved = HandFrame { t_s, ..*frame };
-        let noise_m = gaussian(&mut sampler) * tremor_m;
+        let noise_m = sampler.normal_vector() * tremor_m;
         for point in HandPoint::ALL {
             let place_m = frame.point(point).map(|p| p + shift_m + noise_m);
             moved.set_point(point, place_m);

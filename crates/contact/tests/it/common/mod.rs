@@ -205,34 +205,10 @@ pub(crate) fn blurred(sampler: &mut Sampler, direction: DVec3, sd_rad: f64) -> D
     direction * angle.cos() + aside * angle.sin()
 }
 
-pub(crate) fn gaussian(sampler: &mut Sampler) -> DVec3 {
-    DVec3::from_array([(); 3].map(|()| sampler.normal()))
-}
-
-/// Completed share of a minimum-jerk motion after a share of its time.
-pub(crate) fn minimum_jerk(tau: f64) -> f64 {
-    let t = tau.clamp(0.0, 1.0);
-    t * t * t * (10.0 + t * (6.0 * t - 15.0))
-}
-
-/// A file with random damage: a bit or a sign changed, bytes added or removed.
-pub(crate) fn damaged(sampler: &mut Sampler, file: &[u8]) -> Vec<u8> {
-    let signs = b"0123456789.-+eE\"{}[],: ntrux";
-    let mut bytes = file.to_vec();
-    let at = sampler.index(bytes.len());
-    match sampler.index(4) {
-        0 => bytes[at] ^= 1 << sampler.index(8),
-        1 => bytes[at] = signs[sampler.index(signs.len())],
-        2 => bytes.insert(at, signs[sampler.index(signs.len())]),
-        _ => drop(bytes.drain(at..(at + 1 + sampler.index(40)).min(file.len()))),
-    }
-    bytes
-}
-
 /// A covariance with the given standard deviations along random axes, m, and a draw from it.
 pub(crate) fn error(sampler: &mut Sampler, sd_m: DVec3) -> (DVec3, DMat3) {
     let turn = sampler.rotation();
-    let draw = gaussian(sampler) * sd_m;
+    let draw = sampler.normal_vector() * sd_m;
     let covariance = turn * DMat3::from_diagonal(sd_m * sd_m) * turn.transpose();
     (turn * draw, covariance)
 }
@@ -250,6 +226,29 @@ pub(crate) fn following_the_motion() -> FusedConfig {
         config.evidence.set_shares(phase, [looked_at, elsewhere]);
     }
     config
+}
+
+/// Finite, with symmetric positive covariances and times that can be.
+pub(crate) fn check(name: &str, estimate: &ContactEstimate) {
+    let is_good = |time: TimeToContact| {
+        (0.0..f64::INFINITY).contains(&time.mean_s)
+            && time.sd_s.is_none_or(|sd| sd > 0.0 && sd.is_finite())
+    };
+    assert!(
+        estimate.t_s.is_finite()
+            && estimate.point_m.is_finite()
+            && (estimate.covariance_m2)
+                .is_none_or(|c| c.is_finite() && c.determinant() > 0.0 && c == c.transpose())
+            && estimate.time_to_contact_s.is_none_or(is_good),
+        "{name}: {estimate:?}"
+    );
+}
+
+/// The same of an estimator that states all of it.
+pub(crate) fn check_all(estimate: &ContactEstimate) {
+    let time = estimate.time_to_contact_s.expect("learnt");
+    assert!(estimate.covariance_m2.is_some() && time.sd_s.is_some());
+    check("learnt", estimate);
 }
 
 pub(crate) const EYE: DVec3 = DVec3::new(-0.25, 0.1, 1.6);
