@@ -4,7 +4,7 @@ use hwall_bip::{
     ArgumentError, Basis, BipError, Demonstration, EndPrediction, EvaluationConfig, Filter,
     FilterConfig, Group, TrainingConfig, Tuned, TuningConfig, follow, leave_one_out, tune,
 };
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, minimum_jerk};
 
 fn motions(seed: u64, count: usize, drift: f64) -> Vec<Demonstration> {
     let mut sampler = Sampler::new(seed);
@@ -19,7 +19,7 @@ fn motions(seed: u64, count: usize, drift: f64) -> Vec<Demonstration> {
             let mut values = Vec::new();
             for k in 0..samples {
                 let t = k as f64 / (samples - 1) as f64;
-                let r = t * t * t * (10.0 - 15.0 * t + 6.0 * t * t);
+                let r = minimum_jerk(t);
                 for d in 0..3 {
                     let own: f64 = (0..3)
                         .map(|j| {
@@ -301,4 +301,7 @@ fn onset_is_that_of_training() {
     let a = tune(&rested, &with, &tuning).unwrap().model;
     let b = tune(&cut, &training(), &tuning).unwrap().model;
     assert_eq!(a.tuning(), b.tuning());
+    let still = Demonstration::from_samples(0.02, 3, vec![0.0; 300]).unwrap();
+    let result = hwall_bip::Model::train(&[rested[0].clone(), still], &with);
+    assert!(matches!(result, Err(BipError::NothingMoves { .. })));
 }

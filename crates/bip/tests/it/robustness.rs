@@ -5,7 +5,7 @@ use hwall_bip::{
     ArgumentError, Basis, BipError, Demonstration, Filter, FilterConfig, Gate, Group, Model,
     Observation, TrainingConfig,
 };
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, minimum_jerk};
 
 const DOFS: usize = 6;
 const ALL: [usize; DOFS] = [0, 1, 2, 3, 4, 5];
@@ -16,7 +16,7 @@ fn motion(sampler: &mut Sampler) -> Demonstration {
     let mut values = Vec::new();
     for k in 0..samples {
         let t = k as f64 / (samples - 1) as f64;
-        let r = t * t * t * (10.0 - 15.0 * t + 6.0 * t * t);
+        let r = minimum_jerk(t);
         values.extend(
             goal.iter()
                 .map(|g| g * r + 0.2 * t + 1.5e-3 * sampler.normal()),

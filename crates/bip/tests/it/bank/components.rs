@@ -1,11 +1,9 @@
 //! Priors of several components, and small numbers of hypotheses.
 
-use super::{
-    HAND, config, demonstrations, evenly, goal, miss, model, motion, reached, step, training,
-};
+use super::{HAND, config, demonstrations, evenly, goal, miss, model, motion, step, training};
 use crate::common;
 use hwall_bip::{Bank, BankConfig, BipError, Covariance, Demonstration, Mixture, Mode, Model};
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, minimum_jerk};
 
 #[test]
 fn hypotheses_stay_few_and_their_modes_are_told() {
@@ -37,7 +35,7 @@ fn a_mixture_by_person_recognises_the_person() {
         let samples = 60 + sampler.index(40);
         let mut values = Vec::new();
         for t in evenly(samples) {
-            let r = reached(t);
+            let r = minimum_jerk(t);
             values.push(depth * r + 0.3 * t + 2e-3 * sampler.normal());
             values.push(bow * (2.0 * t - r) + 2e-3 * sampler.normal());
             values.push(bow * depth * r + 2e-3 * sampler.normal());
@@ -119,10 +117,10 @@ fn components_of_many_targets_are_kept_and_changed() {
     // From the first target to the second, between 0.3 and 0.45 of the time.
     let mut bank = mixture.bank(&config()).unwrap();
     for t in evenly(100) {
-        let over = reached((t - 0.3) / 0.15);
+        let over = minimum_jerk((t - 0.3) / 0.15);
         let y = [0, 1, 2].map(|d| {
             let g = targets[0][d] + over * (targets[1][d] - targets[0][d]);
-            g * reached(t) + 0.3 * t + 1e-3 * sampler.normal()
+            g * minimum_jerk(t) + 0.3 * t + 1e-3 * sampler.normal()
         });
         common::step(&mut bank, &HAND, &y);
     }

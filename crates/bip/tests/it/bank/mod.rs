@@ -10,21 +10,15 @@ use crate::common;
 use hwall_bip::{
     Bank, BankConfig, Basis, Demonstration, FilterConfig, Group, Model, TrainingConfig,
 };
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, minimum_jerk};
 
 const HAND: [usize; 3] = [0, 1, 2];
-
-/// Completed share of a reach after a share of its time.
-fn reached(t: f64) -> f64 {
-    let t = t.clamp(0.0, 1.0);
-    t * t * t * (10.0 - 15.0 * t + 6.0 * t * t)
-}
 
 /// A hand reaches from the origin to a goal, a fourth value responds; `progress` is the completed share of the motion at each sample.
 fn motion(sampler: &mut Sampler, goal: [f64; 3], progress: &[f64]) -> Demonstration {
     let mut values = Vec::new();
     for &t in progress {
-        let r = reached(t);
+        let r = minimum_jerk(t);
         for x in goal {
             values.push(x * r + 0.3 * t + 1e-3 * sampler.normal());
         }

@@ -1,9 +1,9 @@
 //! Pauses, changes of mind, late starts: behaviour that no demonstration contains.
 
-use super::{HAND, config, evenly, goal, miss, model, motion, reached, step};
+use super::{HAND, config, evenly, goal, miss, model, motion, step};
 use crate::common;
 use hwall_bip::{Bank, BankConfig, Filter, Observation};
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, minimum_jerk};
 
 #[test]
 fn without_turns_a_bank_is_its_filter() {
@@ -91,10 +91,10 @@ fn a_change_of_mind_is_followed() {
         // The hand turns to the second goal between 0.35 and 0.55 of the time.
         let mut values = Vec::new();
         for t in evenly(100) {
-            let over = reached((t - 0.35) / 0.2);
+            let over = minimum_jerk((t - 0.35) / 0.2);
             for d in 0..3 {
                 let g = first[d] + over * (second[d] - first[d]);
-                values.push(g * reached(t) + 0.3 * t + 1e-3 * sampler.normal());
+                values.push(g * minimum_jerk(t) + 0.3 * t + 1e-3 * sampler.normal());
             }
         }
         let mut bank = Bank::new(&model, &config()).unwrap();

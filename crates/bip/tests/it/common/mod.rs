@@ -1,7 +1,7 @@
 //! Reads the reference files and their excerpt; steps of filters.
 
 use hwall_bip::{Basis, Demonstration, Group, MotionFilter, Observation, PhaseVelocity, Prior};
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, minimum_jerk};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -112,7 +112,7 @@ pub(crate) fn reaches(seed: u64, count: usize, dofs: usize) -> Vec<Demonstration
             let mut values = Vec::new();
             for k in 0..samples {
                 let t = k as f64 / (samples - 1) as f64;
-                let reached = t * t * t * (10.0 - 15.0 * t + 6.0 * t * t);
+                let reached = minimum_jerk(t);
                 for (d, goal) in target.iter().enumerate() {
                     let start = 0.1 * d as f64;
                     let noise = 1e-3 * sampler.normal();
