@@ -1,6 +1,8 @@
 //! Atlases: exact, nearly the fastest, smooth, and looked up without a search.
 
-use crate::common::{self, BOARD, arm, atlas_with, coarse, limits, maps_of, room, waiting, wall};
+use crate::common::{
+    self, BOARD, COARSE, arm, atlas_with, coarse, limits, maps_of, room, waiting, wall,
+};
 use glam::{DMat3, DVec3};
 use hwall_arrival::kinematics::{ArmKinematics, Chain, ChainArm, JointPositions, Pose, SrsArm};
 use hwall_arrival::reachability::{Interval, WallFacet, WallMaps, WallMapsConfig, WallPlane};
@@ -56,10 +58,10 @@ fn least_time_s(arm: &SrsArm, plane: &WallPlane, point_m: DVec3) -> f64 {
 
 #[test]
 fn nodes_hold_the_board_and_know_their_time() {
-    let atlas = atlas_with(&coarse());
+    let atlas = &*COARSE;
     assert_eq!(atlas.walls().len(), 2);
     assert!(atlas.nodes().count() > 100);
-    check_nodes(&atlas);
+    check_nodes(atlas);
     let again = atlas_with(&coarse()).to_bytes().unwrap();
     assert_eq!(atlas.to_bytes().unwrap(), again, "the same bits");
 }
@@ -92,7 +94,7 @@ fn times_are_near_the_least() {
         },
         ..coarse()
     });
-    let atlas = atlas_with(&coarse());
+    let atlas = &*COARSE;
     let mut sampler = Sampler::new(3);
     let nodes = places(&greedy);
     let (mut sum, mut count) = (0.0, 0.0);
@@ -172,7 +174,7 @@ fn look_ups_lead_to_the_place() {
 
 #[test]
 fn there_is_nothing_where_there_is_no_wall() {
-    let atlas = atlas_with(&coarse());
+    let atlas = &*COARSE;
     let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
     let here = at(0.62, 0.0, 0.5);
     assert!(atlas.look_up(here, DVec3::X).is_some());
@@ -224,7 +226,7 @@ fn slack_lets_the_board_come_sooner() {
 
 #[test]
 fn look_ups_allocate_nothing() {
-    let atlas = atlas_with(&coarse());
+    let atlas = &*COARSE;
     let mut found = 0;
     let info = allocation_counter::measure(|| {
         for i in 0..200 {
@@ -254,10 +256,10 @@ fn a_turned_base_sees_the_same_times() {
     let maps = maps_of(&arm, &facets);
     let moved = Atlas::build(&arm, &maps, BOARD, &limits(), &there, &coarse()).expect("built");
     check_nodes(&moved);
-    let here = atlas_with(&coarse());
+    let here = &*COARSE;
     let mut differ = 0;
     let mut count = 0;
-    for (wall, place) in places(&here) {
+    for (wall, place) in places(here) {
         let point_m = wall.point_m(place);
         let normal = wall.plane().normal();
         let a = here.look_up(point_m, normal).expect("a node");
@@ -294,7 +296,7 @@ fn clearance_is_what_is_asked_for() {
     assert!(share(lenient) > 0.9 && share(strict) == 0.0);
     assert!(nominal > 0.3 && nominal < share(lenient), "{nominal}");
     // The middle of the front wall is clear by default, from a pulled-back posture.
-    let atlas = atlas_with(&coarse());
+    let atlas = &*COARSE;
     let entry = atlas
         .look_up(DVec3::new(0.62, 0.0, 0.6), DVec3::X)
         .expect("within reach");
@@ -406,7 +408,7 @@ fn bad_input_is_named() {
 fn an_arm_without_a_closed_form_has_an_atlas_by_search() {
     let chain = ChainArm::new(Chain::iiwa7()).expect("seven joints");
     let chain = chain.with_tool(*arm().flange_from_tool());
-    let exact = atlas_with(&coarse());
+    let exact = &*COARSE;
     let (limits, waiting) = (limits(), waiting());
     let searched = Atlas::search(&chain, &room(), BOARD, &limits, &waiting, &coarse());
     let searched = searched.expect("within reach");
@@ -424,7 +426,7 @@ fn an_arm_without_a_closed_form_has_an_atlas_by_search() {
         );
     }
     let mut later_s: Vec<f64> = Vec::new();
-    for (wall, place) in places(&exact) {
+    for (wall, place) in places(exact) {
         let node = wall.node(place).expect("held");
         let found = searched.look_up(wall.point_m(place), wall.plane().normal());
         later_s.push(found.map_or(f64::INFINITY, |found| found.arrival_s - node.arrival_s));

@@ -54,6 +54,14 @@ fn random_lines_of_many_arms() {
     );
     check_arm(&iiwa, 1.0, 3_000, SEED);
     check_arm(&SrsArm::iiwa14(), 1.0, 1_000, SEED);
+    for scale in [10.0, 1e-3] {
+        let mut parameters = SrsParameters::iiwa7();
+        let g = &mut parameters.geometry;
+        for length in [&mut g.d_bs_m, &mut g.d_se_m, &mut g.d_ew_m, &mut g.d_wf_m] {
+            *length *= scale;
+        }
+        check_arm(&SrsArm::new(parameters).expect("valid"), scale, 300, SEED);
+    }
     check_arm(
         &iiwa.clone().with_tool(tool.expect("finite")),
         1.2,
@@ -178,19 +186,6 @@ fn hard_limits() -> Vec<(&'static str, [JointLimit; 7])> {
         // One fixed shoulder plane determines the reachable part of a line.
         ("joint 1 locked", with(0, deg(17.0, 17.0))),
     ]
-}
-
-#[test]
-fn arms_ten_times_larger_and_a_thousand_times_smaller() {
-    for scale in [10.0, 1e-3] {
-        let mut parameters = SrsParameters::iiwa7();
-        let g = &mut parameters.geometry;
-        for length in [&mut g.d_bs_m, &mut g.d_se_m, &mut g.d_ew_m, &mut g.d_wf_m] {
-            *length *= scale;
-        }
-        let arm = SrsArm::new(parameters).expect("valid");
-        check_arm(&arm, scale, 300, SEED);
-    }
 }
 
 #[test]

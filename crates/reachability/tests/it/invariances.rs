@@ -1,6 +1,6 @@
 //! Reachability on a wall does not depend on the heading, the handedness of the world, the unit of length or the order of walls.
 
-use crate::common::{exact_config, line, wall};
+use crate::common::{exact_solver, line, wall};
 use glam::DVec3;
 use hwall_kinematics::{JointLimit, Pose, SrsArm, SrsGeometry, SrsParameters};
 use hwall_reachability::{
@@ -12,10 +12,6 @@ const ACCURACY_M: f64 = 1e-6;
 
 fn arm() -> SrsArm {
     SrsArm::iiwa7().with_tool(Pose::from_translation(DVec3::Z * 0.1).expect("finite"))
-}
-
-fn solver(arm: &SrsArm, accuracy_m: f64) -> ExactSolver {
-    ExactSolver::new(arm, &exact_config(|c| c.accuracy_m = accuracy_m)).expect("valid")
 }
 
 /// Heading in degrees, distance and height of a line, m.
@@ -49,7 +45,8 @@ fn lines_may_be_turned_mirrored_and_measured_otherwise() {
     let mut limits = *arm().limits();
     limits[0] = JointLimit::FREE;
     let endless = arm().with_limits(limits).expect("valid");
-    let (nominal, turning) = (solver(&arm(), ACCURACY_M), solver(&endless, ACCURACY_M));
+    let exact = |arm: &SrsArm, size: f64| exact_solver(arm, |c| c.accuracy_m = size * ACCURACY_M);
+    let (nominal, turning) = (exact(&arm(), 1.0), exact(&endless, 1.0));
     let parameters = *arm().parameters();
     let (g, size) = (parameters.geometry, 40.0);
     let large = SrsArm::new(SrsParameters {
@@ -62,7 +59,7 @@ fn lines_may_be_turned_mirrored_and_measured_otherwise() {
         flange_from_tool: Pose::from_translation(DVec3::Z * 0.1 * size).expect("finite"),
         ..parameters
     });
-    let large = solver(&large.expect("valid"), size * ACCURACY_M);
+    let large = exact(&large.expect("valid"), size);
     let mut sampler = Sampler::new(8);
     let mut reached = 0;
     for _ in 0..300 {

@@ -8,6 +8,7 @@ use hwall_reachability::{
     OptimizationSolver, Progress, ReachabilityError, ReachabilityMap, WallGrid, WallLine,
     WallProjection,
 };
+use hwall_testkit::refused;
 use std::ops::ControlFlow;
 
 fn solver(chain: &Chain, starts: usize) -> OptimizationSolver {
@@ -321,26 +322,15 @@ fn a_sweep_can_be_stopped() {
 #[test]
 fn bad_settings_are_named() {
     let chain = Chain::iiwa7();
-    let with = |change: &dyn Fn(&mut OptimizationConfig)| {
-        let mut config = OptimizationConfig::default();
-        change(&mut config);
-        OptimizationSolver::new(&chain, config).err()
-    };
-    assert!(matches!(
-        with(&|c| c.starts = 0),
-        Some(ReachabilityError::Empty { what: "starts" })
-    ));
-    assert!(matches!(
-        with(&|c| c.starts = usize::MAX),
-        Some(ReachabilityError::TooMany { .. })
-    ));
-    assert!(matches!(
-        with(&|c| c.max_steps = 0),
-        Some(ReachabilityError::Empty { .. })
-    ));
-    assert!(with(&|c| c.tolerance_m = f64::NAN).is_some());
-    assert!(with(&|c| c.tolerance_rad = 0.0).is_some());
-    assert!(with(&|c| c.roll_rad = Some(f64::INFINITY)).is_some());
+    let make = |config| OptimizationSolver::new(&chain, config);
+    refused!(OptimizationConfig::default(), make, {
+        starts = 0 => "no starts";
+        starts = usize::MAX => "18446744073709551615 ";
+        max_steps = 0 => "no ";
+        tolerance_m = f64::NAN;
+        tolerance_rad = 0.0;
+        roll_rad = Some(f64::INFINITY);
+    });
     let nan = WallLine {
         height_m: f64::NAN,
         ..line(0.0, 0.5, 0.3)

@@ -6,6 +6,7 @@ use hwall_arrival::kinematics::{JointPositions, Pose, SrsArm};
 use hwall_arrival::motion::{MotionConfig, MotionLimits};
 use hwall_arrival::reachability::{Interval, WallFacet, WallMaps, WallMapsConfig};
 use hwall_arrival::{Atlas, AtlasConfig, BoardExtent};
+use std::sync::LazyLock;
 
 pub const BOARD: BoardExtent = BoardExtent {
     half_width_m: 0.1,
@@ -77,3 +78,6 @@ pub fn atlas_with(config: &AtlasConfig) -> Atlas {
     )
     .expect("built")
 }
+
+/// The atlas of nodes 10 cm apart, built once for all tests.
+pub static COARSE: LazyLock<Atlas> = LazyLock::new(|| atlas_with(&coarse()));
