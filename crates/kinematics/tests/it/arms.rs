@@ -92,27 +92,28 @@ fn follows(arm: &dyn ArmKinematics, start: JointPositions) {
 
 #[test]
 fn a_chain_agrees_with_the_closed_form() {
-    let exact = SrsArm::iiwa7().with_tool(board());
-    let arm = ChainArm::new(Chain::iiwa7()).unwrap().carrying(board());
-    assert_eq!(arm.joint_count(), 7);
     let mut sampler = Sampler::new(4);
-    for _ in 0..200 {
-        let q = random_q(&*arm, &mut sampler);
-        let PoseDistance {
-            position_m,
-            angle_rad,
-        } = arm.forward(&q).distance(&exact.forward(&q));
-        assert!(position_m < 1e-14 && angle_rad < 1e-14);
-        let (a, b) = (arm.jacobian(&q), exact.jacobian(&q));
-        assert_eq!(arm.forward_and_jacobian(&q), (arm.forward(&q), a));
-        for i in 0..7 {
-            assert_close!(a.linear[i], b.linear[i], Tol::abs(1e-14));
-            assert_close!(a.angular[i], b.angular[i], Tol::abs(1e-14));
+    for (exact, chain) in [
+        (SrsArm::iiwa7(), Chain::iiwa7()),
+        (SrsArm::iiwa14(), Chain::iiwa14()),
+    ] {
+        let exact = exact.with_tool(board());
+        let arm = ChainArm::new(chain).unwrap().carrying(board());
+        assert_eq!(arm.joint_count(), 7);
+        for _ in 0..200 {
+            let q = random_q(&*arm, &mut sampler);
+            let (pose, jacobian) = exact.forward_and_jacobian(&q);
+            assert!(error(&*arm, &q, &pose) < 1e-14);
+            let a = arm.jacobian(&q);
+            assert_eq!(arm.forward_and_jacobian(&q), (arm.forward(&q), a));
+            for i in 0..7 {
+                assert_close!(a.linear[i], jacobian.linear[i], Tol::abs(1e-14));
+                assert_close!(a.angular[i], jacobian.angular[i], Tol::abs(1e-14));
+            }
         }
+        assert_eq!(arm.limits(), exact.limits());
     }
-    for (limit, other) in arm.limits().iter().zip(exact.limits()) {
-        assert_eq!(limit, other);
-    }
+    let arm = ChainArm::new(Chain::iiwa7()).unwrap().carrying(board());
     let home = JointPositions::from_deg(HOME_DEG);
     solves_poses(&*arm, &home, 5);
     follows(&*arm, home);

@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 use hwall_kinematics::{
     Chain, ChainJoint, JointLimit, JointPositions, KinematicsError, Pose, SrsArm,
 };
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, Tol, assert_close};
 use std::f64::consts::FRAC_PI_2;
 
 /// Both arms at random angles within the limits, largest distance in metres and radians.
@@ -24,40 +24,30 @@ fn apart(chain: &Chain, arm: &SrsArm) -> f64 {
 
 #[test]
 fn the_presets_come_back() {
+    let turn = DMat3::from_rotation_y(0.4) * DMat3::from_rotation_z(-1.0);
+    let tool = Pose::new(turn, DVec3::new(0.05, -0.02, 0.2)).unwrap();
     for (chain, preset) in [
         (Chain::iiwa7(), SrsArm::iiwa7()),
         (Chain::iiwa14(), SrsArm::iiwa14()),
     ] {
         let arm = SrsArm::from_chain(&chain).unwrap();
-        let (a, b) = (arm.geometry(), preset.geometry());
-        for (ours, theirs) in [
-            (a.d_bs_m, b.d_bs_m),
-            (a.d_se_m, b.d_se_m),
-            (a.d_ew_m, b.d_ew_m),
-            (a.d_wf_m, b.d_wf_m),
-        ] {
-            assert!((ours - theirs).abs() < 1e-12, "{a:?} {b:?}");
-        }
+        let lengths_m = |arm: &SrsArm| {
+            let g = arm.geometry();
+            [g.d_bs_m, g.d_se_m, g.d_ew_m, g.d_wf_m]
+        };
+        assert_close!(lengths_m(&arm), lengths_m(&preset), Tol::abs(1e-12));
         assert_eq!(arm.limits(), preset.limits());
         assert_eq!(
             arm.max_velocity_rad_per_s(),
             preset.max_velocity_rad_per_s()
         );
         assert_eq!(arm.max_torque_n_m(), preset.max_torque_n_m());
-        assert!(apart(&chain, &arm) < 1e-12);
+        // A tool at the tip is kept.
+        for chain in [chain.with_tip(tool), chain] {
+            let arm = SrsArm::from_chain(&chain).unwrap();
+            assert!(apart(&chain, &arm) < 1e-12);
+        }
     }
-}
-
-#[test]
-fn a_tool_at_the_tip_is_kept() {
-    let tool = Pose::new(
-        DMat3::from_rotation_y(0.4) * DMat3::from_rotation_z(-1.0),
-        DVec3::new(0.05, -0.02, 0.2),
-    )
-    .unwrap();
-    let chain = Chain::iiwa7().with_tip(tool);
-    let arm = SrsArm::from_chain(&chain).unwrap();
-    assert!(apart(&chain, &arm) < 1e-12);
 }
 
 /// All joints about their own z, frames rotated in between, with right angles of five digits.
@@ -98,36 +88,34 @@ fn frames_may_be_turned_and_printed_with_five_digits() {
 
 #[test]
 fn what_is_no_such_arm_says_which_joint() {
-    let with = |change: &dyn Fn(&mut Vec<ChainJoint>)| {
+    let with = |change: fn(&mut Vec<ChainJoint>)| {
         let mut joints = Chain::iiwa7().joints().to_vec();
         change(&mut joints);
-        SrsArm::from_chain(&Chain::new(joints, Pose::IDENTITY).unwrap())
+        SrsArm::from_chain(&Chain::new(joints, Pose::IDENTITY).unwrap()).unwrap_err()
     };
-    let which = |answer| match answer {
-        Err(KinematicsError::NotSrs { joint, what, .. }) => (joint, what),
-        other => panic!("{other:?}"),
-    };
-    // An offset elbow, as in the Panda.
-    let elbow = with(&|joints| {
+    type Change = fn(&mut Vec<ChainJoint>);
+    let offset_as_in_the_panda: Change = |joints| {
         let origin = joints[3].previous_from_link;
         joints[3].previous_from_link = origin.at(origin.position_m() + DVec3::X * 0.0825);
-    });
-    assert_eq!(
-        which(elbow),
-        (4, "the distance of the axis from the vertical line")
-    );
-    let backwards = with(&|joints| joints[3].axis = -joints[3].axis);
-    assert_eq!(which(backwards), (4, "the sense of rotation"));
-    let leaning = with(&|joints| joints[5].axis = DVec3::new(0.0, 1.0, 0.01));
-    assert_eq!(which(leaning), (6, "the direction of the axis"));
-    let silent = with(&|joints| joints[2].max_velocity = None);
-    assert!(matches!(
-        silent,
-        Err(KinematicsError::NoVelocityLimit { .. })
-    ));
-    let six = with(&|joints| joints.truncate(6));
+    };
+    let backwards: Change = |joints| joints[3].axis = -joints[3].axis;
+    let leaning: Change = |joints| joints[5].axis = DVec3::new(0.0, 1.0, 0.01);
+    let from_the_vertical = "the distance of the axis from the vertical line";
+    for (change, named) in [
+        (offset_as_in_the_panda, (4, from_the_vertical)),
+        (backwards, (4, "the sense of rotation")),
+        (leaning, (6, "the direction of the axis")),
+    ] {
+        let KinematicsError::NotSrs { joint, what, .. } = with(change) else {
+            panic!("{named:?}");
+        };
+        assert_eq!((joint, what), named);
+    }
+    let silent = with(|joints| joints[2].max_velocity = None);
+    assert!(matches!(silent, KinematicsError::NoVelocityLimit { .. }));
+    let six = with(|joints| joints.truncate(6));
     assert!(matches!(
         six,
-        Err(KinematicsError::WrongJointCount { got: 6, .. })
+        KinematicsError::WrongJointCount { got: 6, .. }
     ));
 }

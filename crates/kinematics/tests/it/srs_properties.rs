@@ -2,11 +2,10 @@
 
 use glam::DVec3;
 use hwall_kinematics::{
-    ArgumentError, ArmKinematics, Branch, BranchPolicy, JointLimit, JointPositions, JointTorques,
-    JointVelocities, KinematicsError, NearestConfig, Pose, SrsArm, Unreachable, Verdict, Wrench,
-    WrenchConfig, rotation_vector,
+    ArmKinematics, Branch, BranchPolicy, JointLimit, JointPositions, JointTorques, JointVelocities,
+    KinematicsError, NearestConfig, Pose, SrsArm, Unreachable, Verdict, Wrench, WrenchConfig,
 };
-use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close, central_difference};
+use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close, refusal};
 use std::f64::consts::{PI, TAU};
 
 const SEED: u64 = 7;
@@ -39,32 +38,6 @@ fn damped(damping_m: f64) -> WrenchConfig {
     WrenchConfig {
         damping_m,
         ..WrenchConfig::default()
-    }
-}
-
-#[test]
-fn jacobian_agrees_with_central_differences() {
-    let mut sampler = Sampler::new(SEED);
-    for arm in [SrsArm::iiwa7(), SrsArm::iiwa14(), with_tool()] {
-        for _ in 0..500 {
-            let q = random_q(&arm, &mut sampler);
-            let qd = JointVelocities(sampler.array_within([(-1.0, 1.0); 7]));
-            let at =
-                |t: f64| arm.forward(&JointPositions(std::array::from_fn(|i| q[i] + t * qd[i])));
-            let twist = arm.jacobian(&q).twist(&qd);
-            for axis in 0..3 {
-                let linear = central_difference(|t| at(t).position_m()[axis], 0.0, 1e-5);
-                assert_close!(twist.linear_m_per_s[axis], linear, Tol::abs(1e-9));
-                let turned = |t: f64| {
-                    rotation_vector(at(t).rotation() * at(0.0).rotation().transpose())[axis]
-                };
-                assert_close!(
-                    twist.angular_rad_per_s[axis],
-                    central_difference(turned, 0.0, 1e-5),
-                    Tol::abs(1e-9)
-                );
-            }
-        }
     }
 }
 
@@ -111,16 +84,8 @@ fn damping_holds_the_estimate_back_at_a_singularity() {
     assert!(estimate.wrench.force_n.length() < 0.1 * 7.0_f64.sqrt() / (2.0 * 0.05) * 1.0001);
     assert!(estimate.wrench.to_array().iter().all(|x| x.is_finite()));
     for bad in [-1.0, f64::NAN] {
-        let error = arm
-            .wrench_from_torques(&straight, &noise, &damped(bad))
-            .expect_err("bad damping");
-        assert!(matches!(
-            error,
-            KinematicsError::Argument(ArgumentError::OutOfRange {
-                what: "damping_m",
-                ..
-            })
-        ));
+        let said = refusal(arm.wrench_from_torques(&straight, &noise, &damped(bad)));
+        assert!(said.starts_with("damping_m is "), "{said}");
     }
 }
 
