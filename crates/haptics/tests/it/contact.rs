@@ -27,59 +27,63 @@ fn detector() -> ContactDetector {
 }
 
 #[test]
-fn noise_around_the_threshold_is_one_contact() {
+fn noise_around_the_thresholds_is_one_contact() {
     let mut s = Sampler::new(3);
-    let mut d = detector();
-    assert_eq!(
-        changes(&mut d, (0..10_000).map(|_| 3.0 + 0.4 * s.normal())),
-        (1, 0)
-    );
+    let around_the_upper: Vec<f64> = (0..10_000).map(|_| 3.0 + 0.4 * s.normal()).collect();
+    let around_the_lower = (0..10_000).map(|i| if i < 5 { 4.0 } else { 1.6 + 0.3 * s.normal() });
+    for forces in [around_the_upper, around_the_lower.collect()] {
+        assert_eq!(changes(&mut detector(), forces), (1, 0));
+    }
 }
 
-#[test]
-fn noise_around_the_lower_threshold_does_not_release() {
-    let mut s = Sampler::new(4);
-    let mut d = detector();
-    let forces = (0..10_000).map(|i| if i < 5 { 4.0 } else { 1.6 + 0.3 * s.normal() });
-    assert_eq!(changes(&mut d, forces), (1, 0));
-}
+/// Times, s, forces, N, and the onset of the contact, s.
+type Script<'a> = &'a [(f64, f64, Option<f64>)];
 
 #[test]
-fn the_onset_is_the_first_sample_above() {
-    let mut d = detector();
-    changes(&mut d, [0.0, 2.9, 3.0, 3.1, 8.0, 8.0]);
-    assert_eq!(
-        d.state(),
-        ContactState::Contact {
-            since_s: 3.0 * DT_S
+fn the_onset_is_the_first_sample_above_and_a_release_takes_the_whole_dwell() {
+    let onset: Script<'_> = &[
+        (0.0, 0.0, None),
+        (0.1, 2.9, None),
+        (0.2, 3.0, None),
+        (0.3, 3.1, Some(0.3)),
+        (0.4, 8.0, Some(0.3)),
+        (0.5, 8.0, Some(0.3)),
+    ];
+    let release: Script<'_> = &[
+        (0.0, 5.0, Some(0.0)),
+        (0.1, 0.0, Some(0.0)),
+        (0.149, 0.0, Some(0.0)),
+        (0.151, 0.0, None),
+    ];
+    let set_back: Script<'_> = &[
+        (10.0, 5.0, Some(10.0)),
+        (10.1, 0.0, Some(10.0)),
+        (0.0, 0.0, Some(10.0)),
+        (0.06, 0.0, None),
+    ];
+    for script in [onset, release, set_back] {
+        let mut d = detector();
+        for &(t_s, force_n, since_s) in script {
+            let state = since_s.map_or(ContactState::NonContact, |since_s| ContactState::Contact {
+                since_s,
+            });
+            assert_eq!(
+                d.step(t_s, force_n).unwrap(),
+                state,
+                "{t_s} s of {script:?}"
+            );
         }
-    );
-}
-
-#[test]
-fn a_release_takes_the_whole_dwell() {
-    let mut d = detector();
-    d.step(0.0, 5.0).unwrap();
-    d.step(0.1, 0.0).unwrap();
-    assert!(matches!(
-        d.step(0.149, 0.0).unwrap(),
-        ContactState::Contact { since_s: 0.0 }
-    ));
-    assert_eq!(d.step(0.151, 0.0).unwrap(), ContactState::NonContact);
+    }
 }
 
 #[test]
 fn a_short_lapse_restarts_the_dwell() {
     let mut d = detector();
-    d.step(0.0, 5.0).unwrap();
-    for i in 0..20 {
-        let t_s = 0.1 * f64::from(i + 1);
-        d.step(t_s, 0.0).unwrap();
-        assert!(matches!(
-            d.step(t_s + 0.04, 0.0).unwrap(),
-            ContactState::Contact { .. }
-        ));
-        d.step(t_s + 0.045, 2.0).unwrap();
+    let lapse =
+        |i: u32| [(0.1, 0.0), (0.14, 0.0), (0.145, 2.0)].map(|(t, n)| (t + 0.1 * f64::from(i), n));
+    for (t_s, force_n) in [(0.0, 5.0)].into_iter().chain((0..20).flat_map(lapse)) {
+        let state = d.step(t_s, force_n).unwrap();
+        assert_eq!(state, ContactState::Contact { since_s: 0.0 }, "{t_s}");
     }
 }
 
@@ -100,18 +104,6 @@ fn nan_is_an_error_and_keeps_the_state() {
         ));
         assert_eq!(d, before);
     }
-}
-
-#[test]
-fn a_clock_set_back_restarts_the_dwell() {
-    let mut d = detector();
-    d.step(10.0, 5.0).unwrap();
-    d.step(10.1, 0.0).unwrap();
-    assert!(matches!(
-        d.step(0.0, 0.0).unwrap(),
-        ContactState::Contact { .. }
-    ));
-    assert_eq!(d.step(0.06, 0.0).unwrap(), ContactState::NonContact);
 }
 
 #[test]

@@ -2,11 +2,9 @@
 
 use crate::support::{DT_S, home as start, iiwa as arm};
 use glam::DVec3;
-use hwall_haptics::{
-    ArgumentError, BoardTarget, Follower, FollowerConfig, GeometryError, HapticsError,
-};
+use hwall_haptics::{BoardTarget, Follower, FollowerConfig};
 use hwall_kinematics::{JointPositions, SrsArm, Unreachable};
-use hwall_testkit::{Sampler, refused};
+use hwall_testkit::{Sampler, refusal, refused};
 use std::sync::Arc;
 
 fn follower(config: FollowerConfig) -> Follower {
@@ -366,33 +364,20 @@ fn an_unreachable_target_keeps_the_goal_and_says_why() {
 }
 
 #[test]
-fn bad_targets_and_steps_are_typed_errors_and_change_nothing() {
+fn bad_targets_and_steps_are_named_and_change_nothing() {
     let mut f = follower(FollowerConfig::default());
     f.aim(&target(DVec3::new(0.55, 0.1, 0.6), DVec3::X))
         .unwrap();
     f.step(0.1).unwrap();
     let (goal, commanded) = (f.goal(), f.commanded());
-    let nan_point = f.set_target(&target(DVec3::splat(f64::NAN), DVec3::X));
-    assert!(matches!(
-        nan_point,
-        Err(HapticsError::Argument(ArgumentError::NonFinite {
-            what: "point_m",
-            ..
-        }))
-    ));
-    let nan_normal = f.set_target(&target(DVec3::X, DVec3::splat(f64::NAN)));
-    assert!(matches!(
-        nan_normal,
-        Err(HapticsError::Argument(ArgumentError::NonFinite {
-            what: "normal",
-            ..
-        }))
-    ));
-    let no_normal = f.set_target(&target(DVec3::X, DVec3::ZERO));
-    assert!(matches!(
-        no_normal,
-        Err(HapticsError::Geometry(GeometryError::NoDirection { .. }))
-    ));
+    for (point_m, normal, named) in [
+        (DVec3::NAN, DVec3::X, "point_m[0] is NaN"),
+        (DVec3::X, DVec3::NAN, "normal[0] is NaN"),
+        (DVec3::X, DVec3::ZERO, "no direction"),
+    ] {
+        let said = refusal(f.set_target(&target(point_m, normal)));
+        assert!(said.contains(named), "{said}");
+    }
     for dt_s in [-1e-3, f64::NAN, f64::INFINITY] {
         assert!(f.step(dt_s).is_err() && f.brake(dt_s).is_err());
     }

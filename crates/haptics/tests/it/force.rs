@@ -1,6 +1,6 @@
 //! The filtered normal force: its delay, and the effect of torque sensor noise.
 
-use crate::support::{DT_S, at_rest, force};
+use crate::support::{DT_S, at_rest, pressed};
 use hwall_haptics::{ArmState, Board, ForceConfig, Phase, RenderStep, Renderer, RendererConfig};
 use hwall_kinematics::{JointPositions, JointTorques, SrsArm};
 use hwall_testkit::Sampler;
@@ -47,9 +47,7 @@ impl Pressed {
 
     fn step(&mut self, press_n: f64, noise_n_m: f64) -> RenderStep {
         self.now_s += DT_S;
-        let arm = self.renderer.arm();
-        let outward = arm.forward(&self.q).rotation().z_axis;
-        let exact = arm.torques_from_wrench(&self.q, &force(outward * -press_n));
+        let exact = pressed(&**self.renderer.arm(), &self.q, press_n);
         let torque = exact.0.map(|t| t + noise_n_m * self.sampler.normal());
         let state = ArmState {
             external_torque: Some(JointTorques(torque)),

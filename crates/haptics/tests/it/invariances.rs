@@ -1,10 +1,11 @@
 //! The board's motion to a hand and its hold depend on neither the clock nor the handedness of the world.
 
-use crate::support::{DT_S, at_rest, force, home, rates};
+use crate::support::{DT_S, at_rest, home, pressed, rates};
 use glam::DVec3;
 use hwall_haptics::{ArmCommand, Board, BoardTarget, Phase, Renderer, RendererConfig};
 use hwall_kinematics::{JointPositions, SrsArm};
 use std::mem::discriminant;
+use std::sync::LazyLock;
 
 /// In a mirror, joints about vertical axes (at zero) turn the other way, those about y the same way.
 fn mirrored(q: JointPositions) -> JointPositions {
@@ -35,9 +36,7 @@ fn run(clock_s: f64, mirror: bool) -> Vec<(JointPositions, Phase, f64)> {
             0.0
         };
         state.t_s = clock_s + t;
-        let arm = renderer.arm();
-        let outward = arm.forward(&state.q).rotation().z_axis;
-        state.external_torque = Some(arm.torques_from_wrench(&state.q, &force(outward * -press_n)));
+        state.external_torque = Some(pressed(&**renderer.arm(), &state.q, press_n));
         let step = renderer.step(clock_s + t, &state, Some(&target));
         renderer.plan();
         let q = match step.command {
@@ -51,13 +50,15 @@ fn run(clock_s: f64, mirror: bool) -> Vec<(JointPositions, Phase, f64)> {
     seen
 }
 
+static NOMINAL: LazyLock<Vec<(JointPositions, Phase, f64)>> = LazyLock::new(|| run(0.0, false));
+
 fn compare(
     name: &str,
     other: &[(JointPositions, Phase, f64)],
     joints: fn(JointPositions) -> JointPositions,
     close_rad: f64,
 ) {
-    let nominal = run(0.0, false);
+    let nominal = &*NOMINAL;
     let touched = nominal
         .iter()
         .filter(|step| matches!(step.1, Phase::Contact { .. }));

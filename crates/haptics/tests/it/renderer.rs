@@ -1,6 +1,6 @@
 //! The renderer against a perfect arm: following, touching, every watchdog, every recovery.
 
-use crate::support::{DT_S, at_rest, force, home, positions, rates};
+use crate::support::{DT_S, at_rest, home, positions, pressed, rates};
 use glam::DVec3;
 use hwall_haptics::{
     ArmCommand, ArmState, Board, BoardTarget, ForceConfig, HoldReason, Phase, RenderStep, Renderer,
@@ -55,10 +55,8 @@ impl Rig {
     ) -> RenderStep {
         self.now_s += DT_S;
         self.state.t_s = self.now_s;
-        let arm = self.renderer.arm();
-        let outward = arm.forward(&self.state.q).rotation().z_axis;
-        let wrench = force(outward * -self.press_n);
-        self.state.external_torque = Some(arm.torques_from_wrench(&self.state.q, &wrench));
+        let torque = pressed(&**self.renderer.arm(), &self.state.q, self.press_n);
+        self.state.external_torque = Some(torque);
         if let Some(target) = &mut self.target {
             target.stamp_s = self.now_s;
         }
@@ -77,6 +75,12 @@ impl Rig {
 
     fn run(&mut self, steps: usize) -> RenderStep {
         (0..steps).map(|_| self.step()).last().unwrap()
+    }
+
+    /// It goes on to the target as if nothing had happened.
+    fn recovers(&mut self) {
+        assert_eq!(self.run(3000).phase, Phase::NonContact);
+        assert!(self.arrived());
     }
 
     fn arrived(&self) -> bool {
@@ -119,8 +123,7 @@ fn a_touch_freezes_the_board_and_its_end_frees_it() {
     assert_eq!(rig.state.q, at);
     rig.press_n = 0.0;
     assert_eq!(rig.run(49).phase, Phase::Contact { since_s });
-    assert_eq!(rig.run(3000).phase, Phase::NonContact);
-    assert!(rig.arrived());
+    rig.recovers();
 }
 
 #[test]
@@ -185,8 +188,7 @@ fn a_stale_target_holds_with_its_age_and_recovers() {
         (step.phase, step.command),
         (Phase::Hold(HoldReason::NoTarget), ArmCommand::Position(at))
     );
-    assert_eq!(rig.run(3000).phase, Phase::NonContact);
-    assert!(rig.arrived());
+    rig.recovers();
 }
 
 #[test]
@@ -203,8 +205,7 @@ fn a_nan_target_holds_and_recovers() {
         let step = rig.step_with(|_, _, target| spoil(target.as_mut().unwrap()));
         assert_eq!(step.phase, Phase::Hold(HoldReason::InvalidTarget));
     }
-    assert_eq!(rig.run(3000).phase, Phase::NonContact);
-    assert!(rig.arrived());
+    rig.recovers();
 }
 
 #[test]
@@ -219,8 +220,7 @@ fn a_stale_state_holds_with_its_age_and_recovers() {
         };
         assert!((told - age_s).abs() < 1e-12);
     }
-    assert_eq!(rig.run(3000).phase, Phase::NonContact);
-    assert!(rig.arrived());
+    rig.recovers();
 }
 
 #[test]
@@ -252,8 +252,7 @@ fn a_nan_in_the_state_holds_and_names_it() {
             Phase::Hold(HoldReason::ImplausibleForce { .. })
         ));
     }
-    assert_eq!(rig.run(3000).phase, Phase::NonContact);
-    assert!(rig.arrived());
+    rig.recovers();
 }
 
 #[test]
@@ -270,8 +269,7 @@ fn a_bad_clock_holds_and_recovers() {
     rig.now_s -= 50.0;
     let step = rig.step();
     assert!(matches!(step.phase, Phase::Hold(HoldReason::TimeReversed { by_s }) if by_s > 49.0));
-    assert_eq!(rig.run(3000).phase, Phase::NonContact);
-    assert!(rig.arrived());
+    rig.recovers();
 }
 
 #[test]

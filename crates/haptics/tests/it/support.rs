@@ -2,7 +2,9 @@
 
 use glam::DVec3;
 use hwall_haptics::{ArmCommand, ArmState, Board};
-use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, SrsArm, Wrench};
+use hwall_kinematics::{
+    ArmKinematics, JointPositions, JointTorques, JointVelocities, SrsArm, Wrench,
+};
 
 /// Period of the control loop, s.
 pub(crate) const DT_S: f64 = 1e-3;
@@ -36,6 +38,12 @@ pub(crate) fn force(force_n: DVec3) -> Wrench {
         force_n,
         moment_n_m: DVec3::ZERO,
     }
+}
+
+/// Torques of a hand that presses the face, N.
+pub(crate) fn pressed(arm: &dyn ArmKinematics, q: &JointPositions, press_n: f64) -> JointTorques {
+    let outward = arm.forward(q).rotation().z_axis;
+    arm.torques_from_wrench(q, &force(outward * -press_n))
 }
 
 /// The commanded positions; any other command is a failure.
