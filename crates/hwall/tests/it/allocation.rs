@@ -51,16 +51,3 @@ fn steps_and_frames_do_not_allocate() {
     assert!(sliding > 100 || !cfg!(feature = "texture"), "{sliding}");
     assert!(goals > 0);
 }
-
-/// Without tracker and target, the session holds without allocating.
-#[test]
-fn holding_does_not_allocate() {
-    let hand = Hand::reaching_in(1.5, DVec3::new(0.6, 0.0, 0.6));
-    let (_, mut planner, mut control) = session(rough_wall(0.6, None)).split();
-    let mut bench = Bench::new(hand);
-    for _ in 0..200 {
-        bench.step_apart(&mut control, &mut planner, |_| {});
-        let held = SessionState::Holding(HoldReason::NoTarget);
-        assert_eq!(control.state(), held);
-    }
-}

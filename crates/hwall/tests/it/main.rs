@@ -12,7 +12,6 @@ mod led_by_joints;
 mod loop_attacks;
 mod moving_barriers;
 mod moving_world;
-mod not_obeyed;
 mod objects;
 mod pushed_door;
 mod response;

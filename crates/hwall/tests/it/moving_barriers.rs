@@ -1,6 +1,6 @@
 //! Surfaces that the board stays behind, in worlds and rooms that move.
 
-use crate::common::{Bench, GazeSession, Hand, session, wall};
+use crate::common::{Bench, GazeSession, Hand, session, wall, world_at};
 use hwall::geometry::Pose;
 use hwall::glam::{DQuat, DVec3};
 use hwall::haptics::{ArmCommand, HoldReason};
@@ -10,13 +10,6 @@ use hwall::{Control, EventKind, SessionState, WorldPose};
 use hwall_testkit::Sampler;
 
 const TARGET_M: DVec3 = DVec3::new(0.6, 0.0, 0.6);
-
-fn at(t_s: f64, by_m: DVec3) -> WorldPose {
-    WorldPose {
-        t_s,
-        base_from_world: Pose::from_translation(by_m).expect("finite"),
-    }
-}
 
 /// A hand that waits for as long as the tests last.
 fn resting() -> Hand {
@@ -37,12 +30,14 @@ fn in_front_m(control: &Control) -> f64 {
 fn barriers_go_with_a_world_that_never_stops() {
     let (mut perception, mut planner, mut control) = session(wall(0.6)).split();
     let mut bench = Bench::new(resting());
-    perception.world(&at(0.0, DVec3::ZERO)).expect("in order");
+    perception
+        .world(&world_at(0.0, DVec3::ZERO))
+        .expect("in order");
     let mut before_m = None;
     for k in 0..500 {
         // 0.2 m/s towards the arm.
         let by_m = DVec3::NEG_X * 2e-4 * f64::from(k);
-        let pose = at(bench.now_s(), by_m);
+        let pose = world_at(bench.now_s(), by_m);
         perception.world(&pose).expect("in order");
         bench.step_apart(&mut control, &mut planner, |_| {});
         // The surfaces are received one step later.
@@ -64,7 +59,9 @@ fn barriers_go_with_a_world_that_never_stops() {
 fn surfaces_that_nobody_knows_are_told_and_the_board_holds() {
     let mut session = session(wall(0.6));
     let mut bench = Bench::new(Hand::reaching_in(3.0, TARGET_M));
-    session.world(&at(0.0, DVec3::ZERO)).expect("in order");
+    session
+        .world(&world_at(0.0, DVec3::ZERO))
+        .expect("in order");
     while session.state() != SessionState::Approaching {
         bench.cycle(&mut session);
         assert!(bench.now_s() < 3.0);
@@ -75,7 +72,7 @@ fn surfaces_that_nobody_knows_are_told_and_the_board_holds() {
             .filter(|kind| *kind == EventKind::SurfacesUnknown)
             .count()
     };
-    let far = at(bench.now_s(), DVec3::X * 1.5e308);
+    let far = world_at(bench.now_s(), DVec3::X * 1.5e308);
     session.world(&far).expect("it is finite");
     for _ in 0..100 {
         bench.cycle(&mut session);
@@ -90,7 +87,7 @@ fn surfaces_that_nobody_knows_are_told_and_the_board_holds() {
     }
     assert!(bench.arm.q().max_abs_difference(&stood) < 0.2);
     session
-        .world(&at(bench.now_s(), DVec3::ZERO))
+        .world(&world_at(bench.now_s(), DVec3::ZERO))
         .expect("in order");
     bench.run(&mut session, 3.7);
     assert_eq!(session.state(), SessionState::Touched);
@@ -113,7 +110,7 @@ fn steps_with_moving_doors_and_worlds_do_not_allocate() {
     let mut bench = Bench::new(resting());
     for k in 0..600 {
         let by_m = DVec3::new(-1e-4, 5e-5, 0.0) * f64::from(k);
-        let pose = at(bench.now_s(), by_m);
+        let pose = world_at(bench.now_s(), by_m);
         perception
             .scene_mut()
             .set_opening(id, 1e-3 * f64::from(k))
@@ -140,7 +137,7 @@ fn a_shaking_world_neither_stops_the_board_nor_makes_it_wander() {
         while bench.now_s() < 2.5 {
             let t_s = bench.now_s();
             let by_m = DVec3::X * shakes_m * (std::f64::consts::TAU * hz * t_s).sin();
-            session.world(&at(t_s, by_m)).expect("in order");
+            session.world(&world_at(t_s, by_m)).expect("in order");
             bench.cycle(&mut session);
             let here_m = bench.arm.pose().position_m();
             way_m += here_m.distance(last_m);
@@ -254,7 +251,7 @@ fn a_link_before_a_wall_is_told_once_and_so_is_its_end() {
     let mut bench = Bench::new(Hand::reaching_in(3.0, TARGET_M));
     let mut told = Vec::new();
     for (until_s, x_m) in [(0.5, 0.0), (0.8, -0.3), (1.2, 0.0)] {
-        let place = at(bench.now_s(), DVec3::X * x_m);
+        let place = world_at(bench.now_s(), DVec3::X * x_m);
         session.world(&place).expect("in order");
         bench.run(&mut session, until_s);
         while let Some(event) = session.next_event() {

@@ -1,6 +1,8 @@
 //! A virtual world that moves, jumps and shakes, and a hand that is lost on a moving board.
 
-use crate::common::{TRACKER_S, by_gaze, config, home, iiwa, session_on};
+use crate::common::{
+    TRACKER_S, by_gaze, config, home, iiwa, rough_wall, session_on, wall, world_at,
+};
 use hwall::contact::{
     ContactEstimate, ContactEstimator, ContactPrediction, FusedConfig, FusedPredictor,
     PredictionSource, Predictor, PredictorInput,
@@ -43,14 +45,6 @@ impl Predictor for Fixed {
     }
 }
 
-fn wall(roughness: Option<f64>) -> Scene {
-    let obj = "o wall\nv 0.6 -2 0\nv 0.6 2 0\nv 0.6 2 2\nv 0.6 -2 2\nf 1 2 3 4\n";
-    let sidecar = roughness.map(|r| format!("[surface.wall]\nroughness = {r}\n"));
-    Scene::from_obj_str(obj, sidecar.as_deref())
-        .expect("a wall")
-        .0
-}
-
 fn session<P: Predictor>(scene: Scene, maps: WallMaps, predictor: P) -> Session<P> {
     session_on(scene, maps, predictor, config())
 }
@@ -62,13 +56,6 @@ fn frame(t_s: f64, hand_m: DVec3) -> HandFrame {
         head_m: Some(DVec3::new(1.4, 0.0, 0.9)),
         gaze: Some(PLACE_M - DVec3::new(1.4, 0.0, 0.9)),
         ..HandFrame::empty(t_s)
-    }
-}
-
-fn shift(t_s: f64, by_m: DVec3) -> WorldPose {
-    WorldPose {
-        t_s,
-        base_from_world: Pose::from_translation(by_m).expect("finite"),
     }
 }
 
@@ -146,12 +133,12 @@ fn last_velocity(session: &Session<Fixed>) -> DVec3 {
 
 #[test]
 fn a_resting_hand_that_is_steered_along_moves_in_the_world() {
-    let mut session = session(wall(None), WallMaps::default(), Fixed::at(PLACE_M));
+    let mut session = session(wall(0.6), WallMaps::default(), Fixed::at(PLACE_M));
     for k in 0..90 {
         let t_s = f64::from(k) * TRACKER_S;
         // The person is steered at 1 m/s towards smaller x of the world, so the world approaches.
         session
-            .world(&shift(t_s, DVec3::X * t_s))
+            .world(&world_at(t_s, DVec3::X * t_s))
             .expect("in order");
         session.frame(&frame(t_s, HAND_M));
     }
@@ -167,7 +154,7 @@ fn a_resting_hand_that_is_steered_along_moves_in_the_world() {
 
 #[test]
 fn a_trembling_origin_moves_nothing() {
-    let mut session = session(wall(None), WallMaps::default(), Fixed::at(PLACE_M));
+    let mut session = session(wall(0.6), WallMaps::default(), Fixed::at(PLACE_M));
     let mut bench = Bench::new();
     bench.run(&mut session, 3.0, resting);
     while session.next_event().is_some() {}
@@ -175,7 +162,7 @@ fn a_trembling_origin_moves_nothing() {
     for k in 0..90 {
         let noise_m = 2e-4 * f64::from(k * 13 % 7 - 3) / 3.0;
         let by_m = DVec3::new(noise_m, 0.0, -noise_m);
-        session.world(&shift(bench.t_s, by_m)).expect("in order");
+        session.world(&world_at(bench.t_s, by_m)).expect("in order");
         bench.run(&mut session, TRACKER_S, resting);
     }
     assert_eq!(bench.q, before);
@@ -192,7 +179,7 @@ fn a_tiny_turn_of_a_world_whose_origin_is_far_away_is_no_motion() {
         base_from_world: Pose::from_yaw(yaw_rad, -(DMat3::from_rotation_z(yaw_rad) * far_m))
             .expect("finite"),
     };
-    let mut session = session(wall(None), WallMaps::default(), Fixed::at(PLACE_M + far_m));
+    let mut session = session(wall(0.6), WallMaps::default(), Fixed::at(PLACE_M + far_m));
     let mut bench = Bench::new();
     session.world(&turned(0.0, 0.0)).expect("in order");
     bench.run(&mut session, 3.0, resting);
@@ -206,14 +193,14 @@ fn a_tiny_turn_of_a_world_whose_origin_is_far_away_is_no_motion() {
 
 #[test]
 fn the_board_goes_to_the_wall_where_it_is_now_not_where_it_was_mapped() {
-    let maps = maps_of(&wall(None), &iiwa()).expect("maps");
+    let maps = maps_of(&wall(0.6), &iiwa()).expect("maps");
     let out_of_reach_m = DVec3::new(0.6, 1.2, 0.5);
     let mapped = maps.present(out_of_reach_m, DVec3::X);
     assert!(matches!(mapped, Presented::Nearest(_)), "{mapped:?}");
     for off_m in [0.005, 0.012] {
-        let mut session = session(wall(None), maps.clone(), Fixed::at(out_of_reach_m));
+        let mut session = session(wall(0.6), maps.clone(), Fixed::at(out_of_reach_m));
         let by_m = DVec3::X * off_m;
-        session.world(&shift(0.0, by_m)).expect("in order");
+        session.world(&world_at(0.0, by_m)).expect("in order");
         session.frame(&frame(0.0, HAND_M));
         while let Some(event) = session.next_event() {
             if let EventKind::GoalSet(goal) = event.kind {
@@ -246,18 +233,18 @@ fn after_a_leap_nothing_is_remembered_of_where_the_hand_was() {
     let mut normals = Vec::new();
     for leaps in [false, true] {
         let fused = FusedPredictor::new(Silent, FusedConfig::default()).expect("defaults");
-        let mut session = session(wall(None), WallMaps::default(), fused);
+        let mut session = session(wall(0.6), WallMaps::default(), fused);
         if leaps {
             // At first the person stands on the other side of the wall.
             session
-                .world(&shift(0.0, DVec3::X * -0.5))
+                .world(&world_at(0.0, DVec3::X * -0.5))
                 .expect("in order");
             for k in 0..45 {
                 session.frame(&looking(f64::from(k) * TRACKER_S));
             }
         }
         session
-            .world(&shift(0.5, DVec3::X * 0.05))
+            .world(&world_at(0.5, DVec3::X * 0.05))
             .expect("in order");
         for k in 46..135 {
             session.frame(&looking(f64::from(k) * TRACKER_S));
@@ -272,7 +259,7 @@ fn after_a_leap_nothing_is_remembered_of_where_the_hand_was() {
 fn a_hand_that_is_lost_stops_the_board_that_slides_under_it() {
     let (mut moved_m, mut slid_m) = (Vec::new(), Vec::new());
     for silent in [false, true] {
-        let mut session = session(wall(Some(0.5)), WallMaps::default(), by_gaze());
+        let mut session = session(rough_wall(0.6, Some(0.5)), WallMaps::default(), by_gaze());
         let mut bench = Bench::new();
         bench.run(&mut session, 2.5, |t_s| {
             Some(frame(t_s, PLACE_M + DVec3::X * 0.01))

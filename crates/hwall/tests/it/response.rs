@@ -15,7 +15,7 @@ use hwall::response::{
 };
 use hwall_sim::minimum_jerk;
 use hwall_testkit::Sampler;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 const WALL_X_M: f64 = 0.75;
 const PERIOD_S: f64 = 1.0 / 90.0;
@@ -102,12 +102,15 @@ fn config() -> ResponseConfig {
     ResponseConfig::default()
 }
 
-fn touches() -> (Vec<Reach>, Vec<ResponseDemonstration>, ResponseModel) {
+type Touches = (Vec<Reach>, Vec<ResponseDemonstration>, ResponseModel);
+
+/// Reaches, what was shown for them, and the model of it, made once for all tests.
+static TOUCHES: LazyLock<Touches> = LazyLock::new(|| {
     let reaches = drawn(Task::Touch, 60, 1);
     let shown = shown(&reaches);
     let model = ResponseModel::train(&shown, &config()).expect("a model");
     (reaches, shown, model)
-}
+});
 
 /// Follows frames to their end.
 fn followed(filter: &mut ResponseFilter, frames: &[HandFrame]) -> JointPosterior {
@@ -137,10 +140,10 @@ fn median(mut values: Vec<f64>) -> f64 {
 
 #[test]
 fn what_was_shown_is_answered_within_its_spread() {
-    let (reaches, shown, model) = touches();
+    let (reaches, shown, model) = &*TOUCHES;
     let mut filter = model.filter();
     let (mut within, mut off) = (0, Vec::new());
-    for (reach, shown) in reaches.iter().zip(&shown) {
+    for (reach, shown) in reaches.iter().zip(shown) {
         let posterior = followed(&mut filter, &reach.frames());
         let truth = shown.joints.last().expect("samples");
         for i in 0..7 {
@@ -156,13 +159,13 @@ fn what_was_shown_is_answered_within_its_spread() {
 
 #[test]
 fn hands_that_were_never_seen_are_answered_nearly_as_well() {
-    let (.., model) = touches();
+    let (.., model) = &*TOUCHES;
     let mut filter = model.filter();
     let others = drawn(Task::Touch, 30, 2);
     let at_end = |reach: &Reach, filter: &mut _| off_m(&followed(filter, &reach.frames()), reach);
     let off: Vec<f64> = others.iter().map(|r| at_end(r, &mut filter)).collect();
     assert!(median(off.clone()) < 0.025, "{off:?}");
-    let mut estimator = ResponseEstimator::new(&model, Arc::new(iiwa()));
+    let mut estimator = ResponseEstimator::new(model, Arc::new(iiwa()));
     for reach in &others {
         estimator.begin();
         let frames = reach.frames();
@@ -179,7 +182,7 @@ fn hands_that_were_never_seen_are_answered_nearly_as_well() {
 
 #[test]
 fn a_hand_that_stops_jumps_or_is_lost_for_a_while_is_still_answered() {
-    let (.., model) = touches();
+    let (.., model) = &*TOUCHES;
     let mut filter = model.filter();
     let (mut stopped, mut jumped, mut lost) = (Vec::new(), Vec::new(), Vec::new());
     for reach in drawn(Task::Touch, 20, 3) {
@@ -257,7 +260,7 @@ fn verdicts(filter: &mut ResponseFilter, frames: &[HandFrame]) -> (usize, bool) 
 /// Regression: such hands were answered up to half a metre off, alternating with holds.
 #[test]
 fn reaches_unlike_all_that_were_shown_are_told_and_the_verdict_does_not_alternate() {
-    let (.., model) = touches();
+    let (.., model) = &*TOUCHES;
     let mut filter = model.filter();
     for reach in drawn(Task::Touch, 40, 31) {
         let (changes, familiar) = verdicts(&mut filter, &reach.frames());
@@ -282,7 +285,7 @@ fn reaches_unlike_all_that_were_shown_are_told_and_the_verdict_does_not_alternat
         assert!(most <= 2, "{name}: {most} changes");
     }
     // A few demonstrations give no information about other people.
-    let few = ResponseModel::train(&touches().1[..20], &config()).expect("a model");
+    let few = ResponseModel::train(&TOUCHES.1[..20], &config()).expect("a model");
     let mut reach = drawn(Task::Touch, 1, 33)[0];
     reach.rest_m.y += 0.6;
     assert_eq!(verdicts(&mut few.filter(), &reach.frames()), (0, true));
@@ -301,7 +304,7 @@ fn one_demonstration_is_what_is_answered() {
 
 #[test]
 fn what_makes_no_sense_is_refused_by_name() {
-    let (reaches, shown, model) = touches();
+    let (reaches, shown, model) = &*TOUCHES;
     let train = |shown: &[ResponseDemonstration]| ResponseModel::train(shown, &config());
     assert!(train(&[]).is_err());
     let spoiled = |change: &dyn Fn(&mut ResponseDemonstration)| {
@@ -336,7 +339,7 @@ fn what_makes_no_sense_is_refused_by_name() {
         assert_eq!(filter.posterior().expect("finite"), before);
     }
     // No hand is seen: nothing is known, and there is no error.
-    let mut estimator = ResponseEstimator::new(&model, Arc::new(iiwa()));
+    let mut estimator = ResponseEstimator::new(model, Arc::new(iiwa()));
     estimator.begin();
     assert_eq!(estimator.step(&HandFrame::empty(0.0)), None);
     assert!(JointPositions(before.q.0).0.iter().all(|q| q.is_finite()));
@@ -369,7 +372,7 @@ fn following_hands_one_after_the_other_allocates_nothing() {
 
 #[test]
 fn a_reach_is_answered_the_same_whatever_was_followed_before() {
-    let (reaches, _, model) = touches();
+    let (reaches, _, model) = &*TOUCHES;
     let mut used = model.filter();
     for reach in &reaches[..3] {
         followed(&mut used, &reach.frames());
@@ -381,9 +384,9 @@ fn a_reach_is_answered_the_same_whatever_was_followed_before() {
 
 #[test]
 fn a_stream_answers_as_if_each_reach_were_given_from_its_start() {
-    let (.., model) = touches();
+    let (.., model) = &*TOUCHES;
     let arm: Arc<dyn ArmKinematics> = Arc::new(iiwa());
-    let alone = ResponseEstimator::new(&model, Arc::clone(&arm));
+    let alone = ResponseEstimator::new(model, Arc::clone(&arm));
     let mut ahead = StreamEstimator::new(alone.clone(), WatchConfig::default()).expect("settings");
     let mut late = StreamEstimator::new(Late(alone), WatchConfig::default()).expect("settings");
     let mut hand = HandFilter::new(HandFilterConfig::simulated()).expect("settings");

@@ -1,13 +1,13 @@
 //! The waiting posture of the arm suits the time that a person leaves it, and changes only between touches.
 
-use crate::common::{Bench, Hand, by_gaze, config, iiwa, session_on, wall};
+use crate::common::{Bench, Hand, by_gaze, config, iiwa, session_on, wall, world_at};
 use hwall::arrival::WaitingConfig;
 use hwall::contact::DeterministicPredictor;
 use hwall::glam::DVec3;
 use hwall::hand::HandFrame;
 use hwall::haptics::Board;
 use hwall::kinematics::JointPositions;
-use hwall::{Control, Perception, Planner, SessionState, Walls, WallsConfig, WorldPose};
+use hwall::{Control, Perception, Planner, SessionState, Walls, WallsConfig};
 use std::sync::Arc;
 
 fn walls() -> Walls {
@@ -107,16 +107,10 @@ fn somebody_in_a_hurry_is_waited_for_elsewhere_and_somebody_slow_is_not() {
     // No change from a lost hand, a world that jumps, or a clock that was set back.
     let until_s = person.bench.now_s() + 0.5;
     person.goes_on(until_s, |frame| HandFrame::empty(frame.t_s));
-    let leap = WorldPose {
-        t_s: until_s,
-        base_from_world: hwall::hand::Pose::from_translation(DVec3::Y * 0.5).expect("finite"),
-    };
-    person.perception.world(&leap).expect("a world");
-    let back = WorldPose {
-        t_s: until_s + 0.1,
-        base_from_world: hwall::hand::Pose::IDENTITY,
-    };
-    person.perception.world(&back).expect("a world");
+    for (t_s, by_m) in [(until_s, DVec3::Y * 0.5), (until_s + 0.1, DVec3::ZERO)] {
+        let world = world_at(t_s, by_m);
+        person.perception.world(&world).expect("a world");
+    }
     person.perception.frame(&HandFrame::empty(0.0));
     assert_eq!(person.perception.budget_s(), budget_s);
     assert_eq!(person.perception.waits_at(), Some(other));

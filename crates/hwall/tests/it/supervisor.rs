@@ -267,20 +267,21 @@ fn somebody_without_a_head_is_served_after_somebody_with_one() {
     });
 }
 
+/// Neither is it work: nothing is allocated.
 #[test]
 fn waiting_for_a_first_frame_is_no_fault() {
     let hand = Hand::reaching_in(1.5, TARGET_M);
-    let (mut session, mut bench) = (session(wall(0.6)), Bench::new(hand));
+    let (_, mut planner, mut control) = session(wall(0.6)).split();
+    let mut bench = Bench::new(hand);
     for k in 0..500 {
-        bench.step_with(&mut session, |_| {});
-        assert_eq!(session.state(), SessionState::Holding(HoldReason::NoTarget));
+        bench.step_apart(&mut control, &mut planner, |_| {});
+        assert_eq!(control.state(), SessionState::Holding(HoldReason::NoTarget));
         // The first two states could be wrong; after that nobody is there.
         let reason = match k {
             0..2 => SafeReason::Unproven,
             _ => SafeReason::Unseen(Channel::Head),
         };
-        let said = session.control().safety();
-        assert_eq!(said, SafeState::Holding { reason });
+        assert_eq!(control.safety(), SafeState::Holding { reason });
     }
 }
 

@@ -1,6 +1,6 @@
 //! A virtual world with a frame other than the arm's, and one that moves.
 
-use crate::common::{Bench, GazeSession, Hand, iiwa, session, session_of, wall};
+use crate::common::{Bench, GazeSession, Hand, iiwa, session, session_of, wall, world_at};
 use hwall::glam::{DQuat, DVec3};
 use hwall::haptics::ArmCommand;
 use hwall::kinematics::{JointPositions, Pose};
@@ -10,17 +10,6 @@ const TARGET_M: DVec3 = DVec3::new(0.6, 0.1, 0.6);
 
 fn hand() -> Hand {
     Hand::reaching_in(1.5, TARGET_M)
-}
-
-fn at(t_s: f64, base_from_world: Pose) -> WorldPose {
-    WorldPose {
-        t_s,
-        base_from_world,
-    }
-}
-
-fn shifted(by_m: DVec3) -> Pose {
-    Pose::from_translation(by_m).expect("finite")
 }
 
 /// Number of such events since the last call.
@@ -51,7 +40,10 @@ fn a_shifted_and_turned_world_is_the_scene_placed_there_by_hand() {
 
     let mut there = session_of(&arm, scene, maps.clone());
     there
-        .world(&at(0.0, base_from_world))
+        .world(&WorldPose {
+            t_s: 0.0,
+            base_from_world,
+        })
         .expect("a first stamp");
     let mut here = session_of(&arm, by_hand, maps);
     let (there, here) = (run(&mut there), run(&mut here));
@@ -76,7 +68,7 @@ fn touched() -> (GazeSession, Bench) {
     let mut session = session(wall(0.6));
     let mut bench = Bench::new(hand());
     session
-        .world(&at(0.0, Pose::IDENTITY))
+        .world(&world_at(0.0, DVec3::ZERO))
         .expect("a first stamp");
     bench.run(&mut session, hand().press_s + 0.2);
     assert_eq!(session.state(), SessionState::Touched);
@@ -88,9 +80,9 @@ fn touched() -> (GazeSession, Bench) {
 fn a_world_that_moves_during_a_touch_leaves_the_board_still_until_it_is_released() {
     let (mut session, mut bench) = touched();
     let q = bench.arm.q();
-    let away = shifted(DVec3::new(0.05, 0.2, 0.0));
+    let away = DVec3::new(0.05, 0.2, 0.0);
     session
-        .world(&at(bench.now_s(), away))
+        .world(&world_at(bench.now_s(), away))
         .expect("a later stamp");
     while bench.now_s() < hand().leave_s {
         bench.cycle(&mut session);
@@ -99,12 +91,12 @@ fn a_world_that_moves_during_a_touch_leaves_the_board_still_until_it_is_released
     }
     // Moving back does not undo the motion.
     session
-        .world(&at(bench.now_s(), Pose::IDENTITY))
+        .world(&world_at(bench.now_s(), DVec3::ZERO))
         .expect("a later stamp");
     bench.cycle(&mut session);
     assert_eq!(session.state(), SessionState::TouchedInMovingWorld);
     session
-        .world(&at(bench.now_s(), away))
+        .world(&world_at(bench.now_s(), away))
         .expect("the same stamp");
     bench.run(&mut session, hand().end_s);
     let told = |kind: &EventKind| {
@@ -124,9 +116,9 @@ fn a_world_that_moves_during_a_touch_leaves_the_board_still_until_it_is_released
 #[test]
 fn a_bad_state_does_not_let_a_touch_forget_that_the_world_moved() {
     let (mut session, mut bench) = touched();
-    let away = shifted(DVec3::Y * 0.2);
+    let away = DVec3::Y * 0.2;
     session
-        .world(&at(bench.now_s(), away))
+        .world(&world_at(bench.now_s(), away))
         .expect("a later stamp");
     bench.cycle(&mut session);
     for _ in 0..5 {
@@ -150,7 +142,7 @@ fn a_bad_state_does_not_let_a_touch_forget_that_the_world_moved() {
 fn less_than_the_noise_of_a_tracked_origin_is_no_motion() {
     let (mut session, mut bench) = touched();
     session
-        .world(&at(bench.now_s(), shifted(DVec3::Y * 3e-4)))
+        .world(&world_at(bench.now_s(), DVec3::Y * 3e-4))
         .expect("a later stamp");
     bench.cycle(&mut session);
     assert_eq!(session.state(), SessionState::Touched);
@@ -162,16 +154,16 @@ fn stamps_that_run_backwards_are_refused_and_told() {
     let mut bench = Bench::new(hand());
     bench.run(&mut session, 1.0);
     session
-        .world(&at(1.0, Pose::IDENTITY))
+        .world(&world_at(1.0, DVec3::ZERO))
         .expect("a first stamp");
     let contact = session.contact().expect("a contact");
     count(&mut session, |_| true);
     for (stamp_s, by_s) in [(0.75, 0.25), (0.5, 0.25)] {
-        let refused = session.world(&at(stamp_s, shifted(DVec3::Y)));
+        let refused = session.world(&world_at(stamp_s, DVec3::Y));
         assert_eq!(refused, Err(SessionError::WorldTimeReversed { by_s }));
     }
     for stamp_s in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-        let refused = session.world(&at(stamp_s, shifted(DVec3::Y)));
+        let refused = session.world(&world_at(stamp_s, DVec3::Y));
         assert!(
             matches!(refused, Err(SessionError::Argument(_))),
             "{refused:?}"
@@ -190,12 +182,12 @@ fn a_clock_that_was_set_back_is_followed_again() {
     bench.run(&mut session, 1.0);
     let before_m = session.contact().expect("a contact").point_m;
     session
-        .world(&at(1e9, Pose::IDENTITY))
+        .world(&world_at(1e9, DVec3::ZERO))
         .expect("a first stamp");
-    let near = shifted(DVec3::X * 0.03);
-    session.world(&at(1.0, near)).expect_err("older");
+    let near = DVec3::X * 0.03;
+    session.world(&world_at(1.0, near)).expect_err("older");
     session
-        .world(&at(1.01, near))
+        .world(&world_at(1.01, near))
         .expect("newer than the last one");
     let moved_m = session.contact().expect("a contact").point_m - before_m;
     assert!((moved_m - DVec3::X * 0.03).length() < 1e-12, "{moved_m}");

@@ -8,7 +8,7 @@ use hwall::haptics::{Arm, ArmCommand, ArmState, Board};
 use hwall::kinematics::{ArmKinematics, JointPositions, SrsArm};
 use hwall::reachability::WallMaps;
 use hwall::scene::Scene;
-use hwall::{Control, Planner, Session, SessionConfig, Walls, maps_of};
+use hwall::{Control, Planner, Session, SessionConfig, Walls, WorldPose, maps_of};
 use hwall_sim::{HandContact, ServoArm, ServoConfig, SimError, TorqueArm, minimum_jerk};
 use std::sync::Arc;
 
@@ -31,6 +31,14 @@ pub(crate) fn rough_wall(x_m: f64, roughness: Option<f64>) -> Scene {
     Scene::from_obj_str(&obj, sidecar.as_deref())
         .expect("a wall")
         .0
+}
+
+/// A world shifted by so much, m, at a time, s.
+pub(crate) fn world_at(t_s: f64, by_m: DVec3) -> WorldPose {
+    WorldPose {
+        t_s,
+        base_from_world: Pose::from_translation(by_m).expect("finite"),
+    }
 }
 
 /// The iiwa with the face of the board as its tool.

@@ -1,14 +1,13 @@
 //! Sessions that are led by a response.
 
-use super::{Reach, WALL_X_M, drawn, seen, touches};
-use crate::common::{config, iiwa, session_on, wall};
+use super::{Reach, TOUCHES, WALL_X_M, drawn, seen};
+use crate::common::{config, iiwa, session_on, wall, world_at};
 use hwall::contact::Predictor;
-use hwall::geometry::Pose;
 use hwall::glam::DVec3;
 use hwall::hand::HandFrame;
 use hwall::kinematics::SrsArm;
 use hwall::response::{EndToEnd, ResponseModel, ResponseState, Task};
-use hwall::{EventKind, Perception, Walls, WorldPose};
+use hwall::{EventKind, Perception, Walls};
 use std::sync::Arc;
 
 /// A session led by a response, for an arm with given limits; without its other half.
@@ -33,13 +32,13 @@ fn strangers(perception: &mut Perception<EndToEnd>, frame: &HandFrame) -> usize 
 fn an_answer_outside_the_limits_is_none_until_it_is_well_inside() {
     const INSIDE_RAD: f64 = 0.03;
     const JOINT: usize = 0;
-    let (.., model) = touches();
+    let (.., model) = &*TOUCHES;
     let reach = Reach {
         target_m: DVec3::new(WALL_X_M, 0.2, 0.6),
         ..drawn(Task::Touch, 1, 2)[0]
     };
     let frames = seen(&reach, 0.0);
-    let mut free = led(&model, iiwa());
+    let mut free = led(model, iiwa());
     let answers = frames.iter().map(|frame| {
         free.frame(frame);
         free.predictor().response_rad().map(|q_rad| q_rad[JOINT])
@@ -66,7 +65,7 @@ fn an_answer_outside_the_limits_is_none_until_it_is_well_inside() {
             true => limits[JOINT].min_rad = limit_rad,
             false => limits[JOINT].max_rad = limit_rad,
         }
-        let mut bound = led(&model, iiwa().with_limits(limits).expect("limits"));
+        let mut bound = led(model, iiwa().with_limits(limits).expect("limits"));
         let mut was = ResponseState::Idle;
         let mut between = 0;
         for (frame, q_rad) in frames.iter().zip(answers) {
@@ -98,8 +97,8 @@ fn an_answer_outside_the_limits_is_none_until_it_is_well_inside() {
 
 #[test]
 fn an_unfamiliar_hand_is_named_once_for_each_reach_and_a_reset_forgets_it() {
-    let (.., model) = touches();
-    let mut perception = led(&model, iiwa());
+    let (.., model) = &*TOUCHES;
+    let mut perception = led(model, iiwa());
     let mut reach = drawn(Task::Touch, 1, 32)[0];
     reach.rest_m.y += 0.6;
     let first = seen(&reach, 0.0);
@@ -128,10 +127,7 @@ fn an_unfamiliar_hand_is_named_once_for_each_reach_and_a_reset_forgets_it() {
     let mut third = seen(&reach, 30.0).into_iter();
     let named = third.find(|frame| strangers(&mut perception, frame) > 0);
     assert!(named.is_some() && perception.predictor().is_unfamiliar());
-    let leap = WorldPose {
-        t_s: named.expect("a frame").t_s,
-        base_from_world: Pose::from_translation(DVec3::Y).expect("finite"),
-    };
+    let leap = world_at(named.expect("a frame").t_s, DVec3::Y);
     perception.world(&leap).expect("a time in order");
     assert_eq!(perception.predictor().state(), ResponseState::Idle);
     assert!(!perception.predictor().is_unfamiliar());
