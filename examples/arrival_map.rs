@@ -3,7 +3,7 @@
 //! `cargo run --release --example arrival_map`
 
 use clap::Parser;
-use hwall_lab::reach::arrival_job::{self, ArrivalOptions};
+use hwall_lab::reach::arrival::{self, ArrivalOptions};
 use hwall_stage::{exit, printed};
 use std::process::ExitCode;
 
@@ -19,5 +19,5 @@ struct Args {
 
 fn main() -> ExitCode {
     let options = hwall_stage::arguments::<Args>().options;
-    exit(printed(|out| arrival_job::run(&options, out)))
+    exit(printed(|out| arrival::run(&options, out)))
 }

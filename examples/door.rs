@@ -4,7 +4,7 @@
 
 use anyhow::{Context, bail, ensure};
 use clap::Parser;
-use hwall_lab::documents::{Destination, show};
+use hwall_lab::documents::{Destination, bar, show};
 use hwall_lab::feel::document;
 use hwall_lab::feel::rig::{Render, Rig, Way};
 use hwall_lab::feel::single::{HandKind, SinglePush, report};
@@ -15,7 +15,6 @@ use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::input::scene_file::SceneFlags;
 use hwall_stage::run::simulated_arm::ArmLevel;
 use hwall_stage::setting::load_scene;
-use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, Write};
 use std::process::ExitCode;
 
@@ -104,8 +103,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
 
 fn identify(args: &Args) -> anyhow::Result<()> {
     let documents = args.destination.open("out/feel")?;
-    let style = ProgressStyle::with_template("objects {wide_bar} {percent} %")?;
-    let bar = ProgressBar::new(1000).with_style(style);
+    let bar = bar("objects {wide_bar} {percent} %", 1000);
     let results = study::run(args.seed, |share| bar.set_position((1e3 * share) as u64))?;
     bar.finish_and_clear();
     let path = document::write(args.seed, &results, &documents)?;

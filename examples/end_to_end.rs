@@ -3,11 +3,10 @@
 //! `cargo run --release --example end_to_end`
 
 use clap::Parser;
-use hwall_lab::documents::{Destination, show};
+use hwall_lab::documents::{Destination, bar, show};
 use hwall_lab::end_to_end::document;
 use hwall_lab::end_to_end::study::{self, Request};
 use hwall_stage::{exit, note};
-use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, IsTerminal};
 use std::process::ExitCode;
 
@@ -26,8 +25,7 @@ fn main() -> ExitCode {
 
 fn run(args: &Args) -> anyhow::Result<()> {
     let documents = args.destination.open("out/end_to_end")?;
-    let style = ProgressStyle::with_template("{msg:15} {wide_bar} {percent} %")?;
-    let bar = ProgressBar::new(1000).with_style(style);
+    let bar = bar("{msg:15} {wide_bar} {percent} %", 1000);
     // Where no bar can be drawn, a line for every tenth of a chapter says that something is done.
     let is_drawn = io::stderr().is_terminal();
     let mut noted = (String::new(), 0);

@@ -4,11 +4,10 @@
 
 use anyhow::ensure;
 use clap::Parser;
-use hwall_lab::documents::{Destination, show};
+use hwall_lab::documents::{Destination, bar, show};
 use hwall_lab::faults::document;
 use hwall_lab::faults::study::{self, Request};
 use hwall_stage::exit;
-use indicatif::{ProgressBar, ProgressStyle};
 use std::process::ExitCode;
 
 /// Injects every fault in every phase of a touch at both arm levels, and lets hands hit the board; writes FAULTS.md.
@@ -28,8 +27,7 @@ fn main() -> ExitCode {
 
 fn run(args: &Args) -> anyhow::Result<()> {
     let documents = args.destination.open("out/faults")?;
-    let style = ProgressStyle::with_template("combinations {pos}/{len} {wide_bar} {eta}")?;
-    let bar = ProgressBar::new(0).with_style(style);
+    let bar = bar("combinations {pos}/{len} {wide_bar} {eta}", 0);
     let results = study::run(&args.request, |done, all| {
         bar.set_length(all as u64);
         bar.set_position(done as u64);

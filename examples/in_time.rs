@@ -5,14 +5,13 @@
 use clap::Parser;
 use hwall_contact::LearnedConfig;
 use hwall_lab::contact::panels;
-use hwall_lab::documents::{Destination, show};
+use hwall_lab::documents::{Destination, bar, show};
 use hwall_lab::in_time::study::{self, Request};
 use hwall_lab::in_time::trade_off::{self, Setting};
 use hwall_lab::in_time::{document, recorded};
 use hwall_stage::exit;
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::person::kinds::PersonKind;
-use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -52,8 +51,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         return run_recorded(args, stream, trials);
     }
     let documents = args.destination.open("out/in_time")?;
-    let style = ProgressStyle::with_template("{msg:10} {wide_bar} {percent} %")?;
-    let bar = ProgressBar::new(1000).with_style(style);
+    let bar = bar("{msg:10} {wide_bar} {percent} %", 1000);
     let progress = |kind: PersonKind, share: f64| {
         bar.set_message(kind.name());
         bar.set_position((1000.0 * share) as u64);
@@ -93,8 +91,7 @@ fn run_recorded(args: &Args, stream: &Path, trials: &Path) -> anyhow::Result<()>
         Some(_) => None,
         None => Some(args.destination.open("out/in_time")?),
     };
-    let style = ProgressStyle::with_template("{msg:10} {wide_bar} {pos} of {len}")?;
-    let bar = ProgressBar::new(trials.len() as u64).with_style(style);
+    let bar = bar("{msg:10} {wide_bar} {pos} of {len}", trials.len() as u64);
     let results = recorded::run(&request, |person| {
         bar.set_message(person.to_owned());
         bar.inc(1);

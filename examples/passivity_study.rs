@@ -3,11 +3,10 @@
 //! `cargo run --release --example passivity_study`
 
 use clap::Parser;
-use hwall_lab::documents::{Destination, show};
+use hwall_lab::documents::{Destination, bar, show};
 use hwall_lab::passivity::document;
 use hwall_lab::passivity::study::{self, Request};
 use hwall_stage::exit;
-use indicatif::{ProgressBar, ProgressStyle};
 use std::process::ExitCode;
 
 /// Simulates contacts at random with and without what keeps the port passive; writes PASSIVITY.md.
@@ -25,8 +24,10 @@ fn main() -> ExitCode {
 
 fn run(args: &Args) -> anyhow::Result<()> {
     let documents = args.destination.open("out/passivity")?;
-    let style = ProgressStyle::with_template("contacts {pos}/{len} {wide_bar} {eta}")?;
-    let bar = ProgressBar::new(args.request.contacts).with_style(style);
+    let bar = bar(
+        "contacts {pos}/{len} {wide_bar} {eta}",
+        args.request.contacts,
+    );
     let rows = study::run(&args.request, |done| bar.set_position(done))?;
     bar.finish_and_clear();
     let path = document::write(&args.request, &rows, &documents)?;

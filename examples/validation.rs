@@ -27,6 +27,6 @@ fn main() -> ExitCode {
 fn run(args: &Args) -> anyhow::Result<()> {
     args.request.check()?;
     let documents = args.destination.open("out/validation")?;
-    let written = document::write(&args.request, &documents)?;
-    show(written.text, &written.path)
+    let (text, path) = document::write(&args.request, &documents)?;
+    show(text, &path)
 }

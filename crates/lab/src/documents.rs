@@ -1,6 +1,7 @@
 //! Destination of the documents of studies and measurements: `out/`, or on request the tracked documents.
 
 use anyhow::{Context, ensure};
+use indicatif::{ProgressBar, ProgressStyle};
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -119,6 +120,13 @@ impl Documents {
 /// Standard output that cannot be written.
 pub fn show(text: impl Display, path: &Path) -> anyhow::Result<()> {
     writeln!(io::stdout(), "{text}\nwrote {}", path.display()).context("standard output")
+}
+
+/// A bar of progress on standard error, if that is a terminal.
+pub fn bar(template: &str, length: u64) -> ProgressBar {
+    let style = ProgressStyle::with_template(template);
+    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(length).with_style(style)
 }
 
 /// The sentence in a document about the command that wrote it: the running program.

@@ -13,7 +13,6 @@ pub mod architecture;
 pub mod dissertation;
 pub mod documents;
 pub mod report;
-mod spans;
 
 pub mod attack;
 pub mod bip;

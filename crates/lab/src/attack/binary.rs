@@ -1,7 +1,7 @@
 //! Readers of binary files: maps, atlases, meshes, pictures. Checksums are recomputed after a mutation, because they protect
 //! only against accidents.
 
-use super::{Reader, judged, promise};
+use super::{Inputs, judged, promise};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use glam::DVec3;
 use hwall_arrival::reachability::{Interval, WallFacet, WallMaps, WallMapsConfig};
@@ -13,54 +13,44 @@ use hwall_testkit::Verdict;
 use hwall_texton::{
     HeightField, HeightSource, MaterialPicture, PngSource, Relief, StlFormat, TriangleMesh,
 };
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Bytes before the body of a map or an atlas, and of the checksum after it.
 const HEADER: usize = 18;
 const CHECKSUM: usize = 4;
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
-pub(super) fn map() -> anyhow::Result<Reader> {
-    Reader::new(vec![small_map()?], read_map)
-}
-
-pub(super) fn atlas() -> anyhow::Result<Reader> {
-    Reader::new(vec![small_atlas()?], read_atlas)
-}
-
-pub(super) fn stl() -> anyhow::Result<Reader> {
+pub(super) fn meshes() -> Inputs {
     let path = scratch("a.stl")?;
     let mesh = TriangleMesh::new(
         vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
     )?;
-    let mut meshes = Vec::new();
-    for format in [StlFormat::Binary, StlFormat::Ascii] {
+    let file = |format| {
         mesh.write_stl(&path, format)?;
-        meshes.push(std::fs::read(&path)?);
-    }
-    Reader::new(meshes, move |bytes| read_stl(&path, bytes))
+        Ok(std::fs::read(&path)?)
+    };
+    [StlFormat::Binary, StlFormat::Ascii]
+        .map(file)
+        .into_iter()
+        .collect()
 }
 
-pub(super) fn exr() -> anyhow::Result<Reader> {
+pub(super) fn heights() -> Inputs {
     let path = scratch("a.exr")?;
     let heights = (0..64).map(|i| 0.01 * i as f32).collect();
     HeightField::new(8, 0.1, heights)?.write_exr(&path)?;
-    let picture = std::fs::read(&path)?;
-    Reader::new(vec![picture], move |bytes| read_exr(&path, bytes))
+    Ok(vec![std::fs::read(&path)?])
 }
 
-pub(super) fn png() -> anyhow::Result<Reader> {
-    let path = scratch("a.png")?;
+pub(super) fn pictures() -> Inputs {
     let mut picture = Vec::new();
     let mut encoder = png::Encoder::new(&mut picture, 64, 64);
     // Flipped bits must change pixels, not only the compression.
     encoder.set_compression(png::Compression::NoCompression);
     let grey: Vec<u8> = (0..64 * 64).map(|i| (i * i % 251) as u8).collect();
     encoder.write_header()?.write_image_data(&grey)?;
-    Reader::new(vec![picture], move |bytes| {
-        read_png(&path, &sealed_png(bytes))
-    })
+    Ok(vec![picture])
 }
 
 /// A file in a folder of this process, for readers that need a path.
@@ -68,6 +58,14 @@ pub(super) fn scratch(name: &str) -> anyhow::Result<PathBuf> {
     let folder = std::env::temp_dir().join(format!("hwall_attack_{}", std::process::id()));
     std::fs::create_dir_all(&folder)?;
     Ok(folder.join(name))
+}
+
+/// Reads bytes from a file.
+fn in_file(name: &str, bytes: &[u8], read: impl FnOnce(&Path) -> Verdict) -> Verdict {
+    match scratch(name) {
+        Ok(path) if std::fs::write(&path, bytes).is_ok() => read(&path),
+        _ => Verdict::Broken("no place for the file".to_owned()),
+    }
 }
 
 /// Corrects length and checksum.
@@ -103,7 +101,7 @@ fn sealed_png(bytes: &[u8]) -> Vec<u8> {
     sealed
 }
 
-fn small_map() -> anyhow::Result<Vec<u8>> {
+pub(super) fn maps() -> Inputs {
     let walls = [0.0, 0.7].map(|heading_rad| {
         Ok(WallGrid {
             heading_rad,
@@ -117,10 +115,11 @@ fn small_map() -> anyhow::Result<Vec<u8>> {
         accuracy_m: 1e-3,
         ..ExactConfig::default()
     };
-    Ok(ReachabilityMap::build(&SrsArm::iiwa7(), &config, walls)?.to_bytes())
+    let map = ReachabilityMap::build(&SrsArm::iiwa7(), &config, walls)?;
+    Ok(vec![map.to_bytes()])
 }
 
-fn read_map(bytes: &[u8]) -> Verdict {
+pub(super) fn read_map(bytes: &[u8]) -> Verdict {
     judged(ReachabilityMap::from_bytes(&sealed(bytes)), |map| {
         let lengths = map.lengths();
         let counted = lengths.reachable_m >= 0.0 && lengths.unknown_m >= 0.0;
@@ -136,7 +135,7 @@ fn read_map(bytes: &[u8]) -> Verdict {
     })
 }
 
-fn small_atlas() -> anyhow::Result<Vec<u8>> {
+pub(super) fn atlases() -> Inputs {
     let arm = SrsArm::iiwa7();
     let heights = Interval::new(0.3, 0.7);
     let corner = |y: f64, z: f64| DVec3::new(0.62, y, z);
@@ -162,10 +161,11 @@ fn small_atlas() -> anyhow::Result<Vec<u8>> {
         spacing_m: 0.2,
         ..AtlasConfig::default()
     };
-    Ok(Atlas::build(&arm, &maps, board, &limits, &waiting, &config)?.to_bytes()?)
+    let atlas = Atlas::build(&arm, &maps, board, &limits, &waiting, &config)?;
+    Ok(vec![atlas.to_bytes()?])
 }
 
-fn read_atlas(bytes: &[u8]) -> Verdict {
+pub(super) fn read_atlas(bytes: &[u8]) -> Verdict {
     judged(Atlas::from_bytes(&sealed(bytes)), |atlas| {
         for y in [-0.2, 0.0] {
             if let Some(entry) = atlas.look_up(DVec3::new(0.62, y, 0.5), DVec3::X) {
@@ -179,43 +179,40 @@ fn read_atlas(bytes: &[u8]) -> Verdict {
     })
 }
 
-fn read_stl(path: &PathBuf, bytes: &[u8]) -> Verdict {
-    if std::fs::write(path, bytes).is_err() {
-        return Verdict::Broken("no place for the file".to_owned());
-    }
-    judged(TriangleMesh::read_stl(path), |mesh| {
-        let finite = mesh.points_mm().iter().flatten().all(|x| x.is_finite());
-        promise(finite, "a point that is not finite")?;
-        let points = mesh.points_mm().len() as u32;
-        let within = mesh.triangles().iter().flatten().all(|i| *i < points);
-        promise(within, "a corner that is none")?;
-        let _ = mesh.check();
-        Ok(())
+pub(super) fn read_stl(bytes: &[u8]) -> Verdict {
+    in_file("b.stl", bytes, |path| {
+        judged(TriangleMesh::read_stl(path), |mesh| {
+            let finite = mesh.points_mm().iter().flatten().all(|x| x.is_finite());
+            promise(finite, "a point that is not finite")?;
+            let points = mesh.points_mm().len() as u32;
+            let within = mesh.triangles().iter().flatten().all(|i| *i < points);
+            promise(within, "a corner that is none")?;
+            let _ = mesh.check();
+            Ok(())
+        })
     })
 }
 
-fn read_exr(path: &PathBuf, bytes: &[u8]) -> Verdict {
-    if std::fs::write(path, bytes).is_err() {
-        return Verdict::Broken("no place for the file".to_owned());
-    }
-    let read = HeightField::read_exr(path, &HeightSource::default());
-    judged(read, |field| {
-        let finite = field.heights_mm().iter().all(|z| z.is_finite());
-        promise(finite, "a height that is not finite")
+pub(super) fn read_exr(bytes: &[u8]) -> Verdict {
+    in_file("b.exr", bytes, |path| {
+        let read = HeightField::read_exr(path, &HeightSource::default());
+        judged(read, |field| {
+            let finite = field.heights_mm().iter().all(|z| z.is_finite());
+            promise(finite, "a height that is not finite")
+        })
     })
 }
 
-fn read_png(path: &PathBuf, bytes: &[u8]) -> Verdict {
-    if std::fs::write(path, bytes).is_err() {
-        return Verdict::Broken("no place for the file".to_owned());
-    }
+pub(super) fn read_png(bytes: &[u8]) -> Verdict {
     let source = PngSource {
         width_mm: Some(20.0),
         relief_mm: None,
     };
-    let read = MaterialPicture::read_png(path, &source).and_then(|picture| Relief::of(&picture));
-    judged(read, |relief| {
-        let finite = relief.height_mm.is_finite() && relief.slope > 0.0;
-        promise(finite, "a relief that is not finite")
+    in_file("b.png", &sealed_png(bytes), |path| {
+        let picture = MaterialPicture::read_png(path, &source);
+        judged(picture.and_then(|picture| Relief::of(&picture)), |relief| {
+            let finite = relief.height_mm.is_finite() && relief.slope > 0.0;
+            promise(finite, "a relief that is not finite")
+        })
     })
 }

@@ -8,7 +8,7 @@ mod text;
 
 use crate::documents::Documents;
 use crate::faults::random;
-use crate::report::{Gap, page};
+use crate::report::page;
 use anyhow::bail;
 use hwall_testkit::{AttackReport, Column, Verdict, attack, table_of};
 use std::path::PathBuf;
@@ -17,25 +17,16 @@ use std::path::PathBuf;
 pub struct Target {
     /// Name on the command line.
     pub name: &'static str,
-    /// `None`: the disturbed control loop.
-    reader: Option<Reader>,
+    /// Inputs that are accepted, and the reader; `None`: the disturbed control loop.
+    reader: Option<(Vec<Vec<u8>>, Read)>,
 }
 
-/// A reader, its contract, and inputs that it accepts.
-struct Reader {
-    good: Vec<Vec<u8>>,
-    read: Box<Read>,
-}
+/// Creates inputs that a reader accepts; some of them take time to create.
+type Good = fn() -> Inputs;
+type Inputs = anyhow::Result<Vec<Vec<u8>>>;
 
 /// Reads an input and checks the result.
-type Read = dyn Fn(&[u8]) -> Verdict;
-
-impl Reader {
-    fn new(good: Vec<Vec<u8>>, read: impl Fn(&[u8]) -> Verdict + 'static) -> anyhow::Result<Self> {
-        let read = Box::new(read);
-        Ok(Self { good, read })
-    }
-}
+type Read = fn(&[u8]) -> Verdict;
 
 impl Target {
     /// Gives a reader `inputs` hostile inputs, or disturbs the loop in `runs` runs.
@@ -43,7 +34,7 @@ impl Target {
     /// # Errors
     /// A good input that is rejected, which makes the attack meaningless; a loop that cannot be set up.
     pub fn attack(&self, inputs: u64, runs: u64, seed: u64) -> anyhow::Result<AttackReport> {
-        let Some(Reader { good, read }) = &self.reader else {
+        let Some((good, read)) = &self.reader else {
             return random::attack(runs, seed);
         };
         for good in good {
@@ -55,24 +46,21 @@ impl Target {
     }
 }
 
-/// Creates a reader; some of its good inputs take time to create.
-type Prepare = fn() -> anyhow::Result<Reader>;
-
-const READERS: [(&str, Prepare); 14] = [
-    ("scene", text::scene),
-    ("hand", text::hand),
-    ("urdf", text::urdf),
-    ("study", text::study),
-    ("log", study_log::log),
-    ("calibration", text::calibration),
-    ("headset", text::headset),
-    ("model", text::model),
-    ("map", binary::map),
-    ("atlas", binary::atlas),
-    ("stl", binary::stl),
-    ("exr", binary::exr),
-    ("png", binary::png),
-    ("session", session::session),
+const READERS: [(&str, Good, Read); 14] = [
+    ("scene", text::scenes, text::read_scene),
+    ("hand", text::hands, text::read_hand),
+    ("urdf", text::arms, text::read_arm),
+    ("study", text::studies, text::read_study),
+    ("log", study_log::logs, study_log::read),
+    ("calibration", text::calibrations, text::read_calibration),
+    ("headset", text::headsets, text::read_headset),
+    ("model", text::models, text::read_model),
+    ("map", binary::maps, binary::read_map),
+    ("atlas", binary::atlases, binary::read_atlas),
+    ("stl", binary::meshes, binary::read_stl),
+    ("exr", binary::heights, binary::read_exr),
+    ("png", binary::pictures, binary::read_png),
+    ("session", session::recordings, session::read),
 ];
 
 /// Name of the control loop among the targets.
@@ -84,30 +72,25 @@ pub const LOOP: &str = "loop";
 /// No reader of that name; a good input that cannot be created.
 pub fn targets(name: &str) -> anyhow::Result<Vec<Target>> {
     let mut targets = Vec::new();
-    for (own, reader) in READERS {
-        if [own, "all"].contains(&name) {
-            let reader = Some(reader()?);
+    let is_asked = |own| [own, "all"].contains(&name);
+    for (own, good, read) in READERS {
+        if is_asked(own) {
+            let reader = Some((good()?, read));
             targets.push(Target { name: own, reader });
         }
     }
-    if [LOOP, "all"].contains(&name) {
+    if is_asked(LOOP) {
         let (name, reader) = (LOOP, None);
         targets.push(Target { name, reader });
     }
     if targets.is_empty() {
-        let names = READERS.map(|(name, _)| name).join(", ");
+        let names = READERS.map(|(name, ..)| name).join(", ");
         bail!("--reader {name}: expected all or one of {names}, {LOOP}");
     }
     Ok(targets)
 }
 
-/// Repeats one run of the control loop, with the other runs on its arm.
-///
-/// # Errors
-/// A loop that cannot be set up.
-pub fn loop_again(run: u64, seed: u64) -> anyhow::Result<AttackReport> {
-    random::attack_again(run, seed)
-}
+pub use crate::faults::random::attack_again as loop_again;
 
 /// The table of attacks, one row each.
 pub fn table(reports: &[AttackReport]) -> String {
@@ -134,11 +117,11 @@ pub fn write(
     seed: u64,
     documents: &Documents,
 ) -> anyhow::Result<PathBuf> {
-    let gaps: [Gap<'_>; 2] = [
+    let text = page(include_str!("document.md"), seed).fill(&[
         ("table", &table(reports)),
         ("findings", &findings::section()),
-    ];
-    documents.write(NAME, &page(include_str!("document.md"), seed, &gaps)?)
+    ])?;
+    documents.write(NAME, &text)
 }
 
 /// Checks a condition of the contract.

@@ -1,7 +1,7 @@
 //! Recordings of sessions. Checksums of chunks are removed, because they protect only against accidents.
 
 use super::binary::scratch;
-use super::{Reader, judged, promise};
+use super::{Inputs, judged, promise};
 use glam::DVec3;
 use hwall::geometry::Pose;
 use hwall::hand::{Bystanders, HandFrame};
@@ -22,12 +22,8 @@ const HEAD: usize = 9;
 const CHUNK: u8 = 6;
 const SUM_AT: usize = 24;
 
-pub(super) fn session() -> anyhow::Result<Reader> {
-    Reader::new(vec![small_recording()?], read)
-}
-
 /// One run of a few cycles, with everything that a recording may hold.
-fn small_recording() -> anyhow::Result<Vec<u8>> {
+pub(super) fn recordings() -> Inputs {
     let board = Board::default();
     let arm = SrsArm::iiwa7().with_tool(board.flange_from_board_face()?);
     let skeleton = Skeleton::new(&Chain::iiwa7(), &arm, &board)?;
@@ -74,7 +70,7 @@ fn small_recording() -> anyhow::Result<Vec<u8>> {
     });
     recorder.request(Request::Stop);
     recorder.finish()?;
-    Ok(std::fs::read(&path)?)
+    Ok(vec![std::fs::read(&path)?])
 }
 
 /// Removes the checksums of chunks, as far as the records can be parsed.
@@ -99,7 +95,7 @@ fn unsealed(bytes: &[u8]) -> Vec<u8> {
     unsealed
 }
 
-fn read(bytes: &[u8]) -> Verdict {
+pub(super) fn read(bytes: &[u8]) -> Verdict {
     let whole = |bytes| {
         let recording = Recording::from_bytes(bytes)?;
         let inputs = recording.inputs().collect::<Result<Vec<_>, _>>()?;
@@ -121,7 +117,7 @@ mod tests {
 
     #[test]
     fn a_checksum_that_is_taken_away_is_not_asked_for() {
-        let mut bytes = small_recording().unwrap();
+        let mut bytes = recordings().unwrap().remove(0);
         let ending = |bytes: &[u8]| Recording::from_bytes(bytes.to_vec()).map(|r| r.ending());
         assert!(ending(&bytes).is_ok() && ending(&unsealed(&bytes)).is_ok());
         // Within the scene's text.

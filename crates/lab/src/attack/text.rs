@@ -1,6 +1,6 @@
 //! Readers of text: scenes, recordings, arms, tables, models.
 
-use super::{Reader, judged, judged_text, promise};
+use super::{Inputs, judged, judged_text, promise};
 use glam::DVec3;
 use hwall_bip::model_file::ModelFileError;
 use hwall_bip::{
@@ -27,15 +27,15 @@ const ARM: &str = r#"<robot name="r" version="1.0"><!-- two joints --><link name
 <joint name="bc" type="prismatic"><parent link="b"/><child link="c"/><origin xyz="0.1 0 0"/><axis xyz="1 0 0"/><limit lower="0" upper="0.5" velocity="0.3" effort="80"/></joint>
 <joint name="cd" type="fixed"><parent link="c"/><child link="d"/><origin xyz="0 0 0.05" rpy="0 0 0.7"/></joint></robot>"#;
 
-pub(super) fn scene() -> anyhow::Result<Reader> {
+pub(super) fn scenes() -> Inputs {
     let room = format!("{}{CUT}{}", ROOM.0, ROOM.1);
     let small = format!(
         "v 1 -1 0\nv 1 1 0\nv 1 1 2\nv 1 -1 2\no wall\nusemtl red\nf 1 2 3 4\nf -1 -2 -3{CUT}default_kind = \"static\"\n"
     );
-    Reader::new(vec![room.into_bytes(), small.into_bytes()], read_scene)
+    Ok(vec![room.into_bytes(), small.into_bytes()])
 }
 
-fn read_scene(bytes: &[u8]) -> Verdict {
+pub(super) fn read_scene(bytes: &[u8]) -> Verdict {
     let read = |text: &str| match text.split_once(CUT) {
         Some((obj, sidecar)) => Scene::from_obj_str(obj, Some(sidecar)),
         None => Scene::from_obj_str(text, None),
@@ -65,8 +65,8 @@ fn read_scene(bytes: &[u8]) -> Verdict {
     })
 }
 
-pub(super) fn hand() -> anyhow::Result<Reader> {
-    Reader::new(vec![hand_csv(false), hand_csv(true)], read_hand)
+pub(super) fn hands() -> Inputs {
+    Ok([false, true].map(hand_csv).into())
 }
 
 fn hand_csv(trials: bool) -> Vec<u8> {
@@ -87,7 +87,7 @@ fn hand_csv(trials: bool) -> Vec<u8> {
     text.into_bytes()
 }
 
-fn read_hand(bytes: &[u8]) -> Verdict {
+pub(super) fn read_hand(bytes: &[u8]) -> Verdict {
     judged(read_recordings(bytes), |recordings| {
         let valid = recordings.iter().all(|r| r.validate().is_ok());
         promise(valid, "a recording that is not valid")?;
@@ -110,22 +110,24 @@ fn read_hand(bytes: &[u8]) -> Verdict {
     })
 }
 
-pub(super) fn urdf() -> anyhow::Result<Reader> {
-    Reader::new(vec![ARM.as_bytes().to_vec()], |bytes| {
-        let read = |text: &str| Chain::from_urdf_str(text, None, None);
-        judged_text(bytes, read, |chain| {
-            let q = vec![0.1; chain.joint_count()];
-            match chain.forward(&q) {
-                Ok(pose) => promise(pose.position_m().is_finite(), "a pose that is not finite"),
-                Err(KinematicsError::Argument(_) | KinematicsError::Geometry(_)) => Ok(()),
-                Err(error) => Err(format!("no pose: {error}")),
-            }
-        })
+pub(super) fn arms() -> Inputs {
+    Ok(vec![ARM.into()])
+}
+
+pub(super) fn read_arm(bytes: &[u8]) -> Verdict {
+    let read = |text: &str| Chain::from_urdf_str(text, None, None);
+    judged_text(bytes, read, |chain| {
+        let q = vec![0.1; chain.joint_count()];
+        match chain.forward(&q) {
+            Ok(pose) => promise(pose.position_m().is_finite(), "a pose that is not finite"),
+            Err(KinematicsError::Argument(_) | KinematicsError::Geometry(_)) => Ok(()),
+            Err(error) => Err(format!("no pose: {error}")),
+        }
     })
 }
 
-pub(super) fn study() -> anyhow::Result<Reader> {
-    Reader::new(vec![study_csv(false), study_csv(true)], read_study)
+pub(super) fn studies() -> Inputs {
+    Ok([false, true].map(study_csv).into())
 }
 
 fn study_csv(groups: bool) -> Vec<u8> {
@@ -148,7 +150,7 @@ fn study_csv(groups: bool) -> Vec<u8> {
     text.into_bytes()
 }
 
-fn read_study(bytes: &[u8]) -> Verdict {
+pub(super) fn read_study(bytes: &[u8]) -> Verdict {
     let mut columns = Columns::new("subject", ["orientation", "velocity"], "value");
     let header = bytes.split(|byte| *byte == b'\n').next();
     if header.is_some_and(|header| header.ends_with(b"group")) {
@@ -170,11 +172,7 @@ fn read_study(bytes: &[u8]) -> Verdict {
     })
 }
 
-pub(super) fn calibration() -> anyhow::Result<Reader> {
-    Reader::new(vec![calibration_csv()], read_calibration)
-}
-
-fn calibration_csv() -> Vec<u8> {
+pub(super) fn calibrations() -> Inputs {
     let mut text = String::from("orientation_deg,velocity_mm_s,value\n");
     for (i, orientation) in [0, 45, 90].into_iter().enumerate() {
         for velocity in [20, 40, 80] {
@@ -182,10 +180,10 @@ fn calibration_csv() -> Vec<u8> {
             text += &format!("{orientation},{velocity},{value}\n");
         }
     }
-    text.into_bytes()
+    Ok(vec![text.into_bytes()])
 }
 
-fn read_calibration(bytes: &[u8]) -> Verdict {
+pub(super) fn read_calibration(bytes: &[u8]) -> Verdict {
     judged(Calibration::from_csv(bytes), |calibration| {
         for node in calibration.nodes() {
             let found = calibration.magnitude(node.scan, node.speed_mm_per_s);
@@ -202,7 +200,7 @@ fn read_calibration(bytes: &[u8]) -> Verdict {
     })
 }
 
-pub(super) fn headset() -> anyhow::Result<Reader> {
+pub(super) fn headsets() -> Inputs {
     let corners = [[0.62, -0.1, 0.6], [0.62, 0.1, 0.6], [0.62, 0.1, 0.4]].map(DVec3::from);
     let space = Pose::from_yaw(2.5, DVec3::new(1.4, 0.2, -0.6))? * Pose::Z_UP_FROM_Y_UP;
     let touches = corners.map(|corner_m| PointPair {
@@ -210,10 +208,10 @@ pub(super) fn headset() -> anyhow::Result<Reader> {
         in_b_m: space.inverse_transform_point(corner_m),
     });
     let good = hwall_bridge::Calibration::from_touches(1, touches)?.to_json();
-    Reader::new(vec![good.into_bytes()], read_headset)
+    Ok(vec![good.into_bytes()])
 }
 
-fn read_headset(bytes: &[u8]) -> Verdict {
+pub(super) fn read_headset(bytes: &[u8]) -> Verdict {
     let read = hwall_bridge::Calibration::from_json;
     judged_text(bytes, read, |calibration| {
         let off_m = calibration.rms_m();
@@ -226,12 +224,8 @@ fn read_headset(bytes: &[u8]) -> Verdict {
     })
 }
 
-pub(super) fn model() -> anyhow::Result<Reader> {
-    Reader::new(models(), read_model)
-}
-
 /// Models with two bases, as files.
-fn models() -> Vec<Vec<u8>> {
+pub(super) fn models() -> Inputs {
     let mut sampler = Sampler::new(1);
     let demonstrations: Vec<Demonstration> = (0..6)
         .filter_map(|_| {
@@ -244,17 +238,16 @@ fn models() -> Vec<Vec<u8>> {
             Demonstration::from_samples(0.02, 2, values.collect()).ok()
         })
         .collect();
-    [Basis::Legendre { count: 4 }, Basis::gaussian(5)]
-        .into_iter()
-        .filter_map(|basis| {
-            let groups = vec![
-                Group::observed("hand", 1, basis),
-                Group::controlled("arm", 1, basis),
-            ];
-            let model = Model::train(&demonstrations, &TrainingConfig::new(groups)).ok()?;
-            Some(model.to_json().into_bytes())
-        })
-        .collect()
+    let model = |basis| {
+        let groups = vec![
+            Group::observed("hand", 1, basis),
+            Group::controlled("arm", 1, basis),
+        ];
+        let model = Model::train(&demonstrations, &TrainingConfig::new(groups))?;
+        Ok(model.to_json().into_bytes())
+    };
+    let bases = [Basis::Legendre { count: 4 }, Basis::gaussian(5)];
+    bases.map(model).into_iter().collect()
 }
 
 /// Reads a model with a corrected digest: the digest protects only against accidents, so the reader must check everything else.
@@ -271,7 +264,7 @@ fn forged<T, E>(
     })
 }
 
-fn read_model(bytes: &[u8]) -> Verdict {
+pub(super) fn read_model(bytes: &[u8]) -> Verdict {
     fn file_error(error: &BipError) -> Option<&ModelFileError> {
         match error {
             BipError::File(error) => Some(error),

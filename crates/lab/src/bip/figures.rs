@@ -126,21 +126,21 @@ pub fn coverage(path: &Path, sets: &[DofSet], runs: &[TestRun]) -> anyhow::Resul
             ..Axes::default()
         };
         let mut chart = axes.on(root, 0.0..100.0, 0.0..100.0)?;
-        for share in INTERVALS.map(|i| i.share) {
+        for (share, _) in INTERVALS {
             let line = [(0.0, 100.0 * share), (100.0, 100.0 * share)];
             chart.series(DashedLineSeries::new(line, 6, 5, BLACK.mix(0.6).into()))?;
         }
         let mut names = Vec::new();
         let mut colours = COLOURS.iter();
         for set in sets {
-            for (i, interval) in INTERVALS.iter().enumerate().rev() {
+            for (i, (share, _)) in INTERVALS.iter().enumerate().rev() {
                 let Some(colour) = colours.next() else { break };
                 let points = percents()
                     .map(|p| (p as f64, 100.0 * Accuracy::at(runs, set, p).covered[i]))
                     .filter(|p| p.1.is_finite());
                 let style = colour.stroke_width(2);
                 chart.line(points, style)?;
-                let name = format!("{:.0} %, {}", 100.0 * interval.share, set.name);
+                let name = format!("{:.0} %, {}", 100.0 * share, set.name);
                 names.push((name, style));
             }
         }

@@ -4,29 +4,8 @@ use crate::bip::run::TestRun;
 use crate::bip::setup::{Setup, TrainedModel};
 use hwall_testkit::quantile;
 
-/// A central interval of the normal distribution.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Interval {
-    /// Probability within it.
-    pub share: f64,
-    /// Half its width, standard deviations.
-    pub half_width_sd: f64,
-}
-
-/// The evaluated intervals: 50 % and 90 %.
-pub const INTERVALS: [Interval; 2] = [
-    Interval::of(0.5, 0.674_489_750_196),
-    Interval::of(0.9, 1.644_853_626_951),
-];
-
-impl Interval {
-    const fn of(share: f64, half_width_sd: f64) -> Self {
-        Self {
-            share,
-            half_width_sd,
-        }
-    }
-}
+/// The evaluated central intervals of the normal distribution: the probability within, and half the width in standard deviations.
+pub const INTERVALS: [(f64, f64); 2] = [(0.5, 0.674_489_750_196), (0.9, 1.644_853_626_951)];
 
 /// Degrees of freedom evaluated together.
 #[derive(Debug, Clone, PartialEq)]
@@ -105,9 +84,9 @@ impl Accuracy {
                 let Some(truth) = run.truth[d] else { continue };
                 let error = (run.end[k][d] - truth).abs();
                 let variance = run.end_sd[k][d].powi(2) + set.noise[d];
-                for (count, interval) in covered.iter_mut().zip(INTERVALS) {
+                for (count, (_, half_width_sd)) in covered.iter_mut().zip(INTERVALS) {
                     // An interval with a NaN deviation contains nothing.
-                    *count += usize::from(error <= interval.half_width_sd * variance.sqrt());
+                    *count += usize::from(error <= half_width_sd * variance.sqrt());
                 }
                 errors.push(error);
             }

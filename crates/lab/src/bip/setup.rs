@@ -6,6 +6,7 @@ use hwall_bip::{
     Basis, Criterion, FilterConfig, Group, Model, NoiseSource, SelectionConfig, TrainingConfig,
     TuningConfig, default_candidates, select_groups, tune,
 };
+use hwall_stage::numbers::{count_within, positive};
 use std::fmt;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
@@ -75,11 +76,14 @@ impl FromStr for BasisChoice {
 fn basis(text: &str) -> anyhow::Result<Basis> {
     let words: Vec<&str> = text.split(':').collect();
     let count = |word: &str| {
-        let count: Option<usize> = word.parse().ok().filter(|n| (1..=100).contains(n));
+        let count = count_within::<1, 100>(word).ok();
         count.with_context(|| format!("{word:?} functions, expected 1 to 100"))
     };
-    let size =
-        |word: &str| positive(word).with_context(|| format!("{word:?} is not finite and positive"));
+    let size = |word: &str| {
+        positive(word)
+            .ok()
+            .with_context(|| format!("{word:?} is not finite and positive"))
+    };
     Ok(match words[..] {
         ["poly", n] => Basis::Polynomial { count: count(n)? },
         ["legendre", n] => Basis::Legendre { count: count(n)? },
@@ -100,11 +104,6 @@ fn basis(text: &str) -> anyhow::Result<Basis> {
         },
         _ => bail!("{text:?} is not a basis"),
     })
-}
-
-fn positive(word: &str) -> Option<f64> {
-    let number = word.parse().ok();
-    number.filter(|v| *v > 0.0 && *v < f64::INFINITY)
 }
 
 /// Which filter runs.
@@ -129,8 +128,7 @@ impl FromStr for Mode {
             ("compat", _) => Self::Compat,
             ("bank", _) => Self::Bank,
             (_, Some(members)) => {
-                let members: Option<usize> = members.parse().ok();
-                let members = members.filter(|n| (2..=MOST_MEMBERS).contains(n));
+                let members = count_within::<2, MOST_MEMBERS>(members).ok();
                 Self::Ensemble(members.context("an ensemble has 2 to 100000 members")?)
             }
             _ => bail!("{text:?} is none of exact, compat, bank, ensemble:N"),
@@ -170,7 +168,7 @@ impl FromStr for Noise {
             "loo" => Self::HeldOut,
             _ => {
                 let wanted = || format!("{text:?} is none of fit, loo, a positive number");
-                Self::FitTimes(positive(text).with_context(wanted)?)
+                Self::FitTimes(positive(text).ok().with_context(wanted)?)
             }
         })
     }

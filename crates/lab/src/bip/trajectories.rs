@@ -64,8 +64,7 @@ pub fn read_both(train: &Path, test: &Path) -> anyhow::Result<TrainTest> {
         (Ok(a), Ok(b)) => a == b,
         _ => false,
     };
-    let both =
-        same && !csv_files(train, "train")?.is_empty() && !csv_files(test, "test")?.is_empty();
+    let both = same && !files_of(train, "train")?.is_empty() && !files_of(test, "test")?.is_empty();
     let [of_train, of_test] = match both {
         true => ["train", "test"],
         false => [""; 2],
@@ -86,7 +85,7 @@ pub fn read_both(train: &Path, test: &Path) -> anyhow::Result<TrainTest> {
 /// # Errors
 /// As [`read_both`].
 pub fn read(folder: &Path, prefix: &str) -> anyhow::Result<TrajectorySet> {
-    let files = csv_files(folder, prefix)?;
+    let files = files_of(folder, prefix)?;
     ensure!(!files.is_empty(), "{}: no CSV files", folder.display());
     let kinds = kinds(folder)?;
     let numbers = numbers_in_names(&files);
@@ -127,20 +126,31 @@ fn same_columns(
     Ok(())
 }
 
-/// By the file extension, in upper or lower case.
-pub fn is_csv(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("csv"))
+/// CSV files of a folder with this prefix.
+fn files_of(folder: &Path, prefix: &str) -> anyhow::Result<Vec<PathBuf>> {
+    let mut files = csv_files(folder, false)?;
+    files.retain(|path| {
+        let name = path.file_name().unwrap_or_default();
+        name.to_string_lossy().starts_with(prefix)
+    });
+    Ok(files)
 }
 
-/// CSV files by name.
-fn csv_files(folder: &Path, prefix: &str) -> anyhow::Result<Vec<PathBuf>> {
+/// CSV files of a folder, by name; `deep`: also those of the folders in it.
+///
+/// # Errors
+/// A folder that cannot be read.
+pub fn csv_files(folder: &Path, deep: bool) -> anyhow::Result<Vec<PathBuf>> {
     let context = || folder.display().to_string();
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).with_context(context)? {
         let path = entry.with_context(context)?.path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if is_csv(&path) && name.starts_with(prefix) {
+        if deep && path.is_dir() {
+            files.extend(csv_files(&path, deep)?);
+            continue;
+        }
+        let ending = path.extension().unwrap_or_default();
+        if ending.eq_ignore_ascii_case("csv") {
             files.push(path);
         }
     }

@@ -1,13 +1,11 @@
 //! The dissertation's experiment on simulated people: 47 training reaches, 30 test reaches.
 
-use crate::contact::candidates::Candidate;
+use crate::contact::candidates::{Candidate, end_to_end};
 use crate::contact::report::{Choice, Comparison, Section, compare};
-use crate::contact::run::first_learnt;
-use crate::contact::scores::Scores;
+use crate::contact::run::{Scores, first_learnt};
 use crate::contact::tables;
 use crate::demonstrations::generate::{DemonstrationConfig, Part, PartSize, generate};
 use crate::dissertation::{ERROR_MAX_CM, ERROR_MEAN_CM};
-use crate::end_to_end::candidate::candidate;
 use anyhow::ensure;
 use hwall_contact::score::{Moment, Split};
 use hwall_hand::LabelledReach;
@@ -77,7 +75,7 @@ pub fn run(
     let split = first_learnt(train.len(), all.len());
     let mut compared = compare("dissertation", candidates, &all, &split, out)?;
     // Only this experiment has an arm that can present the touched point.
-    compared.add(&candidate(), &all, &split);
+    compared.add(&end_to_end(), &all, &split);
     let test = all.split_off(train.len());
     Ok(Experiment {
         compared,

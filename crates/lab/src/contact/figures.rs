@@ -1,8 +1,8 @@
 //! The study's figures: error against time to contact, and reliability (observed against stated probability).
 
 use crate::contact::candidates::Role;
-use crate::contact::scores::{REGIONS, Scores};
-use hwall_contact::score::{BEFORE_S, Moment};
+use crate::contact::run::Scores;
+use hwall_contact::score::{BEFORE_S, Moment, REGIONS};
 use hwall_stage::figures::{COLOURS, TEXT, legend};
 use hwall_stage::report::figure::{
     Axes, Draw, Mesh, Plot, figure, log_ticks, named_line, tenths, whole,

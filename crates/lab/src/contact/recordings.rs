@@ -1,6 +1,6 @@
 //! Labelled reaches from recorded hands.
 
-use crate::bip::trajectories::is_csv;
+use crate::bip::trajectories::csv_files;
 use anyhow::{Context, ensure};
 use hwall_contact::score::Split;
 use hwall_hand::{
@@ -11,7 +11,6 @@ use hwall_stage::input::recording_units::RecordingUnits;
 use hwall_stage::numbers::counted;
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 /// Files without trials are one trial each if half of those in the folder last no longer than this, s.
 const LONGEST_TRIAL_S: f64 = 10.0;
@@ -82,14 +81,9 @@ pub fn read<'a>(recorded: impl Into<Recorded<'a>>) -> anyhow::Result<FoundSource
     let Recorded { path, units } = recorded.into();
     ensure!(path.exists(), "{}: no such file or folder", path.display());
     let (mut groups, mut refused) = (BTreeMap::<_, Vec<File>>::new(), Vec::new());
-    let mut files = Vec::new();
-    let dir = if path.is_dir() {
-        csv_files(path, &mut files)?;
-        files.sort();
-        path
-    } else {
-        files.push(path.to_owned());
-        path.parent().unwrap_or(path)
+    let (dir, files) = match path.is_dir() {
+        true => (path, csv_files(path, true)?),
+        false => (path.parent().unwrap_or(path), vec![path.to_owned()]),
     };
     for path in files {
         let name = path.strip_prefix(dir).unwrap_or(&path).to_owned();
@@ -166,19 +160,6 @@ fn reasons(refused: &[String]) -> String {
     text
 }
 
-fn csv_files(dir: &Path, found: &mut Vec<PathBuf>) -> anyhow::Result<()> {
-    let context = || dir.display().to_string();
-    for entry in std::fs::read_dir(dir).with_context(context)? {
-        let path = entry.with_context(context)?.path();
-        if path.is_dir() {
-            csv_files(&path, found)?;
-        } else if is_csv(&path) {
-            found.push(path);
-        }
-    }
-    Ok(())
-}
-
 /// Names of the quantities that are recorded at least once.
 fn quantities(recordings: &[Recording]) -> Vec<&'static str> {
     let seen = |q: &Quantity| {
@@ -209,10 +190,7 @@ impl Source {
         let files_are_people = names_trials && !names_people && file_count > 1;
         let mut ignored_columns: Vec<String> = Vec::new();
         let mut met = HashSet::new();
-        // The trials of a file share one list.
-        let mut lists: Vec<_> = all().map(|r| &r.ignored_columns).collect();
-        lists.dedup_by(|a, b| Arc::ptr_eq(a, b));
-        for column in lists.into_iter().flat_map(|list| list.iter()) {
+        for column in all().flat_map(|r| r.ignored_columns.iter()) {
             if met.insert(column) {
                 ignored_columns.push(column.clone());
             }

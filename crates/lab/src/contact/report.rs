@@ -3,9 +3,7 @@
 use crate::contact::candidates::Candidate;
 use crate::contact::figures;
 use crate::contact::recordings::{Recorded, Source, read};
-use crate::contact::rows::EstimateRows;
-use crate::contact::run::run;
-use crate::contact::scores::Scores;
+use crate::contact::run::{EstimateRows, Scores, run};
 use crate::contact::tables;
 use anyhow::Context;
 use hwall_contact::score::Split;

@@ -1,12 +1,14 @@
 //! Runs a candidate over every held-out reach, frame by frame.
 
 use crate::contact::candidates::{BoxedEstimator, Candidate, Role};
-use crate::contact::rows::{EstimateRows, TimedEstimate};
-use crate::contact::scores::{Scores, Training};
-use hwall_contact::score::{Evaluation, Fold, Split};
+use glam::{DMat3, DVec3};
+use hwall_contact::score::{Evaluation, Fold, Moment, Span, Split, Summary, written};
 use hwall_contact::{ContactEstimate, ContactEstimator};
 use hwall_hand::{HandFrame, LabelledReach};
+use hwall_stage::numbers;
+use hwall_testkit::cells;
 use rayon::prelude::*;
+use std::path::Path;
 use std::time::Instant;
 
 /// One fold: the first `learnt` reaches are for training, the rest for testing.
@@ -100,12 +102,146 @@ impl ContactEstimator for Timed {
     }
 }
 
+/// A candidate over all held-out reaches.
+#[derive(Debug, Clone)]
+pub struct Scores {
+    /// The candidate.
+    pub name: String,
+    /// Its role.
+    pub role: Role,
+    /// Every held-out reach at every moment, without feedback about touches.
+    pub alone: Evaluation,
+    /// The same for the learned estimator with feedback about the person's previous touches.
+    pub told: Option<Evaluation>,
+    /// Time for one frame, µs, sorted.
+    pub step_us: Vec<f64>,
+    /// The longest training of a fold; `None` without training.
+    pub training: Option<Training>,
+}
+
+/// Training time; as many folds as there are cores are trained in parallel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Training {
+    /// Training reaches.
+    pub reaches: usize,
+    /// s.
+    pub took_s: f64,
+}
+
+/// Ranges of previous touches for the learning curve: from the first number up to the second.
+pub const TOUCHES: [(usize, usize); 6] =
+    [(0, 1), (1, 3), (3, 6), (6, 11), (11, 26), (26, usize::MAX)];
+
+impl Scores {
+    /// Over the reaches at one moment.
+    pub fn at_moment(&self, moment: Moment) -> Summary {
+        self.alone.at(moment)
+    }
+
+    /// Over 30 to 90 % of the time, while an estimate is still useful.
+    pub fn under_way(&self) -> Summary {
+        self.alone.among(|_| true, under_way)
+    }
+}
+
+/// From 30 to 90 % of the time, while an estimate is still useful.
+pub fn under_way(moment: Moment) -> bool {
+    matches!(moment, Moment::Share(share) if share < 0.95)
+}
+
+/// An estimate at one frame, and its computing time.
+#[derive(Debug, Clone, Copy)]
+pub struct TimedEstimate {
+    /// `None` if the estimator gives none.
+    pub estimate: Option<ContactEstimate>,
+    /// Time for the frame, µs.
+    pub took_us: f64,
+}
+
+/// A CSV with one row per estimate: at the moments of the tables, and every 50 ms.
+pub struct EstimateRows {
+    source: String,
+    out: numbers::TableWriter,
+}
+
+impl EstimateRows {
+    /// Writes the header.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn create(path: &Path, source: &str) -> anyhow::Result<Self> {
+        let mut out = numbers::writer(Some(path))?;
+        let names = "source,method,fold,person,trial,t,share,to_contact,x,y,z,true_x,true_y,true_z,\
+                     var_xx,var_xy,var_xz,var_yy,var_yz,var_zz,left,left_sd,us";
+        out.write_record(names.split(','))?;
+        Ok(Self {
+            source: source.to_owned(),
+            out,
+        })
+    }
+
+    /// Adds the estimates of one reach, one for each of its frames.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn add(
+        &mut self,
+        method: &str,
+        fold: usize,
+        reach: &LabelledReach,
+        estimates: &[TimedEstimate],
+    ) -> anyhow::Result<()> {
+        let [person, trial] = [&reach.person, &reach.trial].map(|n| n.as_deref().unwrap_or(""));
+        let first = [&*self.source, method, &fold.to_string(), person, trial];
+        let metres = |point_m: Option<DVec3>| -> [String; 3] {
+            point_m.map_or_else(Default::default, |p| {
+                p.to_array().map(|x| format!("{x:.6}"))
+            })
+        };
+        let covariance = |covariance_m2: Option<DMat3>| -> [String; 6] {
+            covariance_m2.map_or_else(Default::default, |c| {
+                let [x, y, z] = [c.x_axis, c.y_axis, c.z_axis];
+                [x.x, x.y, x.z, y.y, y.z, z.z].map(|v| format!("{v:.4e}"))
+            })
+        };
+        let seconds = |s: Option<f64>| s.map_or_else(String::new, |s| format!("{s:.5}"));
+        let times_s: Vec<f64> = reach.frames.iter().map(|f| f.t_s).collect();
+        for index in written(&times_s, Span::of(reach)) {
+            let t_s = times_s[index];
+            let TimedEstimate { estimate, took_us } = estimates[index];
+            let left_s = reach.contact_s - t_s;
+            let share = 1.0 - left_s / reach.duration_s();
+            let times = [
+                format!("{t_s:.6}"),
+                format!("{share:.4}"),
+                format!("{left_s:.6}"),
+            ];
+            let mut row = cells(first, times);
+            row.extend(metres(estimate.map(|e| e.point_m)));
+            row.extend(metres(Some(reach.contact_m)));
+            row.extend(covariance(estimate.and_then(|e| e.covariance_m2)));
+            let left = estimate.and_then(|e| e.time_to_contact_s);
+            row.extend([left.map(|l| l.mean_s), left.and_then(|l| l.sd_s)].map(seconds));
+            row.push(format!("{took_us:.2}"));
+            self.out.write_record(&row)?;
+        }
+        Ok(())
+    }
+
+    /// Flushes.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn finish(mut self) -> anyhow::Result<()> {
+        self.out.flush()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{DMat3, DVec3};
     use hwall_contact::TimeToContact;
-    use hwall_contact::score::{Moment, SHARES};
+    use hwall_contact::score::SHARES;
     use hwall_hand::HandPoint;
 
     /// Knows the contact, with a given error.

@@ -1,9 +1,8 @@
 //! The study's tables.
 
 use crate::contact::candidates::Role;
-use crate::contact::rows::number;
-use crate::contact::scores::{Evaluation, REGIONS, Scores, Summary, TOUCHES, under_way};
-use hwall_contact::score::{BEFORE_S, Moment, SHARES};
+use crate::contact::run::{Scores, TOUCHES, under_way};
+use hwall_contact::score::{BEFORE_S, Evaluation, Moment, REGIONS, SHARES, Summary};
 use hwall_stage::numbers;
 use hwall_testkit::{
     Column, MarkdownTable, cells, grid, or_none, quantile, table_of, titled, yes_or_no,
@@ -132,7 +131,7 @@ pub fn curve(alone: &Evaluation, told: &Evaluation) -> MarkdownTable {
 }
 
 /// A range of numbers up to the second, in words.
-pub fn range_of(from: usize, to: usize) -> String {
+fn range_of(from: usize, to: usize) -> String {
     match to {
         usize::MAX => format!("{from} and more"),
         _ if to == from + 1 => from.to_string(),
@@ -272,13 +271,16 @@ pub fn csv(path: &Path, source: &str, scores: &[Scores]) -> anyhow::Result<()> {
             let at = s.at_moment(moment);
             let counts = [at.count, at.silent].map(|n| n.to_string());
             let mut row = cells([source, &s.name, &moment.name()], counts);
-            row.extend(distance_cells(&at, 6));
+            let axes = [at.axis_mean_m, at.axis_max_m].map(|axes| axes.to_array());
+            let distances = [at.median_m, at.mean_m].into_iter();
+            let distances = distances.chain(axes.into_iter().flatten()).map(Some);
+            row.extend(distances.map(number));
             row.push(at.missed.to_string());
             let shares = [0, 1].map(|i| at.intervals.map(|v| v[i]));
             let regions = HALF_AND_MOST.map(|i| at.regions.map(|v| v[i]));
             let others = [Some(at.crps_m), at.time_mean_s, at.time_interval];
             let numbers = shares.into_iter().chain(regions).chain(others);
-            row.extend(numbers.map(|v| number(v, 6)));
+            row.extend(numbers.map(number));
             row.push(format!("{:.2}", quantile(&s.step_us, 0.5)));
             out.write_record(&row)?;
         }
@@ -286,10 +288,8 @@ pub fn csv(path: &Path, source: &str, scores: &[Scores]) -> anyhow::Result<()> {
     out.flush()
 }
 
-/// Median and mean distance, then mean and largest error of each axis, m.
-pub fn distance_cells(at: &Summary, decimals: usize) -> impl Iterator<Item = String> {
-    let axes = [at.axis_mean_m, at.axis_max_m].map(|axes| axes.to_array());
-    let distances = [at.median_m, at.mean_m].into_iter();
-    let all = distances.chain(axes.into_iter().flatten());
-    all.map(move |m| number(Some(m), decimals))
+/// A cell; empty without a finite number.
+fn number(value: Option<f64>) -> String {
+    let finite = value.filter(|v| v.is_finite());
+    finite.map_or_else(String::new, |v| format!("{v:.6}"))
 }

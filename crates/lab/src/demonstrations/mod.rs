@@ -1,4 +1,3 @@
 //! Reaches of simulated people.
 
 pub mod generate;
-pub mod targets;

@@ -1,9 +1,8 @@
 //! The tables of the study, and the whole of docs/END-TO-END.md.
 
-use super::ends::{EndError, EndErrors, SHARES};
-use super::study::{Led, Request, Results, TOLD_AT, ToldApart};
+use super::study::{EndError, EndErrors, Led, Request, Results, SHARES, TOLD_AT, ToldApart};
 use crate::documents::Documents;
-use crate::report::{Gap, fill, page};
+use crate::report::{page, template};
 use hwall_stage::run::evaluation::judge::Outcome;
 use hwall_testkit::{Column, MarkdownTable, percent_of, quantiles, table_of, titled};
 use std::path::PathBuf;
@@ -122,7 +121,7 @@ fn touches_table(led: &[Led]) -> MarkdownTable {
 /// # Errors
 /// None: the gaps match tables.md.
 pub fn text(request: &Request, results: &Results) -> anyhow::Result<String> {
-    let gaps: [Gap<'_>; 7] = [
+    template(include_str!("tables.md")).fill(&[
         ("demonstrations", &results.demonstrations),
         ("components", &results.components),
         ("held_out", &results.held_out),
@@ -130,8 +129,7 @@ pub fn text(request: &Request, results: &Results) -> anyhow::Result<String> {
         ("tasks", &tasks_table(&results.told_apart)),
         ("touches", &request.touches),
         ("touches_table", &touches_table(&results.led)),
-    ];
-    fill(include_str!("tables.md"), &gaps)
+    ])
 }
 
 /// Writes the document.
@@ -144,10 +142,6 @@ pub fn write(
     documents: &Documents,
 ) -> anyhow::Result<PathBuf> {
     let tables = text(request, results)?;
-    let text = page(
-        include_str!("document.md"),
-        request.seed,
-        &[("tables", &tables)],
-    )?;
+    let text = page(include_str!("document.md"), request.seed).fill(&[("tables", &tables)])?;
     documents.write(NAME, &text)
 }

@@ -1,9 +1,9 @@
 //! One run: an arm, a session, a hand with a mass, and a fault at a moment of a touch.
 
 use super::fault::{Fault, Input, Link, Other, Phase, Spoiled, to_and_fro};
-use super::number::WrongNumber;
-use super::predictor::SpoiledPredictor;
-use super::script::{REST_M, Script, TARGET_M};
+pub use super::script::TARGET_M;
+use super::script::{REST_M, Script};
+use super::spoiled::{SpoiledPredictor, WrongNumber};
 use anyhow::Context;
 use glam::DVec3;
 use hwall::hand::HandFrame;
@@ -23,7 +23,7 @@ use hwall_testkit::Sampler;
 use std::sync::Arc;
 
 /// Control period, s.
-pub(super) const DT_S: f64 = 1e-3;
+pub const DT_S: f64 = 1e-3;
 const TRACKER_S: f64 = 1.0 / 90.0;
 /// A push above the impact limit of 280 N.
 const SPIKE_N: f64 = 400.0;
@@ -40,27 +40,32 @@ const MOST_REACH_S: f64 = 1.0;
 const BESIDE_M: f64 = 0.3;
 
 /// A door that turns about its edge, 0.6 m beside the middle.
-pub(super) const HINGE: &str = "[surface.door]\nkind = \"revolving_door\"\nhinge_point_m = [0.6, -0.6, 0]\nhinge_axis = [0, 0, 1]\n";
+pub const HINGE: &str = "[surface.door]\nkind = \"revolving_door\"\nhinge_point_m = [0.6, -0.6, 0]\nhinge_axis = [0, 0, 1]\n";
 
 /// A surface of this name in the plane x = 0.6 m.
-pub(super) fn scene_of(name: &str, sidecar: Option<&str>) -> anyhow::Result<Scene> {
+pub fn scene_of(name: &str, sidecar: Option<&str>) -> anyhow::Result<Scene> {
     let x = TARGET_M.x;
     let obj = format!("o {name}\nv {x} -0.6 0\nv {x} 1 0\nv {x} 1 2\nv {x} -0.6 2\nf 1 2 3 4\n");
     Ok(Scene::from_obj_str(&obj, sidecar)?.0)
 }
 
 /// Common data of all runs.
-pub(super) struct Setup {
+pub struct Setup {
     arm: BoardArm,
     pub(super) max_velocity_rad_per_s: [f64; 7],
     board: Board,
     wall: (Scene, Walls),
     rough: (Scene, Walls),
-    pub(super) door: (Scene, Walls),
+    /// A door and its walls.
+    pub door: (Scene, Walls),
 }
 
 impl Setup {
-    pub(super) fn new() -> anyhow::Result<Self> {
+    /// Loads an iiwa 7, and maps what it reaches.
+    ///
+    /// # Errors
+    /// None known.
+    pub fn new() -> anyhow::Result<Self> {
         let board = Board::default();
         let arm = BoardArm::named("iiwa7", &board)?.counted();
         let srs = arm.closed_form().context("no closed form")?.clone();
@@ -91,10 +96,13 @@ impl Setup {
 }
 
 /// An arm, a session and a hand.
-pub(super) struct Bench {
-    pub(super) session: Session<SpoiledPredictor>,
-    pub(super) arm: SimulatedArm,
-    pub(super) hand: HandBody,
+pub struct Bench {
+    /// The session.
+    pub session: Session<SpoiledPredictor>,
+    /// The arm.
+    pub arm: SimulatedArm,
+    /// The hand.
+    pub hand: HandBody,
     pub(super) script_is_over: bool,
     script: Script,
     /// The phase of the script.
@@ -108,7 +116,8 @@ pub(super) struct Bench {
     /// Queries of the arm in the last step.
     pub(super) asked: Asked,
     noise: Sampler,
-    pub(super) t_s: f64,
+    /// Time since the start, s.
+    pub t_s: f64,
     cycles: u64,
     frames: u64,
     pub(super) head_m: DVec3,
@@ -134,7 +143,7 @@ impl Bench {
     }
 
     /// The same with any scene, supervisor and hand.
-    pub(super) fn of(
+    pub fn of(
         setup: &Setup,
         (scene, walls): (&Scene, &Walls),
         phase: Phase,
@@ -232,14 +241,14 @@ impl Bench {
     }
 
     /// The wrench of the hand on the board in the coming period.
-    pub(super) fn push_on(&mut self, drive: &HandDrive) -> anyhow::Result<Wrench> {
+    pub fn push_on(&mut self, drive: &HandDrive) -> anyhow::Result<Wrench> {
         let (pose, twist) = (self.arm.pose(), self.arm.twist());
         self.hand_wrench = self.hand.step(DT_S, &pose, &twist, drive)?;
         Ok(self.hand_wrench)
     }
 
     /// The session answers the state, and the arm moves for one period, pushed by a wrench that the state does not show yet, or by the last one.
-    pub(super) fn answer(
+    pub fn answer(
         &mut self,
         wrench: Option<Wrench>,
         fault: Option<(Fault, f64)>,

@@ -1,15 +1,16 @@
 //! The tables of the matrix, and the whole of docs/FAULTS.md.
 
 use super::fault::Phase;
-use super::figure;
-use super::impact::{Impact, SPEED_M_PER_S};
-use super::outcome::{Bounds, Outcome};
+use super::run::{Bounds, Impact, Outcome, Reached, SPEED_M_PER_S};
 use super::study::{Request, Results};
 use crate::documents::Documents;
-use crate::report::{Gap, page};
+use crate::report::page;
+use hwall_stage::report::figure::{Draw, figure};
 use hwall_stage::run::simulated_arm::ArmLevel;
 use hwall_testkit::{Claim, Column, MarkdownTable, claims, table_of};
-use std::path::PathBuf;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use std::path::{Path, PathBuf};
 
 /// The name of the document.
 pub const NAME: &str = "FAULTS.md";
@@ -143,7 +144,7 @@ pub fn write(
     let mut figures = String::new();
     for level in request.levels() {
         let name = format!("{level:?}").to_lowercase();
-        figure::matrix(
+        draw(
             &folder.join(format!("{name}.svg")),
             &results.outcomes,
             level,
@@ -154,12 +155,96 @@ pub fn write(
     let seeds: Vec<String> = request.seeds.iter().map(u64::to_string).collect();
     let seed = request.seeds.first().copied().unwrap_or(1);
     let faults = results.outcomes.len() / (Phase::ALL.len() * request.levels().len());
-    let gaps: [Gap<'_>; 5] = [
+    let text = page(include_str!("document.md"), seed).fill(&[
         ("faults", &faults),
         ("phases", &Phase::ALL.len()),
         ("seeds", &seeds.join(", ")),
         ("figures", &figures),
         ("tables", &text(request, results)),
-    ];
-    documents.write(NAME, &page(include_str!("document.md"), seed, &gaps)?)
+    ])?;
+    documents.write(NAME, &text)
+}
+
+const ROW: i32 = 17;
+const COLUMN: i32 = 92;
+const LEFT: i32 = 230;
+const TOP: i32 = 96;
+
+/// Colours distinguishable without red and green, from no reaction to stopped.
+const fn colour(reached: Reached) -> RGBColor {
+    match reached {
+        Reached::WentOn => RGBColor(238, 238, 238),
+        Reached::Slowed => RGBColor(255, 237, 160),
+        Reached::Holding => RGBColor(158, 202, 225),
+        Reached::Retreating => RGBColor(253, 174, 97),
+        Reached::Compliant => RGBColor(194, 165, 207),
+        Reached::Stopped => RGBColor(49, 110, 176),
+    }
+}
+
+/// Faults in rows, phases in columns; in each cell the time to the first safe state in ms, framed if something is wrong.
+///
+/// # Errors
+/// A file that cannot be written.
+fn draw(path: &Path, outcomes: &[Outcome], level: ArmLevel, bounds: &Bounds) -> anyhow::Result<()> {
+    let own: Vec<&Outcome> = outcomes.iter().filter(|o| o.level == level).collect();
+    let mut faults: Vec<String> = own.iter().map(|o| o.fault.name()).collect();
+    faults.dedup();
+    let width = LEFT + COLUMN * Phase::ALL.len() as i32 + 16;
+    let height = TOP + ROW * faults.len() as i32 + 16;
+    figure(path, (width as u32, height as u32), |root| {
+        let write = |text: &str, at: (i32, i32), size: i32, colour: RGBColor, h: HPos| {
+            let style = ("sans-serif", size).into_font().color(&colour);
+            let style = style.pos(Pos::new(h, VPos::Center));
+            root.put(&Text::new(text.to_owned(), at, style))
+        };
+        let name = format!("{level:?}").to_lowercase();
+        let title = format!("Safe states, {name} level: ms from the fault to the first of them");
+        write(&title, (16, 18), 16, BLACK, HPos::Left)?;
+        for (index, reached) in Reached::ALL.into_iter().enumerate() {
+            let x = 16 + 108 * index as i32;
+            let filled = colour(reached).filled();
+            root.put(&Rectangle::new([(x, 36), (x + 14, 50)], filled))?;
+            write(reached.name(), (x + 20, 43), 13, BLACK, HPos::Left)?;
+        }
+        let x = 16 + 108 * Reached::ALL.len() as i32;
+        let frame = RED.stroke_width(2);
+        root.put(&Rectangle::new([(x, 36), (x + 14, 50)], frame))?;
+        write("not as asked for", (x + 20, 43), 13, BLACK, HPos::Left)?;
+        for (column, phase) in Phase::ALL.into_iter().enumerate() {
+            let x = LEFT + COLUMN * column as i32 + COLUMN / 2;
+            let short = phase.name().split(',').next().unwrap_or_default();
+            write(short, (x, TOP - 14), 12, BLACK, HPos::Center)?;
+        }
+        for (row, fault) in faults.iter().enumerate() {
+            let y = TOP + ROW * row as i32;
+            write(fault, (LEFT - 8, y + ROW / 2), 12, BLACK, HPos::Right)?;
+            for outcome in own.iter().filter(|o| o.fault.name() == *fault) {
+                let Some(column) = Phase::ALL.iter().position(|phase| *phase == outcome.phase)
+                else {
+                    continue;
+                };
+                let x = LEFT + COLUMN * column as i32;
+                let corners = [(x + 1, y + 1), (x + COLUMN - 1, y + ROW - 1)];
+                let filled = colour(outcome.reached).filled();
+                root.put(&Rectangle::new(corners, filled))?;
+                let wrong = outcome.is_unsafe(bounds)
+                    || outcome.is_stuck()
+                    || outcome.exceeds(bounds).is_some();
+                if wrong {
+                    root.put(&Rectangle::new(corners, frame))?;
+                }
+                let ink = if outcome.reached == Reached::Stopped {
+                    WHITE
+                } else {
+                    BLACK
+                };
+                if let Some(after_s) = outcome.after_s {
+                    let text = format!("{:.0}", 1e3 * after_s);
+                    write(&text, (x + COLUMN / 2, y + ROW / 2), 11, ink, HPos::Center)?;
+                }
+            }
+        }
+        Ok(())
+    })
 }

@@ -2,9 +2,8 @@
 
 use super::bench::{Bench, DT_S, Setup};
 use super::fault::{Fault, Other, Phase};
-use super::number::WrongNumber;
-use super::outcome::Reached;
-use super::run::safe_state;
+use super::run::{Reached, safe_state};
+use super::spoiled::WrongNumber;
 use hwall::SessionState;
 use hwall::haptics::{ArmCommand, Planner, PlannerConfig};
 use hwall_kinematics::JointPositions;

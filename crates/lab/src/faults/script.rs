@@ -5,7 +5,7 @@ use glam::DVec3;
 use hwall_sim::{HandDrive, minimum_jerk};
 
 /// Default point of touch, base frame, m.
-pub(super) const TARGET_M: DVec3 = DVec3::new(0.6, 0.02, 0.6);
+pub const TARGET_M: DVec3 = DVec3::new(0.6, 0.02, 0.6);
 /// Rest position relative to the target, m.
 pub(super) const REST_M: DVec3 = DVec3::new(0.4, 0.1, 0.1);
 

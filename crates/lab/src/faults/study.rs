@@ -2,9 +2,7 @@
 
 use super::bench::Setup;
 use super::fault::{Fault, Phase};
-use super::impact::{self, Impact, MASSES_KG, STIFFNESSES_N_PER_M};
-use super::outcome::{Bounds, Outcome};
-use super::run;
+use super::run::{self, Bounds, Impact, MASSES_KG, Outcome, STIFFNESSES_N_PER_M};
 use anyhow::bail;
 use hwall::haptics::ContactLimits;
 use hwall::session_supervisor;
@@ -124,7 +122,7 @@ pub fn run(request: &Request, progress: impl Fn(usize, usize) + Sync) -> anyhow:
     for level in request.levels() {
         for mass_kg in MASSES_KG {
             for stiffness in STIFFNESSES_N_PER_M {
-                impacts.push(impact::run(&setup, (level, mass_kg, stiffness), seed)?);
+                impacts.push(run::hit(&setup, (level, mass_kg, stiffness), seed)?);
             }
         }
     }

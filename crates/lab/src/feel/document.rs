@@ -5,7 +5,7 @@ use super::single::draw_door;
 use super::stability::{FINGERS_N_PER_M, Held, SWINGS_ON_M};
 use super::study::{EXCITED_HZ, HELD_N, MOST_M, PUSHES, Results, Row};
 use crate::documents::Documents;
-use crate::report::{Gap, fill, page};
+use crate::report::{page, template};
 use hwall_haptics::ObjectPortConfig;
 use hwall_testkit::{Column, MarkdownTable, percent_of, table_of, titled};
 use std::path::PathBuf;
@@ -131,15 +131,14 @@ fn held_table(held: &[(Way, Held)]) -> MarkdownTable {
 pub fn text(results: &Results) -> anyhow::Result<String> {
     let given_j = results.rows.iter().map(|row| row.least_given_j);
     let least_j = given_j.fold(0.0, f64::min);
-    let gaps: [Gap<'_>; 6] = [
+    template(include_str!("tables.md").trim_end()).fill(&[
         ("pushes", &PUSHES),
         ("verdicts", &verdicts(&results.rows)),
         ("objects", &table(&results.rows)),
         ("least_j", &format!("{least_j:.1e}")),
         ("swings_on_mm", &(1e3 * SWINGS_ON_M)),
         ("held", &held_table(&results.held)),
-    ];
-    fill(include_str!("tables.md").trim_end(), &gaps)
+    ])
 }
 
 /// Writes the document and its figures. The push figure shows 10 N for a second on the door of the built-in room.
@@ -149,11 +148,11 @@ pub fn text(results: &Results) -> anyhow::Result<String> {
 pub fn write(seed: u64, results: &Results, documents: &Documents) -> anyhow::Result<PathBuf> {
     let folder = documents.figures("feel")?;
     draw_door(&folder.join("door.svg"), seed)?;
-    let gaps: [Gap<'_>; 4] = [
+    let text = page(include_str!("document.md"), seed).fill(&[
         ("tables", &text(results)?),
         ("excited_hz", &format!("{EXCITED_HZ:?}")),
         ("most_mm", &(1e3 * MOST_M)),
         ("held_n", &HELD_N),
-    ];
-    documents.write(NAME, &page(include_str!("document.md"), seed, &gaps)?)
+    ])?;
+    documents.write(NAME, &text)
 }

@@ -1,7 +1,6 @@
 //! What a hand feels: doors, panels and buttons under simulated pushes, with both control modes of an arm.
 
 pub mod document;
-pub mod figures;
 pub mod identify;
 pub mod push;
 pub mod rig;

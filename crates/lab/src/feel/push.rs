@@ -40,7 +40,7 @@ impl Hand {
     }
 
     /// The aim of a hand with mass, behind the face's pose at `first`.
-    pub(crate) fn aim(&self, first: &Pose, t_s: f64) -> HandDrive {
+    pub fn aim(&self, first: &Pose, t_s: f64) -> HandDrive {
         let Self::Body {
             depth_m,
             rise_s,
@@ -244,7 +244,7 @@ pub fn run(rig: &Rig, subject: &Subject, push: &Push) -> anyhow::Result<Trace> {
 }
 
 /// Axis times angle of a small rotation, rad.
-pub(crate) fn small_rotation(rotation: glam::DMat3) -> DVec3 {
+pub fn small_rotation(rotation: glam::DMat3) -> DVec3 {
     glam::DQuat::from_mat3(&rotation)
         .normalize()
         .to_scaled_axis()

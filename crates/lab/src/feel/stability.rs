@@ -58,12 +58,6 @@ impl Held {
         self.swing_m > SWINGS_ON_M
     }
 
-    /// Does that swing shrink by less than three tenths in a second?
-    #[must_use]
-    pub fn is_limit_cycle(&self) -> bool {
-        self.swings_on() && self.swing_m > 0.7 * self.before_m
-    }
-
     /// From the energy given to the board, J, and the position of its face, m, once in every period of 1 ms.
     #[must_use]
     pub fn of(lean: &Lean, samples: &[(f64, f64)]) -> Self {

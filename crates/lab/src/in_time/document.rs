@@ -151,7 +151,7 @@ pub fn write(
     let template = include_str!("document.md");
     let kept = parts(documents).1;
     let recorded = kept.unwrap_or_else(|| "\n\nskipped: no --recordings, --panels\n".to_owned());
-    let page = page(template, request.seed, &[("tables", &text)])?;
+    let page = page(template, request.seed).fill(&[("tables", &text)])?;
     documents.write(NAME, &format!("{page}\n{RECORDED}{recorded}"))
 }
 
@@ -177,7 +177,7 @@ fn parts(documents: &Documents) -> (Option<String>, Option<String>) {
 pub fn recorded_text(seed: u64, results: &recorded::Results) -> anyhow::Result<String> {
     let rows = results.rows.iter();
     let table = summaries("recorded person", rows.map(|r| (&*r.person, &r.summary)));
-    page(include_str!("recorded.md"), seed, &[("table", &table)])
+    page(include_str!("recorded.md"), seed).fill(&[("table", &table)])
 }
 
 /// Replaces this section in the document, and keeps the rest.

@@ -1,7 +1,6 @@
 //! Is the board in place before the hand? All kinds of people, many touches.
 
 pub mod document;
-mod in_room;
 pub mod recorded;
 pub mod study;
 pub mod targets;

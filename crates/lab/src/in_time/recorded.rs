@@ -1,17 +1,18 @@
 //! Recorded people in front of the simulated arm: each reach of a recording runs in a separate session.
 
-use super::in_room::InRoom;
-use crate::contact::panel_study::{
-    Learnt, MOST_OFF_M, PANEL_NAME, objects_of, people_of, rooms_of, scene_of,
+use crate::contact::panels::{
+    Learnt, MOST_OFF_M, PANEL_NAME, Trial, objects_of, people_of, rooms_of, scene_of,
 };
-use crate::contact::panels::Trial;
 use anyhow::{Context, bail};
 use glam::DVec3;
 use hwall::LikelyTouches;
 use hwall::haptics::Board;
-use hwall_contact::{FusedPredictor, LearnedConfig, LearnedEstimator};
+use hwall_contact::{
+    ContactPrediction, FusedPredictor, LearnedConfig, LearnedEstimator, Predictor, PredictorInput,
+};
 use hwall_geometry::Pose;
 use hwall_hand::{HandError, HandFilterConfig, HandFrame};
+use hwall_scene::Scene;
 use hwall_stage::arms::BoardArm;
 use hwall_stage::input::floor_pose::FloorPose;
 use hwall_stage::input::place::base_behind;
@@ -65,7 +66,7 @@ pub struct Results {
 
 /// Runs every reach; `progress` receives the person after each.
 ///
-/// A reach has the scene of [`panel_study`](crate::contact::panel_study), but with an upright panel, because the arm presents walls. All
+/// A reach has the scene of [`panels`](crate::contact::panels), but with an upright panel, because the arm presents walls. All
 /// reaches for an object have the same base pose. The predictor is trained on all other people of the room, in the frame of the room.
 /// Nothing is learnt from one reach for the next.
 ///
@@ -265,5 +266,60 @@ fn touch_of(trial: &Trial, normal: DVec3, base_from_room: &Pose) -> Touch {
         contact_s,
         end_s: contact_s,
         landed_s: first_rest_s(before.map(|frame| (frame.t_s, is_on_target(frame)))),
+    }
+}
+
+/// Transforms the session's input from the frame of the base to that of the room, because the behaviour of a person does not depend on
+/// where the arm is installed.
+#[derive(Debug, Clone)]
+struct InRoom<P> {
+    predictor: P,
+    scene: Scene,
+    room_from_base: Pose,
+    base_from_room: Pose,
+    answers: Vec<ContactPrediction>,
+}
+
+impl<P: Predictor> InRoom<P> {
+    /// `scene`: in the frame of the room, with the same surfaces as the session's scene; no surface may move.
+    fn new(predictor: P, scene: Scene, base_from_room: Pose) -> Self {
+        Self {
+            predictor,
+            scene,
+            room_from_base: base_from_room.inverse(),
+            base_from_room,
+            answers: Vec::new(),
+        }
+    }
+}
+
+impl<P: Predictor> Predictor for InRoom<P> {
+    fn predict(&mut self, _: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
+        let pose = &self.room_from_base;
+        let frame = input.frame.transformed(pose);
+        let hand = input.hand.map(|hand| hand.transformed(pose));
+        let input = PredictorInput {
+            frame: &frame,
+            hand: hand.as_ref(),
+            gaze: input.gaze.transformed(pose),
+        };
+        let there = self.predictor.predict(&self.scene, &input).iter();
+        self.answers.clear();
+        let here = there.map(|contact| contact.transformed(&self.base_from_room));
+        self.answers.extend(here);
+        &self.answers
+    }
+
+    fn is_unfamiliar(&self) -> bool {
+        self.predictor.is_unfamiliar()
+    }
+
+    fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
+        let there_m = self.room_from_base.transform_point(contact_m);
+        self.predictor.touched(there_m, contact_s);
+    }
+
+    fn reset(&mut self) {
+        self.predictor.reset();
     }
 }

@@ -12,12 +12,11 @@ type Number = (
     (f64, &'static str),
 );
 
-#[derive(Clone, Copy)]
-enum Bound {
-    Least(f64),
-    Most(f64),
-}
+/// A side of a bound, and whether a measurement is on it.
+type Side = (&'static str, fn(&f64, &f64) -> bool);
 
+const LEAST: Side = ("at least", f64::ge);
+const MOST: Side = ("at most", f64::le);
 const PERCENT: (f64, &str) = (1e2, "%");
 const MM: (f64, &str) = (1e3, "mm");
 
@@ -46,45 +45,35 @@ const IN_VAIN: Number = (
 );
 
 /// The targets by kind of person.
-const TARGETS: [(PersonKind, Number, Bound); 12] = [
-    (PersonKind::Plain, OF_REACHABLE, Bound::Least(0.93)),
-    (PersonKind::Plain, OF_POSSIBLE, Bound::Least(0.97)),
-    (PersonKind::Plain, GAP, Bound::Most(1e-3)),
-    (PersonKind::Plain, MOST_GAP, Bound::Most(5e-3)),
-    (PersonKind::Plain, BACK, Bound::Most(0.0)),
-    (PersonKind::Plain, STEP, Bound::Most(20.0)),
-    (PersonKind::Varied, OF_REACHABLE, Bound::Least(0.85)),
-    (PersonKind::Varied, OF_POSSIBLE, Bound::Least(0.93)),
-    (PersonKind::Glancing, OF_REACHABLE, Bound::Least(0.8)),
-    (PersonKind::Glancing, IN_VAIN, Bound::Most(1.0)),
-    (PersonKind::Random, OF_POSSIBLE, Bound::Least(0.88)),
-    (PersonKind::Random, IN_VAIN, Bound::Most(0.3)),
+const TARGETS: [(PersonKind, Number, Side, f64); 12] = [
+    (PersonKind::Plain, OF_REACHABLE, LEAST, 0.93),
+    (PersonKind::Plain, OF_POSSIBLE, LEAST, 0.97),
+    (PersonKind::Plain, GAP, MOST, 1e-3),
+    (PersonKind::Plain, MOST_GAP, MOST, 5e-3),
+    (PersonKind::Plain, BACK, MOST, 0.0),
+    (PersonKind::Plain, STEP, MOST, 20.0),
+    (PersonKind::Varied, OF_REACHABLE, LEAST, 0.85),
+    (PersonKind::Varied, OF_POSSIBLE, LEAST, 0.93),
+    (PersonKind::Glancing, OF_REACHABLE, LEAST, 0.8),
+    (PersonKind::Glancing, IN_VAIN, MOST, 1.0),
+    (PersonKind::Random, OF_POSSIBLE, LEAST, 0.88),
+    (PersonKind::Random, IN_VAIN, MOST, 0.3),
 ];
 
 /// All targets of the simulated kinds.
 pub fn table(rows: &[Row]) -> MarkdownTable {
     let mut table = titled("person | target | bound | measured | met");
     for row in rows {
-        for (_, (what, measured, (factor, unit)), bound) in
-            TARGETS.iter().filter(|target| target.0 == row.kind)
-        {
-            let text = |value: f64| format!("{} {unit}", (1e4 * factor * value).round() / 1e4);
+        let own = TARGETS.iter().filter(|target| target.0 == row.kind);
+        for (_, (what, measured, (factor, unit)), (side, is_met), bound) in own {
+            let shown = (1e4 * factor * bound).round() / 1e4;
             let measured = measured(&row.summary);
-            let (bound, met) = match *bound {
-                Bound::Least(least) => (
-                    format!("at least {}", text(least)),
-                    measured.map(|m| m >= least),
-                ),
-                Bound::Most(most) => (
-                    format!("at most {}", text(most)),
-                    measured.map(|m| m <= most),
-                ),
-            };
             let value = measured.map(|value| format!("{:.1} {unit}", factor * value));
+            let met = measured.map(|value| is_met(&value, bound));
             table.row([
                 row.kind.name(),
                 *what,
-                bound.trim_end(),
+                format!("{side} {shown} {unit}").trim_end(),
                 value.as_deref().unwrap_or("none").trim_end(),
                 met.map_or("-", yes_or_no),
             ]);

@@ -27,18 +27,10 @@ pub enum Setting {
 pub type Point = (f64, Results);
 
 impl Setting {
-    /// The name of the document.
-    #[must_use]
-    pub const fn document(self) -> &'static str {
-        match self {
-            Self::FalseDispatch => "TRADE-OFF.md",
-            Self::Along => "FIRST-CONTACTS.md",
-        }
-    }
-
     const fn names(self) -> Names {
         match self {
             Self::FalseDispatch => Names {
+                document: "TRADE-OFF.md",
                 digits: 2,
                 text: include_str!("trade_off.md"),
                 figure: "trade-off.svg",
@@ -48,6 +40,7 @@ impl Setting {
                 setting: "false dispatch",
             },
             Self::Along => Names {
+                document: "FIRST-CONTACTS.md",
                 digits: 1,
                 text: include_str!("first_contacts.md"),
                 figure: "first-contacts.svg",
@@ -87,6 +80,7 @@ impl Setting {
 
 /// Names in a document.
 struct Names {
+    document: &'static str,
     digits: usize,
     text: &'static str,
     figure: &'static str,
@@ -197,10 +191,10 @@ pub fn write(
     (setting, points): (Setting, &[Point]),
     documents: &Documents,
 ) -> anyhow::Result<PathBuf> {
-    let Names { text, figure, .. } = setting.names();
-    let path = documents.figures("in-time")?.join(figure);
+    let names = setting.names();
+    let path = documents.figures("in-time")?.join(names.figure);
     draw(&path, setting, points)?;
     let table = table(setting, points);
-    let page = page(text, seed, &[("touches", &touches), ("table", &table)])?;
-    documents.write(setting.document(), &page)
+    let page = page(names.text, seed).fill(&[("touches", &touches), ("table", &table)])?;
+    documents.write(names.document, &page)
 }

@@ -85,6 +85,6 @@ pub fn text(request: &Request, rows: &[Row]) -> String {
 /// A file that cannot be written.
 pub fn write(request: &Request, rows: &[Row], documents: &Documents) -> anyhow::Result<PathBuf> {
     let template = include_str!("document.md");
-    let text = page(template, request.seed, &[("tables", &text(request, rows))])?;
+    let text = page(template, request.seed).fill(&[("tables", &text(request, rows))])?;
     documents.write(NAME, &text)
 }

@@ -2,6 +2,5 @@
 
 pub mod contact;
 pub mod document;
-mod linear;
 pub mod simulation;
 pub mod study;

@@ -1,6 +1,6 @@
 //! Figures of a study: means with intervals, and boxes of the subjects' values.
 
-use crate::spans::ends;
+use crate::report::ends;
 use hwall_psychophysics::{CellMean, Groups, Study, cell_means};
 use hwall_stage::figures::{COLOURS, TEXT, plot_error};
 use hwall_stage::report::figure::{Area, Chart, Draw, Plot, figure};

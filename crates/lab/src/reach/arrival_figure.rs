@@ -1,6 +1,6 @@
 //! The figure of arrival times: a panel for each wall, as the person sees it.
 
-use super::shades::{Key, shade};
+use super::figures::{Key, shade};
 use anyhow::ensure;
 use hwall_arrival::{AtlasWall, NodePlace};
 use hwall_reachability::Steps;

@@ -1,9 +1,8 @@
 //! The map of one orientation in space: its planes as a stack, its sampled lines, its projection, and one plane; as a figure and as a page.
 
-use crate::reach::figures::LineInterval;
-use crate::reach::shades::shade;
-use crate::report::fill;
-use crate::spans::ends;
+use crate::reach::figures::{LineInterval, shade};
+use crate::report::ends;
+use crate::report::template;
 use anyhow::{Context, ensure};
 use glam::{DVec3, dvec3};
 use hwall_reachability::{WallGrid, WallPoint};
@@ -253,10 +252,7 @@ impl<'a> OrientationMap<'a> {
             "intervals": intervals.map(|i| json!([i.plane, i.height, short(i.s_m[0]), short(i.s_m[1])])).collect::<Vec<_>>(),
         });
         let title = self.title();
-        fill(
-            include_str!("in_space.html"),
-            &[("title", &title), ("data", &data)],
-        )
+        template(include_str!("in_space.html")).fill(&[("title", &title), ("data", &data)])
     }
 }
 

@@ -1,5 +1,6 @@
 //! Reachability maps from the command line: request, solution and summary.
 
+use crate::documents::bar;
 use crate::reach::figures::{self, LineInterval};
 use crate::reach::published::{self, Comparison, Row};
 use anyhow::{Context, bail, ensure};
@@ -10,7 +11,7 @@ use hwall_reachability::{
 };
 use hwall_stage::arms::NamedArm;
 use hwall_stage::numbers::count_within;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -238,9 +239,7 @@ fn roll(text: &str) -> anyhow::Result<Roll> {
 
 /// A bar on standard error, if that is a terminal.
 pub(super) fn progress() -> ProgressBar {
-    let style = ProgressStyle::with_template("{bar:40} {pos}/{len}  {eta} left")
-        .unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(0).with_style(style)
+    bar("{bar:40} {pos}/{len}  {eta} left", 0)
 }
 
 /// Shows the progress on the bar.

@@ -2,9 +2,6 @@
 
 pub mod arrival;
 pub mod arrival_figure;
-pub mod arrival_job;
-pub mod arrival_placement;
-pub mod disagreement;
 pub mod figures;
 pub mod in_space;
 pub mod maps;
@@ -12,4 +9,3 @@ pub mod orientation_rows;
 pub mod placement;
 pub mod placement_job;
 pub mod published;
-mod shades;

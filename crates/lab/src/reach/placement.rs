@@ -1,7 +1,7 @@
 //! Base placement from the command line: targets on the walls of a scene, the heat map, the table.
 
-use super::shades::{Key, shade};
-use crate::spans::ends;
+use super::figures::{Key, shade};
+use crate::report::ends;
 use anyhow::ensure;
 use glam::DVec3;
 use hwall_kinematics::SrsArm;

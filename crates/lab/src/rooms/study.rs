@@ -1,6 +1,6 @@
 //! Predictions with a scene, in rooms with increasing numbers of surfaces and under degraded conditions.
 
-use crate::report::fill;
+use crate::report::template;
 use crate::rooms::contenders::{SharedTraining, ray_cast};
 use crate::rooms::people::{self, Condition, StudyPeople, StudySize};
 use crate::rooms::room::{ROOMS, Room};
@@ -114,19 +114,16 @@ pub fn report(seed: u64) -> anyhow::Result<String> {
         gained,
     ];
     let (learnt, judged) = (size.training_people, size.participants);
-    fill(
-        include_str!("study.md"),
-        &[
-            ("seed", &size.seed),
-            ("learnt", &learnt),
-            ("touches", &size.touches),
-            ("first", &(learnt + 1)),
-            ("last", &(learnt + judged)),
-            ("first_seed", &FIRST_SEED),
-            ("target", &(100.0 * TARGET_SHARE).round()),
-            ("rooms", &table_of(nominal, &rooms)),
-            ("main", &MAIN_ROOM),
-            ("conditions", &table_of(worse, &conditions)),
-        ],
-    )
+    template(include_str!("study.md")).fill(&[
+        ("seed", &size.seed),
+        ("learnt", &learnt),
+        ("touches", &size.touches),
+        ("first", &(learnt + 1)),
+        ("last", &(learnt + judged)),
+        ("first_seed", &FIRST_SEED),
+        ("target", &(100.0 * TARGET_SHARE).round()),
+        ("rooms", &table_of(nominal, &rooms)),
+        ("main", &MAIN_ROOM),
+        ("conditions", &table_of(worse, &conditions)),
+    ])
 }

@@ -3,7 +3,6 @@
 use crate::bip::reaches;
 use crate::bip::run::{TestRun, follow};
 use crate::bip::trajectories::{TrainTest, TrajectorySet};
-use crate::report::Gap;
 use crate::speed::section::{Section, quoted};
 use hwall_bip::{
     Bank, BankConfig, Basis, EnsembleConfig, EnsembleFilter, EnsembleUpdate, Filter, FilterConfig,
@@ -93,7 +92,7 @@ pub fn filters(seed: u64) -> anyhow::Result<Section> {
     let title =
         "Filters of motions: time of a step against the error of the predicted end of the palm";
     let shown = table.to_markdown();
-    let gaps: [Gap<'_>; 7] = [
+    Section::of(include_str!("text/bip.md"), summary).filled(&[
         ("title", &title),
         ("demonstrations", &DEMONSTRATIONS),
         ("tests", &TESTS),
@@ -101,6 +100,5 @@ pub fn filters(seed: u64) -> anyhow::Result<Section> {
         ("observed", &OBSERVED),
         ("seen", &(100.0 * SEEN)),
         ("table", &shown),
-    ];
-    Section::of(include_str!("text/bip.md"), &gaps, summary)
+    ])
 }

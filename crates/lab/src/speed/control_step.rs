@@ -1,6 +1,5 @@
 //! The control step of a whole session, and the planning after it, with people of every kind.
 
-use crate::report::Gap;
 use crate::speed::section::{Section, quoted};
 use hwall_stage::built_in_room::BuiltInRoom;
 use hwall_stage::person::kinds::PersonKind;
@@ -69,8 +68,11 @@ pub fn control_step(seed: u64, steps: usize) -> anyhow::Result<Section> {
             counts.row([pieces.clone(), what.to_owned()].into_iter().chain(at));
         }
     }
-    let gaps: [Gap<'_>; 3] = [("seed", &seed), ("times", &times), ("counts", &counts)];
-    Section::of(include_str!("text/control_step.md"), &gaps, summary)
+    Section::of(include_str!("text/control_step.md"), summary).filled(&[
+        ("seed", &seed),
+        ("times", &times),
+        ("counts", &counts),
+    ])
 }
 
 /// Costs of every step, with the smaller time of two identical runs.

@@ -1,10 +1,9 @@
 //! The whole of docs/SPEED-AGAINST-ERROR.md, and its quotes in docs/CRATES.md and the README.
 
 use crate::documents::{Documents, renew_block, renew_words};
-use crate::report::{Gap, page};
-use crate::speed::contact::{estimators, fusion};
+use crate::report::page;
 use crate::speed::section::{Section, summary_table};
-use crate::speed::{bip, control_step, feel, kinematics, reach, scene, texture};
+use crate::speed::{bip, contact, control_step, feel, kinematics, reach, scene, texture};
 use anyhow::Context;
 use hwall_stage::numbers::count_within;
 use hwall_testkit::{Machine, Yardstick};
@@ -59,8 +58,8 @@ pub fn write(
         timed(reach::queries(seed, n)?),
         timed(bip::filters(seed)?),
         timed(scene::queries(seed, n, request.scene.as_deref())?),
-        timed(estimators::estimators(seed)?),
-        timed(fusion::fusion(seed)?),
+        timed(contact::estimators(seed)?),
+        timed(contact::fusion(seed)?),
         timed(texture::tessellation()?),
         timed(kinematics::dynamics(seed, n)?),
         timed(feel::feel(seed, n)?),
@@ -71,8 +70,8 @@ pub fn write(
         writeln!(out, "{}", section.text).context("standard output")?;
         shown += &format!("\n{}", section.text);
     }
-    let gaps: [Gap<'_>; 2] = [("yardstick", &yardstick), ("sections", &shown)];
-    let text = page(include_str!("document.md"), seed, &gaps)?;
+    let text = page(include_str!("document.md"), seed)
+        .fill(&[("yardstick", &yardstick), ("sections", &shown)])?;
     // Before the document is written, which changes the tree.
     let machine = Machine::detect(seed);
     let path = documents.write(NAME, &text)?;

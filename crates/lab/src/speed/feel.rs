@@ -1,6 +1,5 @@
 //! Cost of rendering: objects, passivity, supervision, the torque-level arm.
 
-use crate::report::Gap;
 use crate::speed::section::{Calls, Section};
 use glam::DVec3;
 use hwall_haptics::passivity::Sampling;
@@ -122,9 +121,8 @@ pub fn feel(seed: u64, n: usize) -> anyhow::Result<Section> {
     let second_ms = began.elapsed().as_secs_f64() * 1e3 / (n as f64 * PERIOD_S);
     let error = "1e-8 rad in 0.5 s against MuJoCo (rigid body)";
     row("sim", "torque-level arm, 1 ms", &t, error);
-    let gaps: [Gap<'_>; 2] = [
+    Section::of(include_str!("text/feel.md"), calls.summary).filled(&[
         ("table", &calls.table),
         ("second", &format_args!("{second_ms:.1}")),
-    ];
-    Section::of(include_str!("text/feel.md"), &gaps, calls.summary)
+    ])
 }

@@ -1,6 +1,5 @@
 //! Kinematics and dynamics: speed against error.
 
-use crate::report::Gap;
 use crate::speed::section::{Calls, Section, batches, quoted};
 use glam::dvec3;
 use hwall_kinematics::{
@@ -56,8 +55,8 @@ pub fn forward(seed: u64, n: usize) -> anyhow::Result<Section> {
     calls.row("general chain, pose", &t, [""]);
     let t = batches(|i| chain.forward_jacobian_into(&qs[i % n].0, &mut scratch));
     calls.row("general chain, pose and Jacobian", &t, [""]);
-    let gaps: [Gap<'_>; 2] = [("n", &n), ("table", &calls.table)];
-    Section::of(include_str!("text/forward.md"), &gaps, calls.summary)
+    Section::of(include_str!("text/forward.md"), calls.summary)
+        .filled(&[("n", &n), ("table", &calls.table)])
 }
 
 /// Closed form against the numeric inverse at several tolerances.
@@ -126,8 +125,7 @@ pub fn inverse(seed: u64, n: usize) -> anyhow::Result<Section> {
         table.row(method, setting, timing, (errors, UNIT), note);
     }
     let shown = table.to_markdown();
-    let gaps: [Gap<'_>; 2] = [("table", &shown), ("n", &n)];
-    Section::of(include_str!("text/inverse.md"), &gaps, summary)
+    Section::of(include_str!("text/inverse.md"), summary).filled(&[("table", &shown), ("n", &n)])
 }
 
 /// The exact verdict of poses.
@@ -154,12 +152,11 @@ pub fn verdict(seed: u64, n: usize) -> anyhow::Result<Section> {
         calls.quote("kinematics", &what, &t, error);
         calls.row(&format!("exact | {kind}"), &t, [&share]);
     }
-    let gaps: [Gap<'_>; 3] = [
+    Section::of(include_str!("text/verdict.md"), calls.summary).filled(&[
         ("random", &n),
         ("forbidden", &no.len()),
         ("table", &calls.table),
-    ];
-    Section::of(include_str!("text/verdict.md"), &gaps, calls.summary)
+    ])
 }
 
 /// Dynamics of the iiwa 7 as a general chain.
@@ -211,10 +208,9 @@ pub fn dynamics(seed: u64, n: usize) -> anyhow::Result<Section> {
     calls.row("forward dynamics", &t, []);
     let error = format!("{:.1e} rad/s² through the inverse and back", errors.max);
     calls.quote("kinematics", "forward dynamics", &t, error);
-    let gaps: [Gap<'_>; 3] = [
+    Section::of(include_str!("text/dynamics.md"), calls.summary).filled(&[
         ("table", &calls.table),
         ("largest", &format_args!("{:.1e}", errors.max)),
         ("count", &errors.count),
-    ];
-    Section::of(include_str!("text/dynamics.md"), &gaps, calls.summary)
+    ])
 }

@@ -1,8 +1,7 @@
 //! Reachability maps: speed against error.
 
-use crate::reach::disagreement::{Disagreement, disagreement};
+use crate::reach::orientation_rows::{Disagreement, disagreement};
 use crate::reach::published;
-use crate::report::Gap;
 use crate::speed::section::{Calls, Section, batches};
 use anyhow::Context;
 use glam::DVec3;
@@ -76,14 +75,14 @@ pub fn maps(seed: u64, poses: usize) -> anyhow::Result<Section> {
             ]);
         }
     }
-    let Disagreement { wrong, unproven } = disagreement(seed, poses)?;
-    let gaps: [Gap<'_>; 4] = [
+    let map = ReachabilityMap::build(&arm, &ExactConfig::default(), published)?;
+    let Disagreement { wrong, unproven } = disagreement(&map, seed, poses)?;
+    Section::of(include_str!("text/maps.md"), summary).filled(&[
         ("poses", &poses),
         ("wrong", &wrong),
         ("unproven", &unproven),
         ("table", &table),
-    ];
-    Section::of(include_str!("text/maps.md"), &gaps, summary)
+    ])
 }
 
 /// Look-ups, margins, nearest points, one wall of a scene, polygons.
@@ -159,6 +158,5 @@ pub fn queries(seed: u64, n: usize) -> anyhow::Result<Section> {
     let (what, error) = ("polygons of a plane", "0.1 mm Hausdorff");
     calls.row(what, &of_plane, [error]);
     calls.quote("reachability", what, &of_plane, error);
-    let gaps: [Gap<'_>; 1] = [("table", &calls.table)];
-    Section::of(include_str!("text/queries.md"), &gaps, calls.summary)
+    Section::of(include_str!("text/queries.md"), calls.summary).filled(&[("table", &calls.table)])
 }

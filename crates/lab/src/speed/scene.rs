@@ -1,6 +1,5 @@
 //! Ray casts and closest points in scenes of increasing size.
 
-use crate::report::Gap;
 use crate::speed::section::{Section, batches, median_and_p99, quoted};
 use glam::DVec3;
 use hwall_scene::{Bounds, BuildQuality, Ray, Scene, Surface, SurfaceId, SurfaceMesh};
@@ -65,8 +64,11 @@ pub fn queries(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Result<Sect
             quote("closest point", &near),
         ];
     }
-    let gaps: [Gap<'_>; 3] = [("balls", &BALLS), ("n", &n), ("table", &table)];
-    Section::of(include_str!("text/scene.md"), &gaps, summary)
+    Section::of(include_str!("text/scene.md"), summary).filled(&[
+        ("balls", &BALLS),
+        ("n", &n),
+        ("table", &table),
+    ])
 }
 
 /// From random points of the box of a scene to others.

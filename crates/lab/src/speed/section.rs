@@ -1,6 +1,6 @@
 //! One table of docs/SPEED-AGAINST-ERROR.md: its text, and its rows in the summary.
 
-use crate::report::{Gap, fill};
+use crate::report::{Gap, template};
 use hwall_testkit::{MarkdownTable, Timing, format_ns, time_batches, titled};
 
 /// One table.
@@ -12,16 +12,18 @@ pub struct Section {
 }
 
 impl Section {
-    /// Fills the template's gaps; the result ends with one line feed.
-    pub(in crate::speed) fn of(
-        template: &str,
-        gaps: &[Gap<'_>],
-        summary: Vec<SummaryRow>,
-    ) -> anyhow::Result<Self> {
-        let text = fill(template, gaps)?;
+    /// A section whose text has gaps.
+    pub(super) fn of(template: &str, summary: Vec<SummaryRow>) -> Self {
+        let text = template.to_owned();
+        Self { summary, text }
+    }
+
+    /// Fills the gaps; the result ends with one line feed.
+    pub(super) fn filled(self, gaps: &[Gap<'_>]) -> anyhow::Result<Self> {
+        let text = template(&self.text).fill(gaps)?;
         Ok(Self {
-            summary,
             text: text.trim_end().to_owned() + "\n",
+            ..self
         })
     }
 }
@@ -39,7 +41,7 @@ pub fn summary_table(sections: &[Section]) -> MarkdownTable {
     table
 }
 
-pub(in crate::speed) fn quoted(
+pub(super) fn quoted(
     part: &str,
     what: &str,
     timing: &Timing,
@@ -50,18 +52,18 @@ pub(in crate::speed) fn quoted(
 }
 
 /// Both with their units.
-pub(in crate::speed) fn median_and_p99(timing: &Timing) -> [String; 2] {
+pub(super) fn median_and_p99(timing: &Timing) -> [String; 2] {
     [timing.median_ns, timing.p99_ns].map(format_ns)
 }
 
 /// A table of calls: description, then median and p99.
-pub(in crate::speed) struct Calls {
-    pub(in crate::speed) table: MarkdownTable,
-    pub(in crate::speed) summary: Vec<SummaryRow>,
+pub(super) struct Calls {
+    pub(super) table: MarkdownTable,
+    pub(super) summary: Vec<SummaryRow>,
 }
 
 impl Calls {
-    pub(in crate::speed) fn new(titles: &str) -> Self {
+    pub(super) fn new(titles: &str) -> Self {
         Self {
             table: titled(titles),
             summary: Vec::new(),
@@ -69,18 +71,13 @@ impl Calls {
     }
 
     /// `what`: the cells before the times, separated by ` | `; `more`: the cells after them.
-    pub(in crate::speed) fn row<const N: usize>(
-        &mut self,
-        what: &str,
-        timing: &Timing,
-        more: [&str; N],
-    ) {
+    pub(super) fn row<const N: usize>(&mut self, what: &str, timing: &Timing, more: [&str; N]) {
         let cells = what.split(" | ").map(str::to_owned);
         let cells = cells.chain(median_and_p99(timing));
         self.table.row(cells.chain(more.map(str::to_owned)));
     }
 
-    pub(in crate::speed) fn quote(
+    pub(super) fn quote(
         &mut self,
         part: &str,
         what: &str,
@@ -92,6 +89,6 @@ impl Calls {
 }
 
 /// Times calls below a microsecond, in batches.
-pub(in crate::speed) fn batches<T>(f: impl FnMut(usize) -> T) -> Timing {
+pub(super) fn batches<T>(f: impl FnMut(usize) -> T) -> Timing {
     time_batches(1_000, 100, f)
 }

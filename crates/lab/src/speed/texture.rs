@@ -1,6 +1,5 @@
 //! Triangles and time against chord error of the released patch.
 
-use crate::report::Gap;
 use crate::speed::section::{Section, quoted};
 use hwall_testkit::{format_ns, time_each, titled};
 use hwall_texton::{Patch, PatchSpec, Tessellation, Texture};
@@ -40,8 +39,7 @@ pub fn tessellation() -> anyhow::Result<Section> {
             summary.push(quoted("texton", "mesh of 2,880 bumps", &timing, error));
         }
     }
-    let gaps: [Gap<'_>; 1] = [("table", &table)];
-    Section::of(include_str!("text/texture.md"), &gaps, summary)
+    Section::of(include_str!("text/texture.md"), summary).filled(&[("table", &table)])
 }
 
 /// All bumps are equal: measured on a patch of few.

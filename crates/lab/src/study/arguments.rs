@@ -1,14 +1,14 @@
-//! The flags of `contact_study`, and the requested study.
+//! The flags of `contact_study`, the requested study, and the document of all its protocols.
 
 use crate::contact::candidates::{self, Candidate};
 use crate::contact::dissertation::{self, Overrides};
 use crate::contact::recordings::Recorded;
 use crate::contact::report::{self, Choice};
-use crate::contact::{panel_study, panels};
+use crate::contact::{panels, tables};
 use crate::documents::Documents;
+use crate::report::page;
 use crate::rooms::{objects, study};
-use crate::study::document;
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use clap::{Parser, ValueEnum};
 use hwall_contact::{Frame, LearnedConfig};
 use hwall_hand::NamedPoint;
@@ -175,7 +175,7 @@ impl Arguments {
     /// Predictions on recorded reaches in scenes.
     fn in_rooms(&self, stream: &Path, trials: &Path) -> anyhow::Result<String> {
         let trials = panels::read_files(stream, trials)?;
-        panel_study::report(&trials, &self.config(), self.centred)
+        panels::report(&trials, &self.config(), self.centred)
     }
 
     /// The requested learned estimator.
@@ -203,10 +203,10 @@ impl Arguments {
     ) -> anyhow::Result<String> {
         let file = match file {
             Some(file) => file.to_owned(),
-            None => Documents::in_folder(OUT)?.folder().join(document::NAME),
+            None => Documents::in_folder(OUT)?.folder().join(NAME),
         };
         let recorded = self.recorded();
-        document::write(&file, overrides, candidates, recorded, self.out.as_deref())?;
+        write_both(&file, overrides, candidates, recorded, self.out.as_deref())?;
         Ok(format!("wrote {}\n", file.display()))
     }
 
@@ -223,9 +223,9 @@ impl Arguments {
         candidates: &[Candidate],
     ) -> anyhow::Result<String> {
         let (tracked, rest) = (Documents::tracked()?, Documents::in_folder(OUT)?);
-        let file = tracked.folder().join(document::NAME);
+        let file = tracked.folder().join(NAME);
         let out = rest.folder();
-        document::write(&file, overrides, candidates, self.recorded(), Some(out))?;
+        write_both(&file, overrides, candidates, self.recorded(), Some(out))?;
         Ok(format!(
             "wrote {}; figures, predictions and scores are in {}\n",
             file.display(),
@@ -302,4 +302,72 @@ fn in_folder<T>(
         let _ = made.into_iter().try_for_each(std::fs::remove_dir);
     }
     done
+}
+
+/// The name of the page.
+pub const NAME: &str = "CONTACT-STUDY.md";
+/// The name of the document with its tables.
+pub const TABLES: &str = "CONTACT-TABLES.md";
+/// Reaches of the simulated study of pointing in the document: a third of the full study.
+const POINTING_REACHES: usize = 13 * 40;
+/// Least number of reaches for a learning curve.
+const LEAST_FOR_A_CURVE: usize = 200;
+
+/// Writes the page, and a second document with all tables, including the recordings if given. Figures, scores and predictions go
+/// to `out`.
+///
+/// # Errors
+/// A protocol that fails, a file that cannot be written.
+fn write_both(
+    file: &Path,
+    overrides: Overrides,
+    candidates: &[Candidate],
+    recorded: Option<Recorded<'_>>,
+    out: Option<&Path>,
+) -> anyhow::Result<()> {
+    // Check before minutes of work, not after.
+    let folder = file.parent().filter(|p| !p.as_os_str().is_empty());
+    ensure!(
+        folder.is_none_or(Path::is_dir) && !file.is_dir(),
+        "{}: no file can be written there",
+        file.display()
+    );
+    let all = Choice::default();
+    let pointing = Overrides {
+        reaches: overrides.reaches.or(Some(POINTING_REACHES)),
+        ..overrides
+    };
+    let mut sections = vec![
+        dissertation::report(overrides, candidates, &all, out)?,
+        dissertation::pointing(pointing, candidates, &all, out)?,
+    ];
+    if let Some(recorded) = recorded {
+        sections.push(report::recordings(recorded, candidates, &all, out)?);
+    }
+    let rooms = study::report(overrides.seed)?;
+    let texts: String = sections.iter().map(|s| s.text.clone() + "\n").collect();
+    let sets: Vec<_> = sections.into_iter().flat_map(|s| s.sets).collect();
+    let mut adapting = sets.iter().filter_map(|(name, scores)| {
+        let (s, told) = scores.iter().find_map(|s| Some((s, s.told.as_ref()?)))?;
+        let enough = told.reaches.len() >= LEAST_FOR_A_CURVE;
+        let curve = tables::curve(&s.alone, told);
+        enough.then(|| {
+            format!("\n### What touches teach: {name}\n\n30 to 90 % of the time.\n\n{curve}")
+        })
+    });
+    let text = page(include_str!("contact_study.md"), overrides.seed).fill(&[
+        ("overview", &tables::overview(&sets)),
+        // One set is enough.
+        ("adapting", &adapting.next().unwrap_or_default()),
+        ("rooms", &rooms.trim_end()),
+    ])?;
+    let tables = page(include_str!("contact_tables.md"), overrides.seed)
+        .fill(&[("sections", &texts.trim_end())])?;
+    for (path, text) in [
+        (file.to_owned(), text),
+        (file.with_file_name(TABLES), tables),
+    ] {
+        hwall_files::write(&path, text).with_context(|| path.display().to_string())?;
+    }
+    Ok(())
 }

@@ -1,4 +1,3 @@
 //! The command line of `contact_study`, and the document of all its protocols.
 
 pub mod arguments;
-pub mod document;

@@ -1,7 +1,7 @@
 //! From command-line flags to a patch, its files and its tables.
 
 use crate::texture::wanted::{PrinterKind, WantedArgs};
-use crate::texture::{encounters, fineness, patch_figures, stroke_tables, strokes};
+use crate::texture::{fineness, patch_figures, strokes};
 use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
 use hwall_stage::arms::parse_list;
@@ -112,7 +112,7 @@ const FIGURES: [&str; 2] = ["texture_patch.svg", "texture_spacing.svg"];
 pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
     if let Some(count) = request.strokes {
         let felt = strokes::run(SEED, count)?;
-        return Ok(writeln!(out, "{}", stroke_tables::table(&felt))?);
+        return Ok(writeln!(out, "{}", strokes::table(&felt))?);
     }
     if request.finest {
         return Ok(writeln!(out, "{}", fineness::table()?)?);
@@ -160,11 +160,11 @@ pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
         }
     }
     let check = print_check(&patch, &texture, request.wanted.printer);
-    writeln!(out, "\n{check}\n{}", encounters::table(&texture)?)?;
+    writeln!(out, "\n{check}\n{}", patch_figures::encounters(&texture)?)?;
     if let Some(folder) = &request.out {
         let (plan, spacing) = (folder.join(FIGURES[0]), folder.join(FIGURES[1]));
         patch_figures::plan(&plan, &patch)?;
-        encounters::figure(&spacing, &texture)?;
+        patch_figures::spacing(&spacing, &texture)?;
         writeln!(out, "wrote {} and {}", plan.display(), spacing.display())?;
     }
     Ok(())

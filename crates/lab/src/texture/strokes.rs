@@ -14,7 +14,7 @@ use hwall_stage::person::responses::Scenery;
 use hwall_stage::run::simulated_arm::SimulatedArm;
 use hwall_stage::run::stage::SessionSettings;
 use hwall_study::{Surface, scene_of};
-use hwall_testkit::Sampler;
+use hwall_testkit::{Column, MarkdownTable, Sampler, percent_of, quantiles, table_of};
 use hwall_texton::{Level, ScanAngle, Texture};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -39,7 +39,7 @@ const STROKE_S: f64 = 2.1;
 /// Longest stroke, s.
 const LASTS_S: f64 = 2.0;
 /// Ranges of the mean speed of a stroke, m/s; used in turn.
-pub(super) const SPEEDS_M_PER_S: [[f64; 2]; 3] = [[0.02, 0.06], [0.06, 0.12], [0.12, 0.3]];
+const SPEEDS_M_PER_S: [[f64; 2]; 3] = [[0.02, 0.06], [0.06, 0.12], [0.12, 0.3]];
 /// Speeds of the levels, mm/s, as in the study.
 const LEVELS_MM_PER_S: [f64; 4] = [20.0, 40.0, 60.0, 80.0];
 
@@ -48,11 +48,11 @@ const LEAST_M_PER_S: f64 = 2e-3;
 
 /// The texture that a finger meets at a moment.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Met {
+struct Met {
     /// NaN without a direction.
-    pub(super) angle_deg: f64,
-    pub(super) bumps_hz: f64,
-    pub(super) roughness: f64,
+    angle_deg: f64,
+    bumps_hz: f64,
+    roughness: f64,
 }
 
 impl Met {
@@ -78,17 +78,17 @@ impl Met {
 
 /// A moment of a stroke.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Moment {
-    pub(super) finger_m_per_s: f64,
-    pub(super) turns_rad_per_s: f64,
+struct Moment {
+    finger_m_per_s: f64,
+    turns_rad_per_s: f64,
     /// Reference: a straight stroke at the speed of the finger over a board that presents the level exactly.
-    pub(super) wanted: Met,
+    wanted: Met,
     /// This stroke on a board that keeps the motion for the initial direction of the stroke.
-    pub(super) held: Met,
+    held: Met,
     /// This stroke on the board of the session; `None` if the board did not move.
-    pub(super) rendered: Option<Met>,
+    rendered: Option<Met>,
     /// Is the board at least half as fast as its level?
-    pub(super) board_moves: bool,
+    board_moves: bool,
 }
 
 impl Moment {
@@ -113,10 +113,10 @@ impl Moment {
 /// A stroke over a level, as it was felt.
 #[derive(Debug, Clone)]
 pub struct Felt {
-    pub(super) path: StrokePath,
+    path: StrokePath,
     /// Which of [`SPEEDS_M_PER_S`].
-    pub(super) range: usize,
-    pub(super) moments: Vec<Moment>,
+    range: usize,
+    moments: Vec<Moment>,
 }
 
 /// Common data of all strokes.
@@ -274,11 +274,106 @@ pub fn run(seed: u64, strokes: usize) -> anyhow::Result<Vec<Felt>> {
     felt.collect()
 }
 
+/// The texture met at a moment, if any.
+type What = fn(&Moment) -> Option<Met>;
+/// An error of the met texture relative to the wanted one.
+type Off = fn(Met, Met) -> f64;
+
+/// Moments at which the session renders nothing are evaluated for neither.
+const HELD: What = |moment| moment.rendered.map(|_| moment.held);
+const SESSION: What = |moment| moment.rendered;
+const DEGREES: Off = |is, wanted| is.angle_deg - wanted.angle_deg;
+const BUMPS: Off = |is, wanted| 100.0 * (is.bumps_hz / wanted.bumps_hz - 1.0);
+const ROUGH: Off = |is, wanted| 100.0 * (is.roughness / wanted.roughness - 1.0);
+
+/// Strokes under a name.
+struct Row<'a> {
+    name: String,
+    felt: Vec<&'a Felt>,
+}
+
+impl<'a> Row<'a> {
+    fn of(name: String, felt: &'a [Felt], keep: impl Fn(&Felt) -> bool) -> Self {
+        Self {
+            name,
+            felt: felt.iter().filter(|f| keep(f)).collect(),
+        }
+    }
+
+    fn moments(&self) -> impl Iterator<Item = &Moment> {
+        self.felt.iter().flat_map(|f| &f.moments)
+    }
+
+    /// Median and 90th percentile of an error over all moments.
+    fn off(&self, met: What, off: Off) -> String {
+        let off = self
+            .moments()
+            .filter_map(|m| Some(off(met(m)?, m.wanted).abs()));
+        pair(off.filter(|off| off.is_finite()), 0)
+    }
+
+    /// The same for roughness summed over a stroke, relative to the wanted sum over the same moments.
+    fn whole(&self, met: What) -> String {
+        let off = self.felt.iter().filter_map(|felt| {
+            let both = felt.moments.iter();
+            let both = both.filter_map(|m| Some((met(m)?.roughness, m.wanted.roughness)));
+            let (is, wanted) = both.fold((0.0, 0.0), |sum, (a, b)| (sum.0 + a, sum.1 + b));
+            (wanted > 0.0).then(|| 100.0 * (is / wanted - 1.0).abs())
+        });
+        pair(off, 0)
+    }
+}
+
+/// Median and 90th percentile.
+fn pair(values: impl Iterator<Item = f64>, decimals: usize) -> String {
+    let [median, most] = quantiles(values, [0.5, 0.9]);
+    format!("{median:.decimals$} / {most:.decimals$}")
+}
+
+/// Strokes by path and by speed.
+pub fn table(felt: &[Felt]) -> MarkdownTable {
+    let paths = StrokePath::ALL.into_iter();
+    let mut rows: Vec<Row<'_>> = paths
+        .map(|path| Row::of(path.name().to_owned(), felt, |f| f.path == path))
+        .collect();
+    for (range, speeds) in SPEEDS_M_PER_S.into_iter().enumerate() {
+        let [low, high] = speeds.map(|speed| 1e3 * speed);
+        for (name, curved) in [("straight", false), ("curved", true)] {
+            let name = format!("{name}, {low:.0} to {high:.0} mm/s");
+            rows.push(Row::of(name, felt, |f| {
+                f.range == range && f.path.is_curved() == Some(curved)
+            }));
+        }
+    }
+    let columns: [Column<'_, Row<'_>>; 12] = [
+        ("stroke", &|row| row.name.clone()),
+        ("strokes", &|row| row.felt.len().to_string()),
+        ("finger, mm/s", &|row| {
+            pair(row.moments().map(|m| 1e3 * m.finger_m_per_s), 0)
+        }),
+        ("turns, rad/s", &|row| {
+            pair(row.moments().map(|m| m.turns_rad_per_s), 1)
+        }),
+        ("board moves, % of the time", &|row| {
+            let moves = row.moments().filter(|m| m.board_moves).count();
+            percent_of(moves, row.moments().count(), 0, "none")
+        }),
+        ("angle off, degrees, held", &|row| row.off(HELD, DEGREES)),
+        ("session", &|row| row.off(SESSION, DEGREES)),
+        ("bumps per s off, %, held", &|row| row.off(HELD, BUMPS)),
+        ("session", &|row| row.off(SESSION, BUMPS)),
+        ("roughness off, %, held", &|row| row.off(HELD, ROUGH)),
+        ("session", &|row| row.off(SESSION, ROUGH)),
+        ("of a whole stroke, %, held, session", &|row| {
+            format!("{}, {}", row.whole(HELD), row.whole(SESSION))
+        }),
+    ];
+    table_of(rows, &columns)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::texture::stroke_tables::table;
-    use hwall_testkit::quantiles;
 
     /// A board that only turns has errors of 24 and 31 degrees on these.
     #[test]

@@ -1,6 +1,6 @@
 //! A document of this project as a page of one file, with its figures inside.
 
-use crate::report::{Gap, fill};
+use crate::report::template;
 use anyhow::Context;
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd, html::push_html};
 use std::fs;
@@ -55,12 +55,11 @@ pub(super) fn page(markdown: &str, folder: &Path) -> anyhow::Result<String> {
             _ => events.push(event),
         }
     }
-    let gaps: [Gap<'_>; 3] = [
+    template(include_str!("page.html")).fill(&[
         ("title", &title),
         ("contents", &contents),
         ("body", &html(&events)),
-    ];
-    fill(include_str!("page.html"), &gaps)
+    ])
 }
 
 fn html(events: &[Event<'_>]) -> String {

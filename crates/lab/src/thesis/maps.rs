@@ -1,13 +1,13 @@
 //! Chapter IV: the map of one orientation, its solvers, and two experiments.
 
-use super::chapter::Job;
+use super::document::Job;
 use super::roughness::means;
 use crate::dissertation::{MAP_S, Row};
 use crate::reach::in_space::OrientationMap;
 use crate::reach::maps::{Request, Solved, Solver, solve};
 use crate::reach::orientation_rows::{OrientationRow, number, orientation_rows, rows_beside};
 use crate::reach::{figures, published};
-use crate::report::fill;
+use crate::report::template;
 use crate::touch_study::thesis::{redone, rows};
 use hwall_reachability::WallGrid;
 use hwall_study::ReadyProtocol;
@@ -38,18 +38,15 @@ pub(super) fn section(job: &Job<'_>) -> anyhow::Result<String> {
     let second = redone(second, subjects(second), job.seed)?;
     let (path, answers) = job.figure("experiment-2.svg", "Mean answers to the three questions")?;
     means(&path, &second)?;
-    fill(
-        include_str!("maps.md"),
-        &[
-            ("map", &map),
-            ("solvers", &solvers(&redone_rows, file.as_deref())),
-            ("files", &files),
-            ("starts", &STARTS),
-            ("first", &Row::table(&rows(&first)?)),
-            ("second", &Row::table(&rows(&second)?)),
-            ("answers", &answers),
-        ],
-    )
+    template(include_str!("maps.md")).fill(&[
+        ("map", &map),
+        ("solvers", &solvers(&redone_rows, file.as_deref())),
+        ("files", &files),
+        ("starts", &STARTS),
+        ("first", &Row::table(&rows(&first)?)),
+        ("second", &Row::table(&rows(&second)?)),
+        ("answers", &answers),
+    ])
 }
 
 fn solved(solver: Solver, grid: &[WallGrid]) -> anyhow::Result<Solved> {

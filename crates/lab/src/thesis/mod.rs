@@ -1,6 +1,5 @@
 //! The dissertation chapter by chapter: each figure and table redone by the library, next to the published numbers.
 
-mod chapter;
 pub mod document;
 mod html;
 mod maps;
@@ -9,4 +8,4 @@ mod prediction;
 mod roughness;
 mod system;
 
-pub use chapter::Chapter;
+pub use document::Chapter;

@@ -1,11 +1,11 @@
 //! Chapter VII and the discussions: open points.
 
-use super::chapter::Job;
+use super::document::Job;
 use crate::feel::single::draw_door;
-use crate::report::fill;
+use crate::report::template;
 use crate::rooms::objects::{Objects, SIZE};
 use crate::texture::wanted::PrinterKind;
-use crate::texture::{fineness, stroke_tables, strokes};
+use crate::texture::{fineness, strokes};
 use clap::ValueEnum;
 use hwall_testkit::{Column, MarkdownTable, table_of};
 use hwall_texton::Texture;
@@ -20,19 +20,16 @@ pub(super) fn section(job: &Job<'_>) -> anyhow::Result<String> {
     draw_door(&path, job.seed)?;
     let objects = Objects::of_seed(job.seed)?;
     let felt = strokes::run(job.seed, STROKES)?;
-    fill(
-        include_str!("outlook.md"),
-        &[
-            ("door", &door),
-            ("printers", &printers()),
-            ("finest", &fineness::table()?),
-            ("count", &STROKES),
-            ("strokes", &stroke_tables::table(&felt)),
-            ("people", &SIZE.participants),
-            ("touches", &objects.touches()),
-            ("objects", &objects.table()),
-        ],
-    )
+    template(include_str!("outlook.md")).fill(&[
+        ("door", &door),
+        ("printers", &printers()),
+        ("finest", &fineness::table()?),
+        ("count", &STROKES),
+        ("strokes", &strokes::table(&felt)),
+        ("people", &SIZE.participants),
+        ("touches", &objects.touches()),
+        ("objects", &objects.table()),
+    ])
 }
 
 /// What each printer lacks for the released patch.

@@ -1,6 +1,6 @@
 //! Chapter VI: demonstrations, choice of a basis, errors of the predicted contact.
 
-use super::chapter::Job;
+use super::document::Job;
 use crate::bip::run;
 use crate::bip::scores::{Accuracy, dof_sets};
 use crate::bip::setup::{BasisChoice, Mode, Noise, Setup};
@@ -9,7 +9,7 @@ use crate::contact::candidates;
 use crate::contact::dissertation::{self, Overrides};
 use crate::contact::figures;
 use crate::contact::report::Choice;
-use crate::report::fill;
+use crate::report::template;
 use hwall_bip::Criterion;
 use hwall_contact::LearnedConfig;
 use hwall_testkit::{MarkdownTable, cells};
@@ -37,17 +37,14 @@ pub(super) fn section(job: &Job<'_>) -> anyhow::Result<String> {
     let title = format!("Where {test} reaches end, learnt from {train} of other people");
     figures::error_over_time(&path, &title, scores)?;
     let (bases, ends) = bases(job, train, test)?;
-    fill(
-        include_str!("prediction.md"),
-        &[
-            ("train", &train),
-            ("test", &test),
-            ("errors", &errors),
-            ("table", &dissertation::side_by_side(scores)),
-            ("bases", &bases),
-            ("ends", &ends),
-        ],
-    )
+    template(include_str!("prediction.md")).fill(&[
+        ("train", &train),
+        ("test", &test),
+        ("errors", &errors),
+        ("table", &dissertation::side_by_side(scores)),
+        ("bases", &bases),
+        ("ends", &ends),
+    ])
 }
 
 /// The basis that each criterion chooses on synthetic motions, and the errors with it; a figure of the last.

@@ -1,15 +1,16 @@
 //! Chapter V: bumps by scanning angle, three studies of roughness, levels from pictures.
 
-use super::chapter::Job;
+use super::document::Job;
 use crate::dissertation::{Row, SPEED_AFTER_S};
 use crate::psychophysics::figures;
-use crate::report::fill;
-use crate::texture::{assign, encounters, patch_figures, trial};
+use crate::report::template;
+use crate::texture::{assign, patch_figures, trial};
+use crate::touch_study::outputs::normalised;
 use crate::touch_study::thesis::{Magnitudes, redone, rows};
 use crate::validation::texture::order;
 use anyhow::Context;
-use hwall_psychophysics::{Normalisation, Study};
-use hwall_study::{Patch as StudyPatch, Procedure, ReadyProtocol, StudyRecord, StudyReport};
+use hwall_psychophysics::Study;
+use hwall_study::{Patch as StudyPatch, ReadyProtocol, StudyRecord, StudyReport};
 use hwall_testkit::MarkdownTable;
 use hwall_texton::{MaterialPicture, MaterialScale, Patch, PatchSpec, PictureKind, Texture};
 use std::path::Path;
@@ -25,7 +26,7 @@ pub(super) fn section(job: &Job<'_>) -> anyhow::Result<String> {
     let (path, plan) = job.figure("patch.svg", "The released patch, from above and cut")?;
     patch_figures::plan(&path, &Patch::new(released, PatchSpec::released())?)?;
     let (path, spacing) = job.figure("spacing.svg", "Width and spacing by scanning angle")?;
-    encounters::figure(&path, &released)?;
+    patch_figures::spacing(&path, &released)?;
     let [preliminary, main, cones] = [
         ReadyProtocol::Preliminary,
         ReadyProtocol::Roughness,
@@ -44,38 +45,30 @@ pub(super) fn section(job: &Job<'_>) -> anyhow::Result<String> {
     means(&path, &cones)?;
     let scale = MaterialScale::calibrated()?;
     let off = |kind| format!("{:.1}", scale.error(kind).ln_sd().exp());
-    fill(
-        include_str!("roughness.md"),
-        &[
-            ("heights_off", &off(PictureKind::Height)),
-            ("colour_off", &off(PictureKind::Albedo)),
-            ("plan", &plan),
-            ("encounters", &encounters::table(&released)?),
-            ("spacing", &spacing),
-            ("preliminary", &Row::table(&rows(&preliminary)?)),
-            ("by_patch", &by_patch),
-            ("main", &Row::table(&rows(&main)?)),
-            ("table_v", &Magnitudes::of(&main)?.table_v()),
-            ("by_level", &by_level),
-            ("order", &order(released)?),
-            ("cones", &Row::table(&rows(&cones)?)),
-            ("by_shape", &by_shape),
-            ("levels", &levels(&scale)?),
-            ("after", &SPEED_AFTER_S),
-            ("touches", &TOUCHES),
-            ("speeds", &trial::table(job.seed, TOUCHES)?),
-        ],
-    )
+    template(include_str!("roughness.md")).fill(&[
+        ("heights_off", &off(PictureKind::Height)),
+        ("colour_off", &off(PictureKind::Albedo)),
+        ("plan", &plan),
+        ("encounters", &patch_figures::encounters(&released)?),
+        ("spacing", &spacing),
+        ("preliminary", &Row::table(&rows(&preliminary)?)),
+        ("by_patch", &by_patch),
+        ("main", &Row::table(&rows(&main)?)),
+        ("table_v", &Magnitudes::of(&main)?.table_v()),
+        ("by_level", &by_level),
+        ("order", &order(released)?),
+        ("cones", &Row::table(&rows(&cones)?)),
+        ("by_shape", &by_shape),
+        ("levels", &levels(&scale)?),
+        ("after", &SPEED_AFTER_S),
+        ("touches", &TOUCHES),
+        ("speeds", &trial::table(job.seed, TOUCHES)?),
+    ])
 }
 
 /// The answers of a study, magnitudes normalised.
 fn answers(study: &StudyRecord) -> anyhow::Result<Study> {
-    let how = match study.protocol.procedure {
-        Procedure::Magnitude => Normalisation::Geometric,
-        _ => Normalisation::None,
-    };
-    let report = StudyReport::of(study)?;
-    Ok(report.table.context("too few answers")?.normalise(how)?)
+    normalised(study, &StudyReport::of(study)?)?.context("too few answers")
 }
 
 /// Draws the mean answers of a study.

@@ -1,10 +1,10 @@
 //! Chapter III: reaction, prediction by a gaze ray, the avatar that is turned.
 
-use super::chapter::Job;
+use super::document::Job;
 use crate::dissertation::{NOT_HERE, OTHER_DELAY_MS, REACTION_MS, Row};
 use crate::in_time::study::Settings;
 use crate::in_time::{document, study};
-use crate::report::fill;
+use crate::report::template;
 use anyhow::Context;
 use hwall_redirection::{SampledOrientations, Snapped};
 use hwall_sim::ServoConfig;
@@ -56,15 +56,12 @@ pub(super) fn section(job: &Job<'_>) -> anyhow::Result<String> {
             percent(found.in_place_of_reachable()),
         ),
     ];
-    fill(
-        include_str!("system.md"),
-        &[
-            ("touches", &TOUCHES),
-            ("rows", &Row::table(&rows)),
-            ("leads", &document::leads(&results.rows)),
-            ("turns", &turns()?),
-        ],
-    )
+    template(include_str!("system.md")).fill(&[
+        ("touches", &TOUCHES),
+        ("rows", &Row::table(&rows)),
+        ("leads", &document::leads(&results.rows)),
+        ("turns", &turns()?),
+    ])
 }
 
 /// Heading of the board and turn of the avatar, for walls of some headings.

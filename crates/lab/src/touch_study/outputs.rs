@@ -4,7 +4,7 @@ use super::thesis;
 use crate::documents::quoted;
 use crate::psychophysics::figures as answers;
 use anyhow::Context;
-use hwall_psychophysics::Normalisation;
+use hwall_psychophysics::{Normalisation, Study};
 use hwall_stage::figures::COLOURS;
 use hwall_stage::report::figure::{Axes, Draw, Mesh, Plot, figure};
 use hwall_study::{
@@ -40,18 +40,29 @@ pub fn figures(
 ) -> anyhow::Result<Vec<(&'static str, &'static str)>> {
     let mut shown = vec![("rendered.svg", "What was wanted beside what was rendered")];
     rendered(&folder.join("rendered.svg"), &study.trials)?;
-    if let Some(table) = &report.table {
-        let how = match study.protocol.procedure {
-            Procedure::Magnitude => Normalisation::Geometric,
-            _ => Normalisation::None,
-        };
-        let table = table.normalise(how)?;
+    if let Some(table) = normalised(study, report)? {
         answers::means(&folder.join("means.svg"), &table, 0.95)?;
         answers::boxes(&folder.join("boxes.svg"), &table)?;
         shown.push(("means.svg", "Mean answers with intervals within subjects"));
         shown.push(("boxes.svg", "Answers of the subjects"));
     }
     Ok(shown)
+}
+
+/// The answers of a study, magnitudes normalised; `None` if there are too few.
+///
+/// # Errors
+/// Answers that cannot be normalised.
+pub(crate) fn normalised(
+    study: &StudyRecord,
+    report: &StudyReport,
+) -> anyhow::Result<Option<Study>> {
+    let how = match study.protocol.procedure {
+        Procedure::Magnitude => Normalisation::Geometric,
+        _ => Normalisation::None,
+    };
+    let table = report.table.as_ref();
+    Ok(table.map(|table| table.normalise(how)).transpose()?)
 }
 
 /// Writes `trials.csv` and `attempts.csv` of the study so far.

@@ -5,7 +5,7 @@
 
 pub use crate::dissertation::Row;
 use crate::dissertation::{LEVELS, NOT_HERE, ORDERS, POINTS, SUBJECTS, TABLE_V};
-use crate::spans::ends;
+use crate::report::ends;
 use anyhow::{Context, bail, ensure};
 use hwall_psychophysics::{
     Analysis, Effect, ErrorModel, for_each_outcome, median, sign_test, wilcoxon_signed_rank_exact,

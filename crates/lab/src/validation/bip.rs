@@ -5,7 +5,7 @@ use crate::bip::run::{self, Runs, TestRun};
 use crate::bip::scores::{Accuracy, DofSet, dof_sets};
 use crate::bip::setup::{Mode, Noise, Setup, TrainedModel};
 use crate::bip::trajectories::{self, TrainTest};
-use crate::report::{Gap, fill};
+use crate::report::template;
 use anyhow::Context;
 use hwall_testkit::{Claim, MarkdownTable, cells, claims, format_ns};
 use std::path::Path;
@@ -76,14 +76,13 @@ pub fn section(reference: &Path) -> anyhow::Result<String> {
     }
     let kinds = ["nominal", "pause", "switch", "fast", "slow"];
     let by_kind = kinds.map(|kind| by_kind(kind, &outcomes).to_string());
-    let gaps: [Gap<'_>; 5] = [
+    template(include_str!("bip.md")).fill(&[
         ("demonstrations", &train.trajectories.len()),
         ("tests", &test.trajectories.len()),
         ("columns", &test.columns.len()),
         ("by_kind", &by_kind.join("\n")),
         ("targets", &targets(&outcomes)),
-    ];
-    fill(include_str!("bip.md"), &gaps)
+    ])
 }
 
 fn mean_distance_mm(runs: &[&TestRun], set: &DofSet, percent: usize) -> f64 {

@@ -60,38 +60,25 @@ impl Request {
     }
 }
 
-/// A document that was written.
-#[derive(Debug, Clone)]
-pub struct Written {
-    /// Its path.
-    pub path: PathBuf,
-    /// Its text.
-    pub text: String,
-}
-
-/// Compares everything, and writes the document with its figures.
+/// Compares everything, and writes the document with its figures; returns its text and its path.
 ///
 /// # Errors
 /// A reference that is missing or malformed, a file that cannot be written.
-pub fn write(request: &Request, documents: &Documents) -> anyhow::Result<Written> {
+pub fn write(request: &Request, documents: &Documents) -> anyhow::Result<(String, PathBuf)> {
     request.check()?;
     let published = published::read(&request.published)?;
-    let found = reachability::reachability(&published, request.seed, request.poses)?;
-    let text = page(
-        include_str!("document.md"),
-        request.seed,
-        &[
-            ("reachability", &found.text),
-            ("bip", &bip::section(&request.bip)?),
-            (
-                "textures",
-                &texture::section(&request.texton, request.seed)?,
-            ),
-            ("perception", &perception::section(&request.psychophysics)?),
-        ],
-    )?;
+    let (section, comparisons) = reachability::section(&published, request.seed, request.poses)?;
+    let text = page(include_str!("document.md"), request.seed).fill(&[
+        ("reachability", &section),
+        ("bip", &bip::section(&request.bip)?),
+        (
+            "textures",
+            &texture::section(&request.texton, request.seed)?,
+        ),
+        ("perception", &perception::section(&request.psychophysics)?),
+    ])?;
     let folder = documents.figures("reachability")?;
-    figures::comparison(&folder.join("comparison.svg"), &found.comparisons)?;
+    figures::comparison(&folder.join("comparison.svg"), &comparisons)?;
     let path = documents.write(NAME, &text)?;
-    Ok(Written { path, text })
+    Ok((text, path))
 }

@@ -4,5 +4,4 @@ pub mod bip;
 pub mod document;
 pub mod perception;
 pub mod reachability;
-mod reference;
 pub mod texture;

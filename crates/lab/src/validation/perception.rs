@@ -1,7 +1,6 @@
 //! The section of hwall-psychophysics: the origin of the degrees of freedom in the dissertation's table.
 
-use crate::report::{Gap, fill};
-use crate::validation::reference::json;
+use crate::report::template;
 use anyhow::Context;
 use hwall_psychophysics::f_tail;
 use hwall_testkit::{MarkdownTable, titled};
@@ -14,8 +13,7 @@ use std::path::Path;
 /// A reference file that is missing or malformed.
 pub fn section(folder: &Path) -> anyhow::Result<String> {
     let truth = json(&folder.join("stats_truth.json"))?;
-    let gaps: [Gap<'_>; 1] = [("degrees", &degrees_of_freedom(&truth)?)];
-    fill(include_str!("perception.md"), &gaps)
+    template(include_str!("perception.md")).fill(&[("degrees", &degrees_of_freedom(&truth)?)])
 }
 
 /// The error term behind the published F, eta² and p.
@@ -52,4 +50,11 @@ fn degrees_of_freedom(truth: &Value) -> anyhow::Result<MarkdownTable> {
         "576",
     ]);
     Ok(table)
+}
+
+/// A file of a reference.
+pub(super) fn json(path: &Path) -> anyhow::Result<Value> {
+    let context = || format!("{}: a reference", path.display());
+    let text = std::fs::read_to_string(path).with_context(context)?;
+    serde_json::from_str(&text).with_context(context)
 }

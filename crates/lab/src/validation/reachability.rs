@@ -1,26 +1,22 @@
 //! Reachability against the verdict of single poses and against the published maps.
 
-use crate::reach::disagreement::{Disagreement, disagreement};
-use crate::reach::orientation_rows::map_rows;
+use crate::reach::orientation_rows::{Disagreement, disagreement, map_rows};
 use crate::reach::published::{self, Bounds, Comparison};
-use crate::report::{Gap, fill};
+use crate::report::template;
 use hwall_kinematics::SrsArm;
 use hwall_reachability::{ExactConfig, ReachabilityMap};
 use hwall_testkit::quantile;
 
-/// The text, and the data of its figure.
-pub struct Reachability {
-    /// Markdown, from a second-level heading on.
-    pub text: String,
-    /// Comparison with each published file.
-    pub comparisons: Vec<Comparison>,
-}
-
-/// The comparison with the published maps, and with the verdicts on single poses.
+/// The section, from a second-level heading on, and the comparison with each published file: the exact map beside the published maps, and
+/// beside the verdicts on single poses.
 ///
 /// # Errors
 /// Errors of building the map.
-pub fn reachability(published: &[Bounds], seed: u64, poses: usize) -> anyhow::Result<Reachability> {
+pub fn section(
+    published: &[Bounds],
+    seed: u64,
+    poses: usize,
+) -> anyhow::Result<(String, Vec<Comparison>)> {
     let map = ReachabilityMap::build(
         &SrsArm::iiwa7(),
         &ExactConfig::default(),
@@ -30,7 +26,7 @@ pub fn reachability(published: &[Bounds], seed: u64, poses: usize) -> anyhow::Re
     let comparisons = published::compare(&rows, published);
     let lengths = map.lengths();
     let (reachable_m, unknown_m) = (lengths.reachable_m, lengths.unknown_m);
-    let Disagreement { wrong, unproven } = disagreement(seed, poses)?;
+    let Disagreement { wrong, unproven } = disagreement(&map, seed, poses)?;
     let mut off: Vec<f64> = comparisons
         .iter()
         .flat_map(|c| c.off_mm.iter().copied())
@@ -45,7 +41,7 @@ pub fn reachability(published: &[Bounds], seed: u64, poses: usize) -> anyhow::Re
     let lines: usize = comparisons.iter().map(|c| c.lines).sum();
     let holes = 100.0 * holes as f64 / lines.max(1) as f64;
     let alone: usize = comparisons.iter().map(|c| c.only_published).sum();
-    let gaps: [Gap<'_>; 14] = [
+    let text = template(include_str!("reachability.md")).fill(&[
         ("poses", &poses),
         ("wrong", &wrong),
         ("unproven", &unproven),
@@ -63,9 +59,6 @@ pub fn reachability(published: &[Bounds], seed: u64, poses: usize) -> anyhow::Re
         ("worst", &format_args!("{:.0}", quantile(&off, 1.0))),
         ("holes", &format_args!("{holes:.1}")),
         ("alone", &alone),
-    ];
-    Ok(Reachability {
-        text: fill(include_str!("reachability.md"), &gaps)?,
-        comparisons,
-    })
+    ])?;
+    Ok((text, comparisons))
 }

@@ -1,8 +1,8 @@
 //! The section of textures: the models that predict the study's order, and the time until a moving texture has its speed.
 
-use crate::report::{Gap, fill};
+use crate::report::template;
 use crate::texture::trial;
-use crate::validation::reference::json;
+use crate::validation::perception::json;
 use hwall_testkit::{MarkdownTable, cells, or_none, titled};
 use hwall_texton::{OrderScore, StudyOrder, Tally, Texture, roughness_models, score_order};
 use serde_json::Value;
@@ -31,15 +31,14 @@ pub fn section(folder: &Path, seed: u64) -> anyhow::Result<String> {
             info.misfit,
         ]);
     }
-    let gaps: [Gap<'_>; 6] = [
+    template(include_str!("textures.md")).fill(&[
         ("finger", &FINGER_MM_PER_S),
         ("released", &order(Texture::released())?),
         ("text", &order(Texture::spaced_3_mm())?),
         ("afferents", &afferents(&sweep)),
         ("models", &models),
         ("motion", &trial::table(seed, TOUCHES)?),
-    ];
-    fill(include_str!("textures.md"), &gaps)
+    ])
 }
 
 /// Which model puts the dissertation's conditions on a texture in their order of roughness.

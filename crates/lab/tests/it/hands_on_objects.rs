@@ -1,7 +1,7 @@
 //! A stiff hand on an object: energy returned by the board, and decay of the oscillation.
 
+use crate::leaning::{Path, Product};
 use hwall_haptics::ObjectPortConfig;
-use hwall_lab::faults::leaning::{Path, Product};
 use hwall_lab::feel::rig::{Rig, Way};
 use hwall_lab::feel::stability::{Held, at_random, rendered};
 use hwall_testkit::seeds;
@@ -23,7 +23,9 @@ struct Counted {
 impl Counted {
     fn add(&mut self, held: &Held) {
         self.most_j = self.most_j.max(held.generated_j);
-        let counts = [true, held.swings_on(), held.is_limit_cycle()];
+        // A swing that shrinks by less than three tenths in a second is a limit cycle.
+        let is_cycle = held.swings_on() && held.swing_m > 0.7 * held.before_m;
+        let counts = [true, held.swings_on(), is_cycle];
         for (hands, counts) in self.hands.iter_mut().zip(counts) {
             *hands += usize::from(counts);
         }

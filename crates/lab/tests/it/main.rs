@@ -8,6 +8,7 @@ mod bip;
 mod hands_on_objects;
 mod in_space;
 mod in_time;
+mod leaning;
 mod made_up;
 mod panels;
 mod published_filter;

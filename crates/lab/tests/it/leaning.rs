@@ -1,10 +1,5 @@
 //! Hands that lean on an object, on the product's own path: a session with its supervisor, and the link to the arm.
 
-use super::bench::{Bench, DT_S, HINGE, Setup, scene_of};
-use super::fault::Phase;
-use super::script::TARGET_M;
-use crate::feel::push::{Hand, small_rotation};
-use crate::feel::stability::{Held, Lean};
 use anyhow::ensure;
 use glam::DVec3;
 use hwall::haptics::board_pose;
@@ -12,13 +7,17 @@ use hwall::{SessionState, session_supervisor};
 use hwall_fri::MOST_BEHIND_S;
 use hwall_fri::controller::FaultConfig;
 use hwall_geometry::Pose;
+use hwall_lab::faults::bench::{Bench, DT_S, HINGE, Setup, TARGET_M, scene_of};
+use hwall_lab::faults::fault::Phase;
+use hwall_lab::feel::push::{Hand, small_rotation};
+use hwall_lab::feel::stability::{Held, Lean};
 use hwall_scene::Scene;
 use hwall_sim::{HandBody, HandDrive};
 use hwall_stage::run::simulated_arm::{ArmLevel, SimulatedArm};
 
 /// How the commands of the session reach the servo arm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Path {
+pub(crate) enum Path {
     /// Directly.
     Direct,
     /// Through FRI. During the touch 10 % of the answers are missed: 7 % are lost, in bursts of one to four, 3 % come one to three cycles late. So
@@ -28,7 +27,7 @@ pub enum Path {
 
 impl Path {
     /// All paths.
-    pub const ALL: [Self; 2] = [Self::Direct, Self::Link];
+    pub(crate) const ALL: [Self; 2] = [Self::Direct, Self::Link];
 }
 
 /// Distance of the waiting hand from the surface, m.
@@ -41,22 +40,16 @@ const LEANS_S: f64 = 4.0;
 const MOST_S: f64 = 20.0;
 
 /// The product with an iiwa 7, ready for any object.
-pub struct Product(Setup);
+pub(crate) struct Product(Setup);
 
 impl Product {
     /// Loads the arm.
-    ///
-    /// # Errors
-    /// None known.
-    pub fn new() -> anyhow::Result<Self> {
+    pub(crate) fn new() -> anyhow::Result<Self> {
         Ok(Self(Setup::new()?))
     }
 
     /// A hand waits until the board is in place, then leans on it until 4 s have passed without a stop of the supervisor or the link.
-    ///
-    /// # Errors
-    /// Settings outside their ranges; a board that does not come.
-    pub fn lean(&self, path: Path, lean: &Lean) -> anyhow::Result<Held> {
+    pub(crate) fn lean(&self, path: Path, lean: &Lean) -> anyhow::Result<Held> {
         let before = board_pose(TARGET_M + BEFORE_M * DVec3::X, DVec3::X, 0.0)?;
         let mut bench = self.in_place(path, lean, &before)?;
         let hand = Hand::Body {

@@ -1,14 +1,17 @@
-//! Estimators of the end of a reach: time per sample against error of the predicted end.
+//! Contact prediction, time against error: estimators of the end of a reach, and their fusion with gaze and surfaces.
 
 use crate::contact::candidates::{self, Candidate};
-use crate::contact::run::{first_learnt, run};
-use crate::contact::scores::Scores;
+use crate::contact::run::{Scores, first_learnt, run};
 use crate::demonstrations::generate::{DemonstrationConfig, Part, PartSize, generate};
-use crate::report::Gap;
+use crate::rooms::people::{self, Condition, StudyPeople, StudySize};
+use crate::rooms::room::Room;
+use crate::rooms::scores::summary;
 use crate::speed::section::{Section, median_and_p99, quoted};
 use anyhow::Context;
 use hwall_contact::score::Moment;
+use hwall_contact::{FusedConfig, FusedPredictor, LearnedConfig, LearnedModel};
 use hwall_hand::LabelledReach;
+use hwall_stage::training;
 use hwall_testkit::{Timing, format_ns, titled};
 
 /// Number of worlds per row, each with different people.
@@ -16,9 +19,9 @@ const WORLDS: u64 = 2;
 /// Number of demonstrations, as in the dissertation.
 const DEMONSTRATIONS: usize = 47;
 /// Shares of the time of a reach at which it is evaluated.
-pub(super) const SHARES: [f64; 3] = [0.5, 0.7, 0.9];
+const SHARES: [f64; 3] = [0.5, 0.7, 0.9];
 /// The tables' heading for errors at those shares.
-pub(super) const AT: &str = "median error at 50 / 70 / 90 %, mm";
+const AT: &str = "median error at 50 / 70 / 90 %, mm";
 
 /// The dissertation's panel: 400 training reaches of 50 people (the first ones are used), then 60 of 10 others.
 fn world(seed: u64) -> anyhow::Result<Vec<LabelledReach>> {
@@ -67,7 +70,7 @@ pub fn estimators(seed: u64) -> anyhow::Result<Section> {
         "estimator | median | p99 | training | {AT} | CRPS, mm | 90 % regions hold"
     ));
     let mut summary = Vec::new();
-    for candidate in &candidates::all(hwall_contact::LearnedConfig::default()) {
+    for candidate in &candidates::all(LearnedConfig::default()) {
         let (scores, train_s) = pooled(candidate, &worlds)?;
         let timing = scores.step_us.iter().map(|us| 1e3 * us).collect();
         let timing = Timing::from_samples_ns(timing);
@@ -89,12 +92,70 @@ pub fn estimators(seed: u64) -> anyhow::Result<Section> {
         let what = "where and when a reach ends, 47 demonstrations";
         summary = vec![quoted("contact", what, &timing, error)];
     }
-    let gaps: [Gap<'_>; 5] = [
+    Section::of(include_str!("text/estimators.md"), summary).filled(&[
         ("demonstrations", &DEMONSTRATIONS),
         ("worlds", &WORLDS),
         ("first", &seed),
         ("last", &(seed + WORLDS - 1)),
         ("table", &table),
-    ];
-    Section::of(include_str!("../text/estimators.md"), &gaps, summary)
+    ])
+}
+
+/// Fusion with gaze and surfaces, in rooms with increasing numbers of surfaces.
+///
+/// # Errors
+/// Errors of training and prediction.
+pub fn fusion(seed: u64) -> anyhow::Result<Section> {
+    let condition = Condition::nominal();
+    let size = StudySize {
+        participants: 16,
+        seed,
+        ..StudySize::default()
+    };
+    let mut table = titled(&format!(
+        "touchable surfaces | median | p99 | right surface at 50 / 70 / 90 %, % | {AT}"
+    ));
+    let mut summary_rows = Vec::new();
+    for count in [1, 6, 12] {
+        let room = Room::new(count)?;
+        let StudyPeople {
+            training: train,
+            participants,
+        } = people::people(&room, &condition, &size)?;
+        let reaches = training::reaches(&train)?;
+        let estimator = LearnedModel::train(&reaches, &LearnedConfig::default())?.estimator();
+        let config = FusedConfig {
+            evidence: training::evidence_model(&train, |_| estimator.clone())?,
+            ..FusedConfig::default()
+        };
+        let mut predictor = FusedPredictor::new(estimator, config)?;
+        let touches = people::predictions(&mut predictor, &room, &participants)?;
+        let samples = touches.iter().flat_map(|t| &t.samples);
+        let timing = Timing::from_samples_ns(samples.map(|s| 1e3 * s.took_us).collect());
+        let at = SHARES.map(|share| summary(&touches, Moment::Share(share)));
+        let right = at.map(|s| 100.0 * s.right);
+        let median_mm = at.map(|s| 1e3 * s.median_m);
+        let listed = |values: [f64; 3]| values.map(|v| format!("{v:.1}")).join(" / ");
+        let [median, p99] = median_and_p99(&timing);
+        table.row([
+            count.to_string(),
+            median,
+            p99,
+            listed(right),
+            listed(median_mm),
+        ]);
+        if count == 6 {
+            let error = format!(
+                "{:.0} mm (median), {:.0} % the right surface at 70 % of a reach",
+                median_mm[1], right[1]
+            );
+            let what = "ranked surfaces and points, 6 surfaces";
+            summary_rows = vec![quoted("contact", what, &timing, error)];
+        }
+    }
+    Section::of(include_str!("text/fusion.md"), summary_rows).filled(&[
+        ("touches", &size.touches),
+        ("seed", &seed),
+        ("table", &table),
+    ])
 }

@@ -1,4 +1,0 @@
-//! Contact prediction: estimators, and fusion with the scene.
-
-pub mod estimators;
-pub mod fusion;
