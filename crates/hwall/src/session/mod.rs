@@ -109,13 +109,16 @@ impl<P: Predictor> Session<P> {
         config.in_place.validate()?;
         let safety = match config.supervisor {
             Some(mut supervisor) => {
-                if supervisor.room.is_none() {
+                let given = supervisor.room.is_some();
+                if !given {
                     // People and the support of the arm stand on the scene's floor.
                     let lowest_m = scene.bounds().min_m.z;
                     supervisor.room = Some(Room::with_floor(lowest_m.min(0.0))?);
                 }
                 let safety = Safety::new(arm, board, supervisor)?;
-                if let (Some(separation), Some(q)) = (safety.separation(), &walls.waiting) {
+                if let (true, Some(q), Some(separation)) =
+                    (given, &walls.waiting, safety.separation())
+                {
                     separation.body().stands_outside(q)?;
                 }
                 safety
