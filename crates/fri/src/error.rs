@@ -1,7 +1,7 @@
 //! The errors of the crate.
 
 use crate::client::unfit::Unfit;
-use crate::codec::states::{ClientCommandMode, ConnectionQuality, SessionState};
+use crate::codec::states::{ClientCommandMode, ConnectionQuality, NoValue, SessionState};
 use crate::codec::version::FriVersion;
 use crate::limits::LimitViolation;
 use hwall_numeric::ArgumentError;
@@ -145,6 +145,12 @@ pub enum FriError {
     /// A command outside the limits of the joints.
     #[error(transparent)]
     Limit(#[from] LimitViolation),
+}
+
+impl From<NoValue> for FriError {
+    fn from(NoValue { what, value }: NoValue) -> Self {
+        Self::UnknownValue { what, value }
+    }
 }
 
 fn other(version: Option<FriVersion>) -> String {

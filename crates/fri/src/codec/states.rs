@@ -1,7 +1,13 @@
 //! The enumerations of the protocol.
 
-use crate::error::FriError;
 use std::fmt;
+
+/// A number that is not in an enumeration.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct NoValue {
+    pub(crate) what: &'static str,
+    pub(crate) value: i32,
+}
 
 /// An enumeration of the protocol: values with their numbers and names.
 macro_rules! wire_enum {
@@ -22,10 +28,10 @@ macro_rules! wire_enum {
                 self as u64
             }
 
-            pub(crate) fn from_number(number: i32) -> Result<Self, FriError> {
+            pub(crate) fn from_number(number: i32) -> Result<Self, NoValue> {
                 match number {
                     $($number => Ok(Self::$value),)+
-                    value => Err(FriError::UnknownValue { what: $what, value }),
+                    value => Err(NoValue { what: $what, value }),
                 }
             }
         }

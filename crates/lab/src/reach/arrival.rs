@@ -1,7 +1,7 @@
 //! Arrival times of an arm at people's touches, and its best waiting posture: from flags to files.
 
 use super::arrival_figure::{self, ArrivalFigure};
-use super::placement_job::heights;
+use super::placement::heights;
 use crate::report::ends as span;
 use anyhow::{Context, ensure};
 use glam::DVec3;

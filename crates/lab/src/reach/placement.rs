@@ -2,11 +2,12 @@
 
 use super::figures::{Key, shade};
 use crate::report::ends;
-use anyhow::ensure;
+use anyhow::{Context, ensure};
 use glam::DVec3;
 use hwall_kinematics::SrsArm;
 use hwall_reachability::{Interval, Placement, PlacementScores, Steps, Target};
 use hwall_scene::{Facet, Scene, SurfaceId};
+use hwall_stage::arms;
 use hwall_stage::figures::{COLOURS, TEXT};
 use hwall_stage::person::touches::within;
 use hwall_stage::report::figure::{Area, Axes, Draw, Mesh, Plot, figure};
@@ -293,6 +294,16 @@ fn draw_key(area: &Area<'_>, most: f64) -> anyhow::Result<()> {
     area.put(&Circle::new((18, 228), 7, BLACK.stroke_width(1)))?;
     key.label("best three", 221)?;
     key.label("and headings", 237)
+}
+
+/// `low,high` in metres.
+///
+/// # Errors
+/// Anything else, or a low above the high.
+pub(super) fn heights(text: &str) -> anyhow::Result<Interval> {
+    let [low, high] = arms::parse_list::<2>(text).context("--heights")?;
+    ensure!(low <= high, "--heights {text}: {low} is above {high}");
+    Ok(Interval::new(low, high))
 }
 
 #[cfg(test)]

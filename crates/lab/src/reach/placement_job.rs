@@ -3,7 +3,7 @@
 use super::arrival::{degrees, named_walls, percent};
 use super::arrival_figure::{self, ArrivalFigure};
 use super::maps::{progress, shown};
-use super::placement::{self, TargetChoice, metres};
+use super::placement::{self, TargetChoice, heights, metres};
 use anyhow::{Context, ensure};
 use clap::ValueEnum;
 use glam::DVec3;
@@ -16,7 +16,7 @@ use hwall_arrival::{
 use hwall_haptics::Board;
 use hwall_kinematics::SrsArm;
 use hwall_motion::{MotionConfig, MotionLimits};
-use hwall_reachability::{Interval, PlacementConfig, Roll, Steps, Target, place_base};
+use hwall_reachability::{PlacementConfig, Roll, Steps, Target, place_base};
 use hwall_scene::Scene;
 use hwall_stage::arms::{self, NamedArm};
 use hwall_stage::input::file_plan::FilePlan;
@@ -129,16 +129,6 @@ fn search(
         least_behind_m: options.behind_m.0,
         ..PlacementConfig::new(x, y, options.base_height_m)
     })
-}
-
-/// `low,high` in metres.
-///
-/// # Errors
-/// Anything else, or a low above the high.
-pub(super) fn heights(text: &str) -> anyhow::Result<Interval> {
-    let [low, high] = arms::parse_list::<2>(text).context("--heights")?;
-    ensure!(low <= high, "--heights {text}: {low} is above {high}");
-    Ok(Interval::new(low, high))
 }
 
 /// Output files of coverage, and additional ones of arrival.

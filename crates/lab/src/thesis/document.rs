@@ -1,12 +1,13 @@
 //! The whole of docs/THESIS.md, and the same as a page.
 
+use super::job::Job;
 use super::{html, maps, outlook, prediction, roughness, system};
 use crate::documents::Documents;
 use crate::reach::published;
 use crate::report::page;
 use anyhow::{Context, ensure};
 use hwall_stage::named;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The name of the document.
 pub const NAME: &str = "THESIS.md";
@@ -109,26 +110,5 @@ impl Chapter {
         found.map(|(_, chapter)| chapter).ok_or_else(|| {
             "chapters that a program can redo are III, IV, V, VI and VII, or 3 to 7".to_owned()
         })
-    }
-}
-
-/// Input of a chapter's function.
-pub(super) struct Job<'a> {
-    /// Seed of simulated people and sensors.
-    pub seed: u64,
-    /// Folder with the maps published with the 2018 paper; `None`: [`FOLDER`](crate::reach::published::FOLDER), if it exists.
-    pub published: Option<&'a Path>,
-    /// Destination of the figures.
-    pub documents: &'a Documents,
-}
-
-impl Job<'_> {
-    /// The path of a figure, and the line that shows it in the document.
-    ///
-    /// # Errors
-    /// A folder that cannot be created.
-    pub(super) fn figure(&self, name: &str, caption: &str) -> anyhow::Result<(PathBuf, String)> {
-        let path = self.documents.figures("thesis")?.join(name);
-        Ok((path, format!("![{caption}](figures/thesis/{name})")))
     }
 }

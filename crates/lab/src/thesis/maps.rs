@@ -1,6 +1,6 @@
 //! Chapter IV: the map of one orientation, its solvers, and two experiments.
 
-use super::document::Job;
+use super::job::Job;
 use super::roughness::means;
 use crate::dissertation::{MAP_S, Row};
 use crate::reach::in_space::OrientationMap;

@@ -2,6 +2,7 @@
 
 pub mod document;
 mod html;
+mod job;
 mod maps;
 mod outlook;
 mod prediction;

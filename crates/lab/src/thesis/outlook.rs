@@ -1,6 +1,6 @@
 //! Chapter VII and the discussions: open points.
 
-use super::document::Job;
+use super::job::Job;
 use crate::feel::single::draw_door;
 use crate::report::template;
 use crate::rooms::objects::{Objects, SIZE};

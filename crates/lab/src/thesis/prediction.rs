@@ -1,6 +1,6 @@
 //! Chapter VI: demonstrations, choice of a basis, errors of the predicted contact.
 
-use super::document::Job;
+use super::job::Job;
 use crate::bip::run;
 use crate::bip::scores::{Accuracy, dof_sets};
 use crate::bip::setup::{BasisChoice, Mode, Noise, Setup};

@@ -1,6 +1,6 @@
 //! Chapter V: bumps by scanning angle, three studies of roughness, levels from pictures.
 
-use super::document::Job;
+use super::job::Job;
 use crate::dissertation::{Row, SPEED_AFTER_S};
 use crate::psychophysics::figures;
 use crate::report::template;

@@ -1,6 +1,6 @@
 //! Chapter III: reaction, prediction by a gaze ray, the avatar that is turned.
 
-use super::document::Job;
+use super::job::Job;
 use crate::dissertation::{NOT_HERE, OTHER_DELAY_MS, REACTION_MS, Row};
 use crate::in_time::study::Settings;
 use crate::in_time::{document, study};
