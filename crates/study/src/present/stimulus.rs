@@ -216,7 +216,7 @@ pub enum Fault {
     NoTouch,
     /// The board arrived after the hand.
     Late,
-    /// The texture did not move, or slower than [`LEAST_SPEED_SHARE`] of its level.
+    /// The texture did not move, or slower than 75 % of the wanted speed.
     NoTexture,
     /// The board made a safety stop.
     Stopped,
