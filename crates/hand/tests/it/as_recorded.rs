@@ -1,12 +1,11 @@
 //! Recordings as written by headsets and engines: zeros for lost points, few digits, slow channels, other units.
 
-use crate::common::{gaussian, minimum_jerk};
 use glam::{DQuat, DVec3};
 use hwall_hand::{
     FreezeConfig, HandFilter, HandFilterConfig, HandFrame, HandPoint, LostReason, ReachEnd,
     Recording, Sample, SegmentConfig, Tracking, UnitHint, reaches,
 };
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, minimum_jerk};
 
 /// Six reaches of 0.4 m and back at 72 Hz, tremor of 0.3 mm, a rest of half a second at each end; a palm and two tips.
 fn live() -> Recording {
@@ -19,7 +18,7 @@ fn live() -> Recording {
         let mut frame = HandFrame::empty(t_s);
         let points = [HandPoint::Palm, HandPoint::Index, HandPoint::Thumb];
         for (k, point) in points.into_iter().enumerate() {
-            let tremor = gaussian(&mut sampler) * 3e-4;
+            let tremor = sampler.normal_vector() * 3e-4;
             let side = DVec3::new(0.03 * k as f64, 0.02 * k as f64, 1.1);
             frame.set_point(point, Some(side + DVec3::X * 0.4 * way + tremor));
         }

@@ -1,12 +1,12 @@
 //! Regression tests: malicious recordings that were once accepted.
 
-use crate::common::minimum_jerk;
 use glam::DVec3;
 use hwall_files::TableError;
 use hwall_hand::{
     HandError, HandFrame, HandPoint, LabelConfig, ReachCut, Recording, labelled_reaches,
     read_recordings,
 };
+use hwall_testkit::minimum_jerk;
 use std::fmt::Write as _;
 
 /// A hand that moves back and forth over 40 cm, at 100 Hz, one reach per second.

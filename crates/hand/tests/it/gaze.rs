@@ -1,9 +1,8 @@
 //! The gaze filter: simulated fixations and saccades, noisy trackers with lost samples, and never NaN.
 
-use crate::common::minimum_jerk;
 use glam::DVec3;
 use hwall_hand::{Fixation, Gaze, GazeFilter, GazeFilterConfig, GazeRay};
-use hwall_testkit::{ErrorStats, Sampler};
+use hwall_testkit::{ErrorStats, Sampler, minimum_jerk};
 use proptest::prelude::*;
 
 const EYE: DVec3 = DVec3::new(0.0, 0.0, 1.6);

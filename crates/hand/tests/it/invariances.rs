@@ -1,12 +1,11 @@
 //! Results for a hand's motion do not depend on the clock, place, rotation and handedness of the world, and hardly on the rate of the tracker.
 
-use crate::common::{gaussian, minimum_jerk};
 use glam::{DMat3, DVec3};
 use hwall_hand::{
     HandFilter, HandFilterConfig, HandFrame, HandPoint, Reach, ReachEnd, ReachWatch, Recording,
     SegmentConfig, WatchConfig, WatchUpdate, reaches,
 };
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, minimum_jerk};
 
 /// Four reaches of 0.4 m and back, three points, tremor of 0.3 mm, a jump and a tracking gap.
 fn frames(rate_hz: f64, tremor_m: f64) -> Vec<HandFrame> {
@@ -25,7 +24,7 @@ fn frames(rate_hz: f64, tremor_m: f64) -> Vec<HandFrame> {
         let points = [HandPoint::Palm, HandPoint::Index, HandPoint::Thumb];
         for (k, point) in points.into_iter().enumerate() {
             let aside = DVec3::new(0.03 * k as f64, 0.02 * k as f64, 1.1);
-            let at = aside + way + jump + tremor_m * gaussian(&mut sampler);
+            let at = aside + way + jump + tremor_m * sampler.normal_vector();
             frame.set_point(point, (!(4.2..4.5).contains(&t_s)).then_some(at));
         }
         frame

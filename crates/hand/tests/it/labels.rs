@@ -1,12 +1,11 @@
 //! Recordings become reaches with the right start, end and point; nothing is lost silently.
 
-use crate::common::minimum_jerk;
 use glam::DVec3;
 use hwall_hand::{
     HandError, HandFrame, HandPoint, LabelConfig, Labelled, LabelledReach, ReachCut, Recording,
     Sample, labelled_reaches,
 };
-use hwall_testkit::shared;
+use hwall_testkit::{minimum_jerk, shared};
 
 const FROM: DVec3 = DVec3::new(0.1, -0.2, 1.0);
 const TO: DVec3 = DVec3::new(0.7, 0.1, 1.3);

@@ -2,7 +2,6 @@
 
 mod as_recorded;
 mod attacks;
-mod common;
 mod frames;
 mod gaze;
 mod invariances;

@@ -1,6 +1,5 @@
 //! Rigid transforms from point pairs: known truth, noise, and degenerate point clouds.
 
-use crate::common::gaussian;
 use glam::{DMat3, DVec3};
 use hwall_hand::{HandError, PointPair, Pose, RigidFit};
 use hwall_testkit::Sampler;
@@ -59,7 +58,7 @@ fn level_pairs_give_heading_and_place() {
             assert!(off.position_m < 1e-9 && found.rms_m() < 1e-12, "{off:?}");
             let noisy: Vec<_> = pairs(truth, &points)
                 .into_iter()
-                .map(|p| pair(p.in_a_m + 0.01 * gaussian(&mut sampler), p.in_b_m))
+                .map(|p| pair(p.in_a_m + 0.01 * sampler.normal_vector(), p.in_b_m))
                 .collect();
             let found = RigidFit::level_from_pairs(&noisy).unwrap();
             let up = found.a_from_b.transform_vector(DVec3::Z);

@@ -1,11 +1,10 @@
 //! Reaches with known start and end.
 
-use crate::common::{gaussian, minimum_jerk};
 use glam::DVec3;
 use hwall_hand::{
     HandError, HandFrame, HandPoint, Reach, ReachEnd, Recording, SegmentConfig, reaches,
 };
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, minimum_jerk};
 
 /// A palm that moves out at 1 s and back at 3 s, 0.8 s each, in uneven steps with noise.
 fn out_and_back(sampler: &mut Sampler, noise_m: f64, a_m: DVec3, b_m: DVec3) -> Vec<HandFrame> {
@@ -13,7 +12,7 @@ fn out_and_back(sampler: &mut Sampler, noise_m: f64, a_m: DVec3, b_m: DVec3) -> 
     std::iter::from_fn(|| {
         t_s += sampler.uniform(0.01, 0.03);
         let way = minimum_jerk((t_s - 1.0) / 0.8) - minimum_jerk((t_s - 3.0) / 0.8);
-        let noise = gaussian(sampler) * noise_m;
+        let noise = sampler.normal_vector() * noise_m;
         let palm_m = Some(a_m.lerp(b_m, way) + noise);
         (t_s < 5.0).then_some(HandFrame {
             palm_m,

@@ -1,12 +1,11 @@
 //! The hand filter: known motion, typical tracker failures, and never NaN.
 
-use crate::common::{gaussian, minimum_jerk};
 use glam::DVec3;
 use hwall_hand::{
     FreezeKind, HandError, HandFilter, HandFilterConfig, HandFrame, HandPoint, HandState,
     LostReason, Tracking,
 };
-use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close};
+use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close, minimum_jerk};
 use proptest::prelude::*;
 
 fn filter() -> HandFilter {
@@ -102,7 +101,7 @@ fn noise_leaves_what_the_documentation_says() {
     let mut filter = filter();
     let (mut point, mut smooth, mut speed) = (vec![], vec![], vec![]);
     for i in 0..40_000 {
-        let noise = gaussian(&mut sampler) * 1e-3;
+        let noise = sampler.normal_vector() * 1e-3;
         if let Tracking::Tracked(hand) = filter.step(&palm(0.014 * f64::from(i), noise)) {
             point.push(hand.point_m.x);
             smooth.push(hand.smoothed_m[1].x);

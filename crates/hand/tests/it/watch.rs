@@ -1,11 +1,10 @@
 //! Detection of reaches in a stream.
 
-use crate::common::{gaussian, minimum_jerk};
 use glam::DVec3;
 use hwall_hand::{
     HandFilter, HandFilterConfig, HandFrame, HandState, ReachWatch, WatchConfig, WatchUpdate,
 };
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, minimum_jerk};
 
 /// Records the samples of each reach.
 #[derive(Debug, Default)]
@@ -53,7 +52,7 @@ fn run_trembling(
     for i in 0..(until_s * rate_hz) as usize {
         let t_s = i as f64 / rate_hz;
         let mut frame = HandFrame::empty(t_s);
-        let noise = gaussian(&mut sampler) * noise_m;
+        let noise = sampler.normal_vector() * noise_m;
         frame.palm_m = x(t_s).map(|x| DVec3::new(x, 0.0, 1.0) + noise);
         let tracking = filter.step(&frame);
         let update = diary.step(&mut watch, &frame, tracking.state());

@@ -187,7 +187,7 @@ impl ArmBody {
         Ok(self)
     }
 
-    /// Checks that the arm can stand like this: no part may lie inside an obstacle with its axis.
+    /// Checks that the arm can stand like this: no part may be deeper in an obstacle than the radius of the links, which may be thinner than that.
     ///
     /// # Errors
     /// The first such obstacle, counted from 1; joints that are not finite.
@@ -196,7 +196,7 @@ impl ArmBody {
         let rows = self.room.obstacles().iter().zip(&self.can_clear);
         for (number, (obstacle, can_clear)) in (1..).zip(rows) {
             let mut judged = capsules.all().iter().zip(can_clear).filter(|(_, is)| **is);
-            let outside = judged.all(|(part, _)| obstacle.distance_m(part) > -part.radius_m);
+            let outside = judged.all(|(part, _)| obstacle.distance_m(part) > -self.config.radius_m);
             let wanted = "one that the waiting arm is outside of: are place and size in metres, in the frame of the arm's base?";
             that(outside, "entry of the room", f64::from(number), wanted)?;
         }

@@ -4,6 +4,7 @@ use hwall_contact::TimeToContact;
 use hwall_hand::HandPoint;
 use hwall_kinematics::JointPositions;
 use hwall_scene::SurfaceId;
+use hwall_testkit::minimum_jerk;
 
 /// Available time, s.
 const NOMINAL_S: f64 = 0.86;
@@ -432,11 +433,6 @@ fn decided_at_the_end(
         }
     }
     last
-}
-
-fn minimum_jerk(t: f64) -> f64 {
-    let t = t.clamp(0.0, 1.0);
-    t * t * t * (10.0 - 15.0 * t + 6.0 * t * t)
 }
 
 #[test]
