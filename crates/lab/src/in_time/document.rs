@@ -30,7 +30,7 @@ pub(crate) fn summaries<'a>(
     };
     // A median of whole numbers may be a half: do not round.
     let whole = |median: Option<f64>| median.map_or("none".to_owned(), |m| m.to_string());
-    let columns: [Column<'_, (&str, &Summary)>; 14] = [
+    let columns: [Column<'_, (&str, &Summary)>; 15] = [
         (first, &|(name, _)| (*name).to_owned()),
         ("reachable", &|(_, s)| s.reachable.to_string()),
         ("possible", &|(_, s)| s.possible.to_string()),
@@ -55,6 +55,9 @@ pub(crate) fn summaries<'a>(
         ("turned back, median", &|(_, s)| whole(s.reversals_median)),
         ("in vain for each touch", &|(_, s)| {
             number(s.in_vain_per_touch, 1.0, 2)
+        }),
+        ("of these to the place touched", &|(_, s)| {
+            number(s.called_back_per_touch, 1.0, 2)
         }),
         ("step p99, us", &|(_, s)| number(s.step_p99_us, 1.0, 1)),
     ];

@@ -42,6 +42,9 @@ pub struct Summary {
     pub reversals_median: Option<f64>,
     /// False dispatches per touch.
     pub in_vain_per_touch: Option<f64>,
+    /// Those of them to the place of the touch, called back before it, per touch.
+    #[serde(skip)]
+    pub called_back_per_touch: Option<f64>,
     /// Touches without the board in place, by cause, in the order of [`Miss::ALL`].
     pub misses: [usize; Miss::ALL.len()],
     /// Number of these touches with a stop of the arm before them, by reason.
@@ -83,6 +86,7 @@ impl Summary {
         };
         let reversals = Sorted::of(touches.iter().map(|t| t.regret.detours.reversals as f64));
         let in_vain: usize = touches.iter().map(|t| t.regret.detours.in_vain).sum();
+        let called_back: usize = touches.iter().map(|t| t.regret.detours.called_back).sum();
         let mut stops = BTreeMap::new();
         for stop in touches.iter().filter_map(|t| t.regret.stopped_by) {
             *stops.entry(stop.to_string()).or_default() += 1;
@@ -104,6 +108,7 @@ impl Summary {
             met_fast_along_normal: fast(|met| met.z.abs()),
             reversals_median: reversals.at(0.5),
             in_vain_per_touch: share(in_vain, touches.len()),
+            called_back_per_touch: share(called_back, touches.len()),
             misses: Miss::ALL.map(|miss| {
                 let missed = |t: &&&JudgedTouch| t.regret.miss == Some(miss);
                 touches.iter().filter(missed).count()

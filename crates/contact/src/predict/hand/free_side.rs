@@ -28,6 +28,10 @@ const DEEPEST_M: f64 = 0.25;
 /// Longest loss of the hand after which its last position still counts, s.
 const LONGEST_LOSS_S: f64 = 0.5;
 
+/// A hand beside the edge of a surface and near its plane is on either side of it, depending on the error of the tracker and of the
+/// registration. It touches the side that the person sees, so surfaces are searched for from a point this far towards the eye, m.
+const TOWARDS_EYE_M: f64 = 0.05;
+
 /// A hand nearer than this to a surface is on it, not through it, m: rounding.
 const ON_SURFACE_M: f64 = 1e-6;
 
@@ -75,13 +79,24 @@ impl SideWatch {
             _ => {
                 // On a surface, rounding decides the side, so keep the side the hand came from. If a position behind the surface were taken as
                 // free, the sides would stay swapped until the hand is far away.
-                self.free_m = self.free_m.filter(|_| is_on).or(Some(hand_m));
+                let from_m = eye_m.map_or(hand_m, |eye_m| towards(scene, hand_m, eye_m));
+                self.free_m = self.free_m.filter(|_| is_on).or(Some(from_m));
                 FreeSide {
-                    from_m: hand_m,
+                    from_m,
                     behind: None,
                 }
             }
         }
+    }
+}
+
+/// The point [`TOWARDS_EYE_M`] from the hand towards the eye, or the hand if a surface is between them.
+fn towards(scene: &Scene, hand_m: DVec3, eye_m: DVec3) -> DVec3 {
+    let way = (eye_m - hand_m).clamp_length_max(TOWARDS_EYE_M);
+    let is_free = |hit: Option<Hit>| hit.is_none_or(|hit| hit.distance_m > way.length());
+    match scene.ray_cast(hand_m, way) {
+        Ok(hit) if is_free(hit) => hand_m + way,
+        _ => hand_m,
     }
 }
 
@@ -103,5 +118,35 @@ mod tests {
             let side = watch.free_side(&scene, &hand, None);
             assert_eq!(side.behind.is_some(), depth_m > 1e-6, "{depth_m}");
         }
+    }
+
+    /// A recorded finger came down to a panel from above, 5 mm behind its plane, while the eyes were in front.
+    #[test]
+    fn a_hand_beside_an_edge_touches_the_side_that_the_eyes_see() {
+        let panel = "o panel\nv 0.5 -0.2 0\nv 0.5 0.2 0\nv 0.5 0.2 1\nv 0.5 -0.2 1\nf 1 2 3 4\n";
+        let (scene, _) = Scene::from_obj_str(panel, None).expect("a panel");
+        let from_m = |hand_m: DVec3, eye_m: Option<DVec3>| {
+            let hand = super::super::resting_at(hand_m, 0.0);
+            SideWatch::default().free_side(&scene, &hand, eye_m).from_m
+        };
+        let (above_m, eye_m) = (DVec3::new(0.505, 0.0, 1.1), DVec3::new(0.2, 0.0, 1.5));
+        assert!(from_m(above_m, Some(eye_m)).x < 0.5);
+        assert_eq!(from_m(above_m, None), above_m);
+        // Clearly behind the plane, or behind the panel, it stays there.
+        assert!(from_m(DVec3::new(0.6, 0.0, 1.1), Some(eye_m)).x > 0.5);
+        let hidden_m = DVec3::new(0.501, 0.0, 0.5);
+        assert_eq!(from_m(hidden_m, None), hidden_m);
+        for beside in [above_m, DVec3::NAN] {
+            assert_eq!(from_m(above_m, Some(beside)), above_m);
+        }
+        // It comes down behind the edge: it touches the front.
+        let mut watch = SideWatch::default();
+        let mut side = |z: f64, t_s: f64| {
+            let hand = super::super::resting_at(DVec3::new(0.505, 0.0, z), t_s);
+            watch.free_side(&scene, &hand, Some(eye_m))
+        };
+        assert_eq!(side(1.01, 0.0).behind, None);
+        let below = side(0.98, 0.01);
+        assert!(below.behind.is_some() && below.from_m.x < 0.5);
     }
 }

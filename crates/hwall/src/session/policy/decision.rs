@@ -58,6 +58,8 @@ pub(in crate::session) struct Policy {
     /// How far the middle of the board may be from a touch on its face, m.
     reach_m: f64,
     choice: Choice,
+    /// Where the board was sent and the hand has not come yet.
+    awaited: Option<Goal>,
     way: Option<Way>,
     /// The contact reported after the last frame.
     reported: Option<ContactPrediction>,
@@ -93,6 +95,7 @@ impl Policy {
             config,
             reach_m,
             choice: Choice::Wait,
+            awaited: None,
             way: None,
             reported: None,
             reached_s: f64::NEG_INFINITY,
@@ -111,7 +114,7 @@ impl Policy {
     /// Drops the current choice and reach, for a world that jumped; what was learnt about the person stays.
     pub(in crate::session) fn reset(&mut self) {
         self.choice = Choice::Wait;
-        (self.way, self.reported, self.left) = (None, None, None);
+        (self.awaited, self.way, self.reported, self.left) = (None, None, None, None);
         [self.reached_s, self.moved_s, self.bad_s, self.last_s] = [f64::NEG_INFINITY; 4];
         self.fixations.forget_fixation();
         self.available_time.forget_reach();
@@ -172,6 +175,7 @@ impl Policy {
             reach_m: self.reach_m,
             hypotheses,
             t_s,
+            awaited: self.awaited,
             unknown: self.nominal(),
             glance_s: self.fixations.glance_s(),
             revealed: TouchTime {
@@ -205,6 +209,7 @@ impl Policy {
             self.explanations.put(chooser.explain(last, &way));
         }
         let (choice, way) = chooser.best(last, &way);
+        self.awaited = self.awaited_after(choice, hypotheses, hand);
         (self.choice, self.way) = (choice, Some(way));
         let reached = hypotheses
             .iter()
@@ -246,10 +251,41 @@ impl Policy {
         Some((contact, decision))
     }
 
+    /// Where the board was sent and the hand has not come yet, if the policy now makes this choice.
+    fn awaited_after(
+        &self,
+        choice: Choice,
+        hypotheses: &[Hypothesis],
+        hand: Option<&HandState>,
+    ) -> Option<Goal> {
+        let Choice::Present(goal) = choice else {
+            return None;
+        };
+        let is_sent =
+            matches!(self.choice, Choice::Present(last) if last.is_near(&goal, self.reach_m));
+        if is_sent && self.awaited.is_none() {
+            return None;
+        }
+        // A hand close to the place that does not come closer has come.
+        let is_close = |place: &Hypothesis| {
+            let contact = &place.contact;
+            contact.surface == goal.contact.surface
+                && contact.distance_m <= self.config.near_m
+                && contact.point_m.distance(goal.stand.point_m) <= self.reach_m
+        };
+        let mean = self.hand_motion.velocity();
+        let velocity_m_per_s = mean.map(|mean| mean.mean_m_per_s);
+        let comes = velocity_m_per_s
+            .or(hand.map(|hand| hand.velocity_m_per_s))
+            .is_some_and(|velocity| velocity.dot(goal.contact.normal) < -self.config.reach_m_per_s);
+        let has_come = !comes && hypotheses.iter().any(is_close);
+        (!has_come).then_some(goal)
+    }
+
     fn turn_to_waiting(&mut self, t_s: f64, arm: &impl Presenting) {
         (self.reported, self.left) = (None, None);
         if self.choice != Choice::Wait {
-            self.choice = Choice::Wait;
+            (self.choice, self.awaited) = (Choice::Wait, None);
             self.way = self.way.map(|way| way.to(arm, arm.waits_at(), t_s));
         }
     }

@@ -85,6 +85,14 @@ pub(super) struct Goal {
     pub(super) stand: Stand,
 }
 
+impl Goal {
+    /// Is another goal the same dispatch: on the same surface, at most this far away, m?
+    pub(super) fn is_near(&self, other: &Self, within_m: f64) -> bool {
+        self.contact.surface == other.contact.surface
+            && self.stand.point_m.distance(other.stand.point_m) <= within_m
+    }
+}
+
 /// A face also covers a place on another surface if that place is this close to the plane of the face, m.
 const IN_PLANE_M: f64 = 0.02;
 /// The two normals must then agree to within 5 degrees; as a cosine.
@@ -100,6 +108,8 @@ pub(super) struct Chooser<'a, A> {
     pub(super) reach_m: f64,
     pub(super) hypotheses: &'a [Hypothesis],
     pub(super) t_s: f64,
+    /// Where the board was sent and the hand has not come yet.
+    pub(super) awaited: Option<Goal>,
     /// Time of a touch at a place that nothing predicts.
     pub(super) unknown: TouchTime,
     /// Time until the eyes show that the next touch is elsewhere, s.
@@ -201,7 +211,7 @@ impl<A: Presenting> Chooser<'_, A> {
         }
     }
 
-    /// Expected loss of a choice: touches for which the board is late, and a false dispatch.
+    /// Expected loss of a choice: touches for which the board is late, and a new dispatch that is false.
     pub(super) fn loss(&self, choice: &Choice, way: &Way) -> f64 {
         let to = self.leads_to(choice);
         let goal = match choice {
@@ -238,7 +248,15 @@ impl<A: Presenting> Chooser<'_, A> {
         let by_then = way.now(self.t_s + self.glance_s);
         let back_s = travel_s(self.arm, by_then.as_ref(), self.arm.waits_at().as_ref());
         late += self.elsewhere() * self.too_late(&self.unknown, 0.0, NOMINAL_S.hypot(back_s));
-        late + goal.map_or(0.0, |_| self.config.false_dispatch * (1.0 - there))
+        // To call a board back does not undo its dispatch, so only a new one costs.
+        let is_sent = |goal: &Goal| {
+            let awaited = self.awaited.as_ref();
+            awaited.is_some_and(|awaited| awaited.is_near(goal, self.reach_m))
+        };
+        match goal {
+            Some(goal) if !is_sent(goal) => late + self.config.false_dispatch * (1.0 - there),
+            _ => late,
+        }
     }
 
     /// Probability that the arm is too late: the touch comes within `left_s + onwards_s` (the rest of the current motion and the motion after it), or

@@ -127,6 +127,8 @@ pub struct Detours {
     pub reversals: usize,
     /// False dispatches since the previous contact: motions of at least 20 mm to a place without a touch.
     pub in_vain: usize,
+    /// Those of them that went to the place of this touch, and were called back or moved on before it.
+    pub called_back: usize,
 }
 
 /// The detours before each touch; touches are in order of time.
@@ -154,6 +156,7 @@ pub fn detours(courses: &[Course], touches: &[&Touch]) -> Vec<Detours> {
             Detours {
                 reversals: count(end_s, &|c| c.cut_short),
                 in_vain: count(contact_s, &|c| c.moved),
+                called_back: count(contact_s, &|c| c.moved && holds(&c.place, &touch.place())),
             }
         })
         .collect()
