@@ -9,7 +9,7 @@ use hwall_numeric::check::{non_negative, positive, within};
 /// missed touch. The belief about the next touch contains all that is known about the person.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PolicyConfig {
-    /// Loss of a false dispatch (a board sent to a place that is not touched), touches; default 0.4. It trades boards in time against false
+    /// Loss of a false dispatch (a board sent to a place that is not touched), touches; default 0.2. It trades boards in time against false
     /// dispatches: a smaller value sends more boards. It is paid when the board is sent, so a board that was sent is not called back to save it.
     pub false_dispatch: f64,
     /// Share of the loss of a touch that is saved if the board arrives after the hand, in [0, 1]; default 0.1.
@@ -50,7 +50,7 @@ pub struct SlackConfig {
 impl Default for PolicyConfig {
     fn default() -> Self {
         Self {
-            false_dispatch: 0.4,
+            false_dispatch: 0.2,
             late_share: 0.1,
             onset_share: 0.4,
             detour_share: 0.05,
