@@ -132,7 +132,7 @@ mod tests {
         let (above_m, eye_m) = (DVec3::new(0.505, 0.0, 1.1), DVec3::new(0.2, 0.0, 1.5));
         assert!(from_m(above_m, Some(eye_m)).x < 0.5);
         assert_eq!(from_m(above_m, None), above_m);
-        // Clearly behind the plane, or behind the panel, it stays there.
+        // A hand clearly behind the plane, or hidden by the panel, counts as behind.
         assert!(from_m(DVec3::new(0.6, 0.0, 1.1), Some(eye_m)).x > 0.5);
         let hidden_m = DVec3::new(0.501, 0.0, 0.5);
         assert_eq!(from_m(hidden_m, None), hidden_m);

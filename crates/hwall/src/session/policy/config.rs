@@ -10,7 +10,7 @@ use hwall_numeric::check::{non_negative, positive, within};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PolicyConfig {
     /// Loss of a false dispatch (a board sent to a place that is not touched), touches; default 0.2. It trades boards in time against false
-    /// dispatches: a smaller value sends more boards. It is paid when the board is sent, so a board that was sent is not called back to save it.
+    /// dispatches: a smaller value sends more boards. It is charged once, when the board is sent.
     pub false_dispatch: f64,
     /// Share of the loss of a touch that is saved if the board arrives after the hand, in [0, 1]; default 0.1.
     pub late_share: f64,

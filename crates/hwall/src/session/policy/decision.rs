@@ -273,13 +273,17 @@ impl Policy {
                 && contact.distance_m <= self.config.near_m
                 && contact.point_m.distance(goal.stand.point_m) <= self.reach_m
         };
-        let mean = self.hand_motion.velocity();
-        let velocity_m_per_s = mean.map(|mean| mean.mean_m_per_s);
-        let comes = velocity_m_per_s
-            .or(hand.map(|hand| hand.velocity_m_per_s))
+        let comes = (self.mean_velocity_m_per_s(hand))
             .is_some_and(|velocity| velocity.dot(goal.contact.normal) < -self.config.reach_m_per_s);
         let has_come = !comes && hypotheses.iter().any(is_close);
         (!has_come).then_some(goal)
+    }
+
+    /// Velocity of the hand, m/s. The mean suppresses the noise of the tracker.
+    fn mean_velocity_m_per_s(&self, hand: Option<&HandState>) -> Option<DVec3> {
+        let mean = self.hand_motion.velocity();
+        mean.map(|velocity| velocity.mean_m_per_s)
+            .or(hand.map(|hand| hand.velocity_m_per_s))
     }
 
     fn turn_to_waiting(&mut self, t_s: f64, arm: &impl Presenting) {
@@ -293,12 +297,7 @@ impl Policy {
     /// Updates what is known about hand and eyes.
     fn watch(&mut self, t_s: f64, ranked: &[ContactPrediction], hand: Option<&HandState>) {
         let still_m_per_s = self.config.still_m_per_s;
-        // The mean suppresses the noise of the tracker.
-        let mean = self
-            .hand_motion
-            .velocity()
-            .map(|velocity| velocity.mean_m_per_s);
-        let velocity = mean.or(hand.map(|hand| hand.velocity_m_per_s));
+        let velocity = self.mean_velocity_m_per_s(hand);
         let is_still = velocity.is_none_or(|velocity| velocity.length() < still_m_per_s);
         // A fixation that began before the first frame does not count.
         if !is_still || self.moved_s == f64::NEG_INFINITY {
