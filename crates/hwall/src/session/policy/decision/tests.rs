@@ -629,18 +629,31 @@ fn short_glances_make_it_cheaper_to_send_the_board() {
 
 /// With recorded people, one doubtful frame called the board back: the estimate was out of reach, or some centimetres away.
 #[test]
-fn a_board_that_was_sent_is_not_called_back_before_its_touch() {
-    let arm = Arm([Some(0.3), None]);
-    let beside = looked_at(place(0, 0.12, 0.02, 0.9), 0.2);
-    for doubt in [beside, looked_at(place(1, 0.0, 0.02, 0.9), 0.2)] {
-        let mut policy = Policy::new(PolicyConfig::default(), 0.5, 0.075).expect("valid");
-        let sure = looked_at(place(0, 0.0, 0.02, 0.9), 0.2);
-        let sent = rests(&mut policy, &[sure], arm, [0.0, 0.5]);
-        assert!(matches!(sent, Decision::Present(_)), "{sent:?}");
-        let doubted = rests(&mut policy, &[doubt], arm, [0.51, 0.52]);
-        let Decision::Present(contact) = doubted else {
-            panic!("{doubted:?}")
+fn a_false_dispatch_is_charged_once() {
+    let arm = Arm([Some(0.6), None]);
+    let goal = |y: f64| {
+        let contact = place(0, y, 0.01, 1.0);
+        let stand = arm.stand(&contact).expect("held");
+        Goal { contact, stand }
+    };
+    let config = PolicyConfig::default();
+    let loss = |awaited: Option<Goal>| {
+        let chooser = Chooser {
+            config: &config,
+            arm: &arm,
+            reach_m: 0.075,
+            hypotheses: &[],
+            t_s: 0.0,
+            awaited,
+            glance_s: 0.3,
+            unknown: time(NOMINAL_S),
+            revealed: time(NOMINAL_S),
         };
-        assert_eq!(contact.surface, SurfaceId(0));
-    }
+        let way = Way::at(goal(0.0).stand.q);
+        chooser.loss(&Choice::Present(goal(0.0)), &way)
+    };
+    let saved = |awaited: Goal| loss(None) - loss(Some(awaited));
+    assert!((saved(goal(0.0)) - config.false_dispatch).abs() < 1e-12);
+    assert!((saved(goal(0.07)) - config.false_dispatch).abs() < 1e-12);
+    assert_eq!(saved(goal(0.08)), 0.0);
 }
