@@ -188,9 +188,7 @@ mod tests {
             refused_datagrams: 1,
             ..BridgeCounts::default()
         };
-        assert!(
-            told.to_string()
-                .ends_with("\nDatagrams: 4 taken, 2 without a place, 1 refused.")
-        );
+        let last = "\nDatagrams: 4 taken, 2 without a place, 1 refused.";
+        assert!(told.to_string().ends_with(last));
     }
 }

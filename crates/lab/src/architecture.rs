@@ -305,12 +305,14 @@ impl Place {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::path::Path;
+
+    fn root() -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+    }
 
     #[test]
     fn the_crates_of_this_project_are_read() {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let graph = read(&root).unwrap();
+        let graph = read(&root()).unwrap();
         let index = |name: &str| graph.crates.iter().position(|c| c.name == name);
         let used = |from: &str, to: &str| {
             let (from, to) = (index(from).unwrap(), index(to).unwrap());
@@ -338,41 +340,33 @@ mod tests {
             about: String::new(),
             class: "published",
         };
-        let arrow = |from, to, optional| Use { from, to, optional };
+        let arrow = |(from, to, optional)| Use { from, to, optional };
+        let firm = [(0, 1), (0, 2), (1, 2), (0, 3)].map(|(from, to)| (from, to, false));
+        let optional = [(1, 3, true), (2, 3, true)];
         let mut graph = CrateGraph {
             crates: ["a", "b", "c", "d"].map(node).to_vec(),
-            uses: vec![
-                arrow(0, 1, false),
-                arrow(0, 2, false),
-                arrow(1, 2, false),
-                arrow(1, 3, true),
-                arrow(0, 3, false),
-                arrow(2, 3, true),
-            ],
+            uses: firm.into_iter().chain(optional).map(arrow).collect(),
         };
         let kept: Vec<_> = graph.needed().map(|u| (u.from, u.to)).collect();
         // 1 -> 3 is optional and implied through 2; 0 -> 3 is not.
         assert_eq!(kept, [(0, 1), (1, 2), (0, 3), (2, 3)]);
         assert_eq!(graph.layers(), Some(vec![3, 2, 1, 0]));
-        graph.uses.push(arrow(3, 0, false));
+        graph.uses.push(arrow((3, 0, false)));
         assert_eq!(graph.layers(), None);
     }
 
     #[test]
     fn the_tracked_picture_shows_the_crates_as_they_are() {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let tracked = root.join("docs/figures/architecture/house.svg");
+        let tracked = root().join("docs/figures/architecture/house.svg");
         let tracked = std::fs::read_to_string(tracked).unwrap();
-        let drawn = svg(&read(&root).unwrap()).unwrap();
-        assert!(
-            tracked == drawn,
-            "house.svg is out of date: cargo run --release --example architecture -- --docs"
-        );
+        let remedy = "cargo run --release --example architecture -- --docs";
+        let is_drawn = tracked == svg(&read(&root()).unwrap()).unwrap();
+        assert!(is_drawn, "house.svg is out of date: {remedy}");
     }
 
     #[test]
     fn every_arrow_points_down() {
-        let graph = read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")).unwrap();
+        let graph = read(&root()).unwrap();
         let layers = layers(&graph).unwrap();
         let layer = |node| layers.iter().position(|l| l.contains(&node)).unwrap();
         assert!(graph.uses.iter().all(|u| layer(u.from) > layer(u.to)));

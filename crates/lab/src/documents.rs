@@ -249,15 +249,10 @@ mod tests {
         assert!(written_by().starts_with("Written by `cargo run"));
         // Machine-specific paths are removed.
         let here = std::env::temp_dir().join("my scene.obj");
-        let words = [
-            here.display().to_string(),
-            format!("--in={}", here.display()),
-        ];
+        let words = ["", "--in="].map(|flag| format!("{flag}{}", here.display()));
         let said = sentence_about("in_time", &words);
-        assert!(
-            said.contains("-- 'my scene.obj' '--in=my scene.obj'`"),
-            "{said}"
-        );
+        let named = "-- 'my scene.obj' '--in=my scene.obj'`";
+        assert!(said.contains(named), "{said}");
     }
 
     #[test]

@@ -188,11 +188,15 @@ mod tests {
     /// Regression: predictors were trained before these were refused.
     #[test]
     fn options_that_exclude_each_other_are_refused_before_the_work() {
-        for (words, why) in [
-            (
-                "--fri-bursts 0.02 --arm-level torque",
-                "commanded by positions",
-            ),
+        let refused = |line: &str, why: &str| {
+            let words = [""].into_iter().chain(line.split(' '));
+            let refused = run(&JobOptions::parse_from(words), &mut Vec::new(), |_| {});
+            let said = format!("{:#}", refused.unwrap_err());
+            assert!(said.contains(why), "{line}: {said}");
+        };
+        let positions = "commanded by positions";
+        for (line, why) in [
+            ("--fri-bursts 0.02 --arm-level torque", positions),
             ("--fri-bursts 0.02 --period-ms 2.5", "whole milliseconds"),
             ("--period-ms 21", "--period-ms must lie in"),
             ("--hand-meets 0.2", "--base drives or both"),
@@ -200,42 +204,19 @@ mod tests {
             ("--gestures --hand a.csv", "--gestures excludes --hand"),
         ] {
             // No work is done: the scene does not exist.
-            let words = words.split(' ').chain(["--scene", "nowhere.obj"]);
-            let job = JobOptions::parse_from([""].into_iter().chain(words));
-            let refused = run(&job, &mut Vec::new(), |_| {}).unwrap_err();
-            assert!(format!("{refused:#}").contains(why), "{refused:#}");
+            refused(&format!("{line} --scene nowhere.obj"), why);
         }
-        for flags in [
-            "--scene nowhere.obj",
-            "--hand nowhere.csv",
-            "--place none",
-            "--gestures",
-            "--predictor end-to-end",
-            "--hand-origin 0,0,0,0",
-            "--fri-bursts 0.02",
-            "--explain",
-            "--glb",
-            "--mcap nowhere.mcap",
-            "--arm-level torque",
-            "--adapt off",
-            "--plain",
-            "--period-ms 2",
-            "--period-ms nan",
-        ] {
-            let words = ["", "--base", "drives"].into_iter();
-            let job = JobOptions::parse_from(words.chain(flags.split(' ')));
-            let refused = run(&job, &mut Vec::new(), |_| {}).unwrap_err().to_string();
+        let excluded = "--scene nowhere.obj, --hand nowhere.csv, --place none, --gestures, --predictor end-to-end, \
+                        --hand-origin 0,0,0,0, --fri-bursts 0.02, --explain, --glb, --mcap nowhere.mcap, \
+                        --arm-level torque, --adapt off, --plain, --period-ms 2, --period-ms nan";
+        for flags in excluded.split(", ") {
             let flag = flags.split(' ').next().unwrap();
-            assert!(
-                refused.contains(&format!("drives excludes {flag}")),
-                "{refused}"
-            );
+            let why = format!("drives excludes {flag}");
+            refused(&format!("--base drives {flags}"), &why);
         }
         for speed in ["0.31", "-0.1", "nan"] {
-            let words = ["", "--base", "both", "--hand-meets", speed];
-            let refused = run(&JobOptions::parse_from(words), &mut Vec::new(), |_| {});
-            let refused = refused.unwrap_err().to_string();
-            assert!(refused.contains("--hand-meets must lie in"), "{refused}");
+            let line = format!("--base both --hand-meets {speed}");
+            refused(&line, "--hand-meets must lie in");
         }
         for (words, why) in [
             ("--fri-bursts -0.1", "--fri-bursts"),

@@ -504,14 +504,14 @@ mod tests {
             thinned_surfaces: names(n),
             ..LoadReport::default()
         };
-        let lines = |n| repairs(&report(n));
-        assert_eq!(lines(0), ["scene, left out or mended: 7 degenerate faces"]);
-        assert_eq!(
-            lines(3),
-            ["scene, left out or mended: 7 degenerate faces (s0, s1, s2)"]
-        );
-        let many = "scene, left out or mended: 7 degenerate faces (s0, s1, s2 and 2 more)";
-        assert_eq!(lines(5), [many]);
+        for (surfaces, named) in [
+            (0, ""),
+            (3, " (s0, s1, s2)"),
+            (5, " (s0, s1, s2 and 2 more)"),
+        ] {
+            let line = format!("scene, left out or mended: 7 degenerate faces{named}");
+            assert_eq!(repairs(&report(surfaces)), [line]);
+        }
         assert!(repairs(&LoadReport::default()).is_empty());
     }
 

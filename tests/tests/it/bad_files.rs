@@ -9,13 +9,13 @@ use std::path::{Path, PathBuf};
 
 const WALL: &str = "o wall\nv 1 -1 0\nv 1 1 0\nv 1 1 2\nv 1 -1 2\nf 1 2 3 4\n";
 
-/// The same in centimetres.
-const WALL_CM: &str =
-    "o wall\nv 100 -100 0\nv 100 100 0\nv 100 100 200\nv 100 -100 200\nf 1 2 3 4\n";
+fn path(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
 
 /// A file in the folder that cargo gives to integration tests.
 fn file(name: &str, content: &[u8]) -> PathBuf {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let path = path(name);
     std::fs::write(&path, content).unwrap();
     path
 }
@@ -23,18 +23,13 @@ fn file(name: &str, content: &[u8]) -> PathBuf {
 /// The line that `error: ...` would show, checked to be one line and not too long.
 fn refusal(scene: Option<&Path>, hand: Option<&Path>, auto: bool) -> String {
     let arm = BoardArm::named("iiwa7", &Board::default()).unwrap();
-    let scene = scene
-        .into_iter()
-        .flat_map(|path| [OsStr::new("--scene"), path.as_os_str()]);
-    let hand = hand
-        .into_iter()
-        .flat_map(|path| [OsStr::new("--hand"), path.as_os_str()]);
-    let place = [
-        "",
-        "--axes=z-up",
-        if auto { "--place=auto" } else { "--place=none" },
-    ];
-    let words = place.into_iter().map(OsStr::new).chain(scene).chain(hand);
+    let place = if auto { "--place=auto" } else { "--place=none" };
+    let mut words = ["", "--axes=z-up", place].map(OsStr::new).to_vec();
+    for (flag, path) in [("--scene", scene), ("--hand", hand)] {
+        if let Some(path) = path {
+            words.extend([OsStr::new(flag), path.as_os_str()]);
+        }
+    }
     let options = SettingFlags::parse_from(words);
     let error = Setting::new(&arm, &options)
         .map(|_| ())
@@ -47,13 +42,11 @@ fn refusal(scene: Option<&Path>, hand: Option<&Path>, auto: bool) -> String {
 
 #[test]
 fn a_missing_scene_or_recording_is_named() {
-    let nowhere = Path::new(env!("CARGO_TARGET_TMPDIR")).join("nowhere.obj");
-    assert!(refusal(Some(&nowhere), None, false).contains("nowhere.obj"));
+    assert!(refusal(Some(&path("nowhere.obj")), None, false).contains("nowhere.obj"));
     let scene = file("missing_hand.obj", WALL.as_bytes());
-    let nobody = Path::new(env!("CARGO_TARGET_TMPDIR")).join("nobody.csv");
-    assert!(refusal(Some(&scene), Some(&nobody), true).contains("nobody.csv"));
+    assert!(refusal(Some(&scene), Some(&path("nobody.csv")), true).contains("nobody.csv"));
     // A folder is no file.
-    assert!(!refusal(Some(Path::new(env!("CARGO_TARGET_TMPDIR"))), None, false).is_empty());
+    assert!(!refusal(Some(&path("")), None, false).is_empty());
 }
 
 #[test]
@@ -61,11 +54,7 @@ fn a_malformed_scene_names_the_line_and_what_is_wrong() {
     for (name, content, wanted) in [
         ("short.obj", &b"o wall\nv 1 2\nf 1 1 1\n"[..], "line 2"),
         ("words.obj", b"o wall\nv 1 2 here\n", "line 2"),
-        (
-            "nan.obj",
-            b"v 0 0 0\nv nan 1 0\nv 0 1 1\nf 1 2 3\n",
-            "line 2",
-        ),
+        ("nan.obj", b"v 0 0 0\nv nan 1 0\nf 1 2 2\n", "line 2"),
         ("index.obj", b"v 0 0 0\nv 0 1 0\nv 0 1 1\nf 1 2 9\n", "9"),
         ("empty.obj", b"", "no face"),
         ("image.obj", b"\x89PNG\r\n\x1a\n\xff\xfe", "not"),
@@ -82,33 +71,25 @@ fn a_malformed_scene_names_the_line_and_what_is_wrong() {
 #[test]
 fn a_malformed_recording_names_the_line_and_what_is_wrong() {
     let scene = file("hand_wall.obj", WALL.as_bytes());
-    for (name, content, wanted) in [
-        ("empty.csv", &b""[..], "header"),
-        ("header.csv", b"t,palm_x,palm_y,palm_z\n", "no samples"),
-        ("columns.csv", b"t,a,b\n0,1,2\n", "hand"),
-        ("half_point.csv", b"t,palm_x,palm_y\n0,1,2\n", "palm_z"),
-        (
-            "words.csv",
-            b"t,palm_x,palm_y,palm_z\n0,1,2,3\n1,here,2,3\n",
-            "line 3",
-        ),
-        ("nan.csv", b"t,palm_x,palm_y,palm_z\n0,NaN,2,3\n", "line 2"),
-        ("cells.csv", b"t,palm_x,palm_y,palm_z\n0,1,2\n", "line 2"),
-        (
-            "back.csv",
-            b"t,palm_x,palm_y,palm_z\n1,1,2,3\n0,1,2,3\n",
-            "line 3",
-        ),
-        ("image.csv", b"\x89PNG\r\n\x1a\n\xff\xfe", "column \"t\""),
-        (
-            "still.csv",
-            b"t,palm_x,palm_y,palm_z\n0,1,2,3\n0.01,1,2,3\n",
-            "reach",
-        ),
+    let said = |content: &[u8]| refusal(Some(&scene), Some(&file("bad.csv", content)), true);
+    for (content, wanted) in [
+        (&b""[..], "header"),
+        (b"t,a,b\n0,1,2\n", "hand"),
+        (b"t,palm_x,palm_y\n0,1,2\n", "palm_z"),
+        (b"\x89PNG\r\n\x1a\n\xff\xfe", "column \"t\""),
     ] {
-        let path = file(name, content);
-        let line = refusal(Some(&scene), Some(&path), true);
-        assert!(line.contains(wanted), "{name}: {line}");
+        assert!(said(content).contains(wanted), "{wanted}");
+    }
+    for (rows, wanted) in [
+        ("", "no samples"),
+        ("0,1,2,3\n1,here,2,3\n", "line 3"),
+        ("0,NaN,2,3\n", "line 2"),
+        ("0,1,2\n", "line 2"),
+        ("1,1,2,3\n0,1,2,3\n", "line 3"),
+        ("0,1,2,3\n0.01,1,2,3\n", "reach"),
+    ] {
+        let line = said(format!("t,palm_x,palm_y,palm_z\n{rows}").as_bytes());
+        assert!(line.contains(wanted), "{rows:?}: {line}");
     }
 }
 
@@ -117,10 +98,10 @@ fn placing_without_a_recording_and_a_scene_out_of_reach_are_told() {
     assert!(refusal(None, None, true).contains("--hand"));
     let far = file("far.obj", WALL.replace("v 1 ", "v 9 ").as_bytes());
     assert!(refusal(Some(&far), None, false).contains("reach"));
-    let centimetres = file("centimetres.obj", WALL_CM.as_bytes());
-    assert!(
-        refusal(Some(&centimetres), None, false).contains("looks like centimetres: --scale 0.01")
-    );
+    let centimetres = b"v 100 -100 0\nv 100 100 0\nv 100 100 200\nv 100 -100 200\nf 1 2 3 4\n";
+    let line = refusal(Some(&file("centimetres.obj", centimetres)), None, false);
+    let hint = "looks like centimetres: --scale 0.01";
+    assert!(line.contains(hint), "{line}");
     let floor = file("floor.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     assert!(refusal(Some(&floor), None, false).contains("vertical"));
 }
@@ -142,13 +123,4 @@ fn a_made_up_hand_is_told_of_its_flag_at_once() {
     let hand = file("rigid.csv", text.as_bytes());
     let line = refusal(Some(&scene), Some(&hand), true);
     assert!(line.contains("--rigid-hand"), "{line}");
-}
-
-#[test]
-fn a_recording_of_several_trials_says_how_to_choose_one() {
-    let scene = file("trials_wall.obj", WALL.as_bytes());
-    let text = "trial,t,palm_x,palm_y,palm_z\n1,0,0,0,0\n2,0,0,0,0\n";
-    let hand = file("trials.csv", text.as_bytes());
-    let line = refusal(Some(&scene), Some(&hand), true);
-    assert!(line.contains("--trial chooses, here 1, 2"), "{line}");
 }

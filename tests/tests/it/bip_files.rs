@@ -1,5 +1,6 @@
 //! Folders of trajectories: what is in them arrives, and what is wrong ends in one clear line.
 
+use crate::common::files::empty_folder;
 use hwall_lab::bip::run::{self, Runs};
 use hwall_lab::bip::scores::{Accuracy, dof_sets};
 use hwall_lab::bip::setup::{BasisChoice, Indices, Mode, Noise, Setup};
@@ -9,12 +10,7 @@ use std::path::{Path, PathBuf};
 
 /// A fresh folder with these files.
 fn folder(name: &str, files: &[(&str, &str)]) -> PathBuf {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR"))
-        .join("bip_files")
-        .join(name);
-    // Nothing may be left of an earlier run.
-    let _ = std::fs::remove_dir_all(&path);
-    std::fs::create_dir_all(&path).unwrap();
+    let path = empty_folder(&format!("bip_files/{name}"));
     for (file, content) in files {
         std::fs::write(path.join(file), content).unwrap();
     }
@@ -40,6 +36,14 @@ fn one_line(error: &anyhow::Error) -> String {
     line
 }
 
+/// The refusal of training or test data says all of these.
+fn refused(train: &Path, test: &Path, setup: &Setup, wanted: &[&str]) {
+    let line = one_line(&go(train, test, setup).expect_err("refused"));
+    for wanted in wanted {
+        assert!(line.contains(wanted), "no {wanted} in {line}");
+    }
+}
+
 /// The whole way of the example, from folders to runs.
 fn go(train: &Path, test: &Path, setup: &Setup) -> anyhow::Result<Runs> {
     let TrainTest { train, test } = trajectories::read_both(train, test)?;
@@ -61,29 +65,26 @@ fn a_malformed_file_is_named_with_line_and_column() {
     let good = good("malformed");
     let setup = setup("0", "exact", "fit");
     for (i, (content, wanted)) in [
-        ("x,y\n0,0\n1\n", vec!["line 3"]),
-        ("x,y\n0,0\n1,2,3\n", vec!["line 3"]),
-        ("x,y\n0,0\n1,here\n", vec!["line 3", "column y", "here"]),
-        ("x,y\n0,0\n1,inf\n", vec!["line 3", "column y", "inf"]),
-        ("x,y\n0,inf\n1,1\n", vec!["line 2", "column y", "inf"]),
-        ("x,y\n0,1e999\n1,1\n", vec!["line 2", "column y", "1e999"]),
-        ("x,y\n0,0\n\n1,1\n", vec!["line 3", "blank"]),
-        ("x,y\n", vec!["no samples"]),
-        ("", vec!["header"]),
-        ("x,x\n0,0\n", vec!["\"x\"", "twice"]),
-        ("x,\n0,0\n", vec!["line 2", "2 cells"]),
-        ("x,t\n0,0\n", vec!["line 1", "t is column 2"]),
-        ("t\n0\n1\n", vec!["line 1", "no column"]),
-        (
-            "t,x,y\n0,1,2\n0,1,2\n",
-            vec!["line 3", "column t", "follow"],
-        ),
-        ("t,x,y\n1,1,2\n0.5,1,2\n", vec!["line 3", "column t", "0.5"]),
-        ("t,x,y\n0,1,2\n,1,2\n", vec!["line 3", "column t"]),
-        ("x,z\n0,0\n1,1\n", vec!["column y", "column z"]),
-        ("x,y,z\n0,0,0\n1,1,1\n", vec!["2", "3"]),
-        ("t,x,y\n0,0,0\n1,1,1\n", vec!["only one has time stamps"]),
-        ("y,x\n0,0\n1,1\n", vec!["degree of freedom 0"]),
+        ("x,y\n0,0\n1\n", &["line 3"][..]),
+        ("x,y\n0,0\n1,2,3\n", &["line 3"]),
+        ("x,y\n0,0\n1,here\n", &["line 3", "column y", "here"]),
+        ("x,y\n0,0\n1,inf\n", &["line 3", "column y", "inf"]),
+        ("x,y\n0,inf\n1,1\n", &["line 2", "column y", "inf"]),
+        ("x,y\n0,1e999\n1,1\n", &["line 2", "column y", "1e999"]),
+        ("x,y\n0,0\n\n1,1\n", &["line 3", "blank"]),
+        ("x,y\n", &["no samples"]),
+        ("", &["header"]),
+        ("x,x\n0,0\n", &["\"x\"", "twice"]),
+        ("x,\n0,0\n", &["line 2", "2 cells"]),
+        ("x,t\n0,0\n", &["line 1", "t is column 2"]),
+        ("t\n0\n1\n", &["line 1", "no column"]),
+        ("t,x\n0,1\n0,1\n", &["line 3", "column t", "follow"]),
+        ("t,x,y\n1,1,2\n0.5,1,2\n", &["line 3", "column t", "0.5"]),
+        ("t,x,y\n0,1,2\n,1,2\n", &["line 3", "column t"]),
+        ("x,z\n0,0\n1,1\n", &["column y", "column z"]),
+        ("x,y,z\n0,0,0\n1,1,1\n", &["2", "3"]),
+        ("t,x,y\n0,0,0\n1,1,1\n", &["only one has time stamps"]),
+        ("y,x\n0,0\n1,1\n", &["degree of freedom 0"]),
     ]
     .into_iter()
     .enumerate()
@@ -91,16 +92,14 @@ fn a_malformed_file_is_named_with_line_and_column() {
         let bad = folder(&format!("bad_{i}"), &[("bad_1.csv", content)]);
         // As training and as test data.
         for (train, test) in [(&bad, &good), (&good, &bad)] {
-            let line = one_line(&go(train, test, &setup).expect_err(content));
-            assert!(line.contains("bad_1.csv"), "{content:?}: {line}");
-            for wanted in &wanted {
-                assert!(line.contains(wanted), "{content:?}: {wanted} in {line}");
-            }
+            println!("{content:?}");
+            let wanted = [&["bad_1.csv"][..], wanted].concat();
+            refused(train, test, &setup, &wanted);
         }
     }
     let image = folder("image", &[]);
     std::fs::write(image.join("image.csv"), b"\x89PNG\r\n\x1a\n\xff\xfe").unwrap();
-    assert!(one_line(&go(&image, &good, &setup).unwrap_err()).contains("image.csv"));
+    refused(&image, &good, &setup, &["image.csv"]);
 }
 
 #[test]
@@ -108,10 +107,8 @@ fn a_missing_value_is_an_error_in_training_only() {
     let gap = folder("gap", &[("gap.csv", "x,y\n0,0\n0.5,\n1,1\n")]);
     let good = good("missing");
     let setup = setup("0-1", "exact", "fit");
-    let line = one_line(&go(&gap, &good, &setup).unwrap_err());
-    for wanted in ["gap.csv", "line 3", "column y", "missing"] {
-        assert!(line.contains(wanted), "{line}");
-    }
+    let wanted = ["gap.csv", "line 3", "column y", "missing"];
+    refused(&gap, &good, &setup, &wanted);
     let runs = go(&good, &gap, &setup).unwrap();
     assert_eq!(runs.tests[0].samples, 3);
     // A sample without any value lets its time pass and adds no evidence.
@@ -157,30 +154,23 @@ fn folders_that_are_missing_or_empty_are_named() {
         (&nowhere, &good, "nowhere"),
         (&good, &nowhere, "nowhere"),
     ] {
-        let line = one_line(&go(train, test, &setup).unwrap_err());
-        assert!(line.contains(wanted), "{line}");
+        refused(train, test, &setup, &[wanted]);
     }
     let meta = folder("meta", &[("a.csv", GOOD), ("workload_meta.json", "{")]);
-    assert!(one_line(&go(&good, &meta, &setup).unwrap_err()).contains("workload_meta.json"));
+    refused(&good, &meta, &setup, &["workload_meta.json"]);
     // Too short to train on, long enough to filter.
     let short = folder("short", &[("short.csv", "x,y\n0,0\n")]);
-    assert!(one_line(&go(&short, &good, &setup).unwrap_err()).contains("short.csv"));
+    refused(&short, &good, &setup, &["short.csv"]);
     assert_eq!(go(&good, &short, &setup).unwrap().tests[0].samples, 1);
 }
 
 #[test]
 fn what_cannot_run_says_why() {
     let good = good("why");
-    for (setup, wanted) in [
-        (setup("0,7", "exact", "fit"), "column 7"),
-        (setup("1,9", "bank", "fit"), "column 9"),
-    ] {
-        let line = one_line(&go(&good, &good, &setup).unwrap_err());
-        assert!(line.contains(wanted), "{line}");
-    }
+    refused(&good, &good, &setup("0,7", "exact", "fit"), &["column 7"]);
+    refused(&good, &good, &setup("1,9", "bank", "fit"), &["column 9"]);
     let one = folder("one", &[("one.csv", GOOD)]);
-    let line = one_line(&go(&one, &good, &setup("0", "exact", "loo")).unwrap_err());
-    assert!(line.contains("3 are needed"), "{line}");
+    refused(&one, &good, &setup("0", "exact", "loo"), &["3 are needed"]);
     for mode in ["exact", "compat", "bank", "ensemble:20"] {
         assert!(go(&one, &good, &setup("0", mode, "fit")).is_ok());
     }
@@ -189,7 +179,7 @@ fn what_cannot_run_says_why() {
             phase_variance: variance,
             ..setup("0", "exact", "fit")
         };
-        one_line(&go(&good, &good, &setup).unwrap_err());
+        refused(&good, &good, &setup, &[]);
     }
 }
 
@@ -199,10 +189,8 @@ fn words_of_the_command_line_that_mean_nothing_are_refused() {
     for text in " - 1- 5-3 a 0,0 0-3,2 -1 99999999999 1,,2".split(' ') {
         one_line(&text.parse::<Indices>().expect_err(text));
     }
-    assert_eq!(
-        "0-2, 7".parse::<Indices>().unwrap(),
-        "0,1,2,7".parse().unwrap()
-    );
+    let columns = |text: &str| text.parse::<Indices>().unwrap();
+    assert_eq!(columns("0-2, 7"), columns("0,1,2,7"));
     for text in " poly poly:0 poly:-1 poly:8:1 poly:101 gauss:6:0 gauss:6:nan sigmoid:6 sigmoid:6:inf fourier:3".split(' ') {
         one_line(&text.parse::<BasisChoice>().expect_err(text));
     }
@@ -220,10 +208,11 @@ fn write(folder: &Path, prefix: &str, set: &TrajectorySet) {
         let times = t.times_s.as_ref().unwrap();
         let mut text = format!("t,{}\n", set.columns.join(","));
         for (time, row) in times.iter().zip(&t.rows) {
-            let cells = row
-                .iter()
-                .map(|v| v.map_or(String::new(), |v| v.to_string()));
-            text += &format!("{time},{}\n", cells.collect::<Vec<_>>().join(","));
+            text += &time.to_string();
+            for value in row {
+                text += &value.map_or(",".to_owned(), |value| format!(",{value}"));
+            }
+            text += "\n";
         }
         std::fs::write(folder.join(format!("{prefix}_{:03}.csv", t.id)), text).unwrap();
     }
@@ -236,47 +225,31 @@ fn one_folder_for_both_comes_back_as_it_was_written() {
     let both = folder("both", &[]);
     write(&both, "train", &train);
     write(&both, "test", &test);
-    let entries: Vec<String> = (0..4)
-        .map(|i| {
-            format!(
-                r#"{{"file": "csv/test_{i:03}.csv", "kind": "kind{}"}}"#,
-                i % 2
-            )
-        })
-        .collect();
+    let entries = [0, 1, 2, 3].map(|i| {
+        let kind = i % 2;
+        format!(r#"{{"file": "csv/test_{i:03}.csv", "kind": "kind{kind}"}}"#)
+    });
     let meta = format!(r#"{{"test": [{}]}}"#, entries.join(","));
     std::fs::write(both.join("workload_meta.json"), meta).unwrap();
-    let TrainTest {
-        train: train_read,
-        test: test_read,
-    } = trajectories::read_both(&both, &both).unwrap();
-    assert_eq!(train_read.columns, train.columns);
-    assert_eq!(
-        (train_read.trajectories.len(), test_read.trajectories.len()),
-        (6, 4)
-    );
-    for (read, made) in test_read.trajectories.iter().zip(&test.trajectories) {
-        assert_eq!(
-            (read.id, &read.times_s, &read.rows),
-            (made.id, &made.times_s, &made.rows)
-        );
-        assert_eq!(
-            read.kind.as_deref(),
-            Some(["kind0", "kind1"][read.id as usize % 2])
-        );
+    let read = trajectories::read_both(&both, &both).unwrap();
+    assert_eq!(read.train.columns, train.columns);
+    let count = |set: &TrajectorySet| set.trajectories.len();
+    assert_eq!((count(&read.train), count(&read.test)), (6, 4));
+    for (read, made) in read.test.trajectories.iter().zip(&test.trajectories) {
+        assert_eq!((read.id, &read.rows), (made.id, &made.rows));
+        assert_eq!(read.times_s, made.times_s);
+        let kind = ["kind0", "kind1"][read.id as usize % 2];
+        assert_eq!(read.kind.as_deref(), Some(kind));
     }
     // From here to the tables, the file and the figures.
     let setup = setup(reaches::OBSERVED, "exact", "2.5");
-    let trained = setup.train(&train_read).unwrap();
-    let runs = run::run(&setup, &trained, &test_read).unwrap();
+    let trained = setup.train(&read.train).unwrap();
+    let runs = run::run(&setup, &trained, &read.test).unwrap();
     let text = report::tables(&setup, &trained, &runs);
-    assert!(
-        text.contains("kind0 (2)") && text.contains("kind1 (2)"),
-        "{text}"
-    );
-    assert!(!text.contains("NaN"), "{text}");
+    let both_kinds = text.contains("kind0 (2)") && text.contains("kind1 (2)");
+    assert!(both_kinds && !text.contains("NaN"), "{text}");
     let json = both.join("out.json");
-    report::write_json(&json, &setup, &trained, &test_read.columns, &runs).unwrap();
+    report::write_json(&json, &setup, &trained, &read.test.columns, &runs).unwrap();
     let json = std::fs::read_to_string(json).unwrap();
     assert!(!json.contains("null,null") && json.contains("\"P01\""));
     let sets = dof_sets(&setup, &trained);
@@ -323,14 +296,9 @@ fn the_end_of_a_synthetic_reach_is_predicted() {
     assert_eq!(runs.tests, again.tests);
     for set in dof_sets(&setup, &trained) {
         let median = |percent| Accuracy::at(&runs.tests, &set, percent).median;
-        println!(
-            "{}: {} {} {}",
-            set.name,
-            median(10),
-            median(50),
-            median(100)
-        );
-        assert!(median(10) > 2.0 * median(50) && median(50) > 4.0 * median(100));
-        assert!(median(100) < 3e-3);
+        let medians = [10, 50, 100].map(median);
+        let [early, middle, end] = medians;
+        assert!(early > 2.0 * middle && middle > 4.0 * end, "{medians:?}");
+        assert!(end < 3e-3, "{end}");
     }
 }

@@ -1,5 +1,7 @@
 //! Recordings as studies bring them, with columns, cells and names missing, through the whole comparison.
 
+use crate::common::files::empty_folder;
+use hwall_contact::{Hold, RidgeWindow};
 use hwall_hand::{HandPoint, Quantity, Recording, write_recordings};
 use hwall_lab::contact::candidates::Candidate;
 use hwall_lab::contact::recordings::{FoundSources, read};
@@ -11,29 +13,22 @@ use hwall_lab::study::arguments::Arguments;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const PEOPLE: usize = 3;
 const REACHES: usize = 15;
 
+/// Reaches of three people.
 fn people() -> Vec<SimulatedReach> {
-    let config = DemonstrationConfig::pointing();
-    generate(&DemonstrationConfig {
+    let config = DemonstrationConfig {
         train: PartSize {
-            people: PEOPLE,
+            people: 3,
             reaches: REACHES,
         },
-        ..config
-    })
-    .unwrap()
+        ..DemonstrationConfig::pointing()
+    };
+    generate(&config).unwrap()
 }
 
-fn empty_folder(name: &str) -> PathBuf {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR"))
-        .join("contact_study_files")
-        .join(name);
-    // Nothing may be left of an earlier run.
-    let _ = fs::remove_dir_all(&path);
-    fs::create_dir_all(&path).unwrap();
-    path
+fn folder(name: &str) -> PathBuf {
+    empty_folder(&format!("contact_study_files/{name}"))
 }
 
 /// What a study may leave out.
@@ -83,11 +78,15 @@ fn write(path: &Path, recordings: &[Recording]) {
 
 fn quick() -> Vec<Candidate> {
     vec![
-        Candidate::of("hold", |r| hwall_contact::Hold::train(r)),
-        Candidate::of("ridge on five frames", |r| {
-            hwall_contact::RidgeWindow::train(r)
-        }),
+        Candidate::of("hold", |r| Hold::train(r)),
+        Candidate::of("ridge on five frames", |r| RidgeWindow::train(r)),
     ]
+}
+
+/// The report about the recordings of a folder.
+fn text_of(dir: &Path, out: Option<&Path>) -> String {
+    let report = recordings(dir, &quick(), &Choice::default(), out);
+    report.unwrap().text
 }
 
 /// Number of reaches, description of the split, and the report.
@@ -97,9 +96,7 @@ fn study(dir: &Path) -> (usize, String, String) {
     assert_eq!(sources.len(), 1, "one study");
     let out = dir.with_extension("out");
     fs::create_dir_all(&out).unwrap();
-    let text = recordings(dir, &quick(), &Choice::default(), Some(&out))
-        .unwrap()
-        .text;
+    let text = text_of(dir, Some(&out));
     assert!(!text.contains("Not run"), "{text}");
     assert!(!text.contains("NaN"), "{text}");
     let split = sources[0].split().description;
@@ -108,7 +105,7 @@ fn study(dir: &Path) -> (usize, String, String) {
 
 #[test]
 fn the_tip_of_one_finger_is_enough() {
-    let dir = empty_folder("index");
+    let dir = folder("index");
     let kept = Kept {
         palm: false,
         ..PALM
@@ -133,7 +130,7 @@ fn the_tip_of_one_finger_is_enough() {
 
 #[test]
 fn targets_and_contacts_are_the_labels_where_there_are_any() {
-    let dir = empty_folder("labelled");
+    let dir = folder("labelled");
     let kept = Kept {
         head: true,
         target: true,
@@ -163,7 +160,7 @@ fn people_need_no_names() {
         person: false,
         ..PALM
     };
-    let dir = empty_folder("trials");
+    let dir = folder("trials");
     let mut trials = thinned(&made, kept);
     for (number, recording) in trials.iter_mut().enumerate() {
         recording.trial = Some(number.to_string());
@@ -174,7 +171,7 @@ fn people_need_no_names() {
     assert!(split.contains("each recording held out"), "{split}");
     assert!(text.contains("palm, index;"), "{text}");
 
-    let dir = empty_folder("files");
+    let dir = folder("files");
     let unnamed = thinned(
         &made,
         Kept {
@@ -193,7 +190,7 @@ fn people_need_no_names() {
 
 #[test]
 fn empty_cells_are_gaps_and_no_more() {
-    let dir = empty_folder("gaps");
+    let dir = folder("gaps");
     let kept = Kept { head: true, ..PALM };
     let mut all = thinned(&people(), kept);
     for recording in &mut all {
@@ -212,11 +209,8 @@ fn empty_cells_are_gaps_and_no_more() {
         }
     }
     write(&dir.join("all.csv"), &all);
-    assert!(
-        fs::read_to_string(dir.join("all.csv"))
-            .unwrap()
-            .contains(",,,")
-    );
+    let text = fs::read_to_string(dir.join("all.csv")).unwrap();
+    assert!(text.contains(",,,"));
     let (reaches, split, _) = study(&dir);
     assert_eq!(reaches, REACHES);
     assert!(split.contains("each person held out"), "{split}");
@@ -224,7 +218,7 @@ fn empty_cells_are_gaps_and_no_more() {
 
 #[test]
 fn predictions_are_written_at_the_moments_and_every_fifty_ms() {
-    let dir = empty_folder("rows");
+    let dir = folder("rows");
     palms(&dir.join("all.csv"));
     study(&dir);
     let rows = fs::read_to_string(dir.with_extension("out").join("all_predictions.csv")).unwrap();
@@ -233,18 +227,18 @@ fn predictions_are_written_at_the_moments_and_every_fifty_ms() {
     assert!((18.0..36.0).contains(&per_reach), "{per_reach}");
 }
 
-/// The output of the program with these arguments, or its error.
-fn asked(words: &[&str]) -> Result<String, String> {
-    let arguments = Arguments::of([&["contact_study"], words].concat()).unwrap();
-    let said = arguments.run().map_err(|error| format!("{error:#}"));
-    if let Err(why) = &said {
-        assert!(!why.contains('\n'), "one line: {why}");
-    }
-    said
-}
-
-fn text_of(path: &Path) -> &str {
-    path.to_str().unwrap()
+/// Why the program refuses these arguments; paths that begin with a dot are of the folder.
+fn why_not(line: &str, dir: &Path) -> String {
+    let path = |word: &str| match word.strip_prefix('.') {
+        Some(below) => format!("{}{below}", dir.display()),
+        None => word.to_owned(),
+    };
+    let words: Vec<String> = line.split(' ').map(path).collect();
+    let words = words.iter().map(String::as_str);
+    let arguments = Arguments::of(["contact_study"].into_iter().chain(words)).unwrap();
+    let why = format!("{:#}", arguments.run().unwrap_err());
+    assert!(!why.contains('\n'), "one line: {why}");
+    why
 }
 
 /// All reaches, with the palm alone.
@@ -254,32 +248,25 @@ fn palms(path: &Path) {
 
 #[test]
 fn columns_that_mean_nothing_are_named() {
-    let dir = empty_folder("columns");
+    let dir = folder("columns");
     let file = dir.join("all.csv");
     palms(&file);
     let text = fs::read_to_string(&file).unwrap();
-    let wider: Vec<String> = text
-        .lines()
-        .enumerate()
-        .map(|(i, line)| line.to_owned() + if i == 0 { ",pinch,Palm_X" } else { ",1,2" })
-        .collect();
-    fs::write(&file, wider.join("\n")).unwrap();
-    let text = recordings(&dir, &quick(), &Choice::default(), None)
-        .unwrap()
-        .text;
+    let wider = text.trim_end().replace('\n', ",1,2\n") + ",1,2\n";
+    let wider = wider.replacen(",1,2", ",pinch,Palm_X", 1);
+    fs::write(&file, wider).unwrap();
+    let text = text_of(&dir, None);
     assert!(text.contains("Ignored columns: pinch, Palm_X."), "{text}");
     palms(&file);
-    let text = recordings(&dir, &quick(), &Choice::default(), None)
-        .unwrap()
-        .text;
+    let text = text_of(&dir, None);
     assert!(!text.contains("Ignored columns"), "{text}");
 }
 
 #[test]
 fn a_folder_without_a_recording_says_why_of_every_file() {
-    let dir = empty_folder("unreadable");
+    let dir = folder("unreadable");
     let named = format!("no readable recording in {}", dir.display());
-    let fails = || asked(&["--recordings", text_of(&dir)]).unwrap_err();
+    let fails = || why_not("--recordings .", &dir);
     assert_eq!(fails(), format!("{named}: no CSV file"));
     fs::write(dir.join("a.csv"), "t,palm_x,palm_y\n0,1,2\n").unwrap();
     fs::write(dir.join("b.csv"), "time,place\n0,1\n").unwrap();
@@ -289,16 +276,14 @@ fn a_folder_without_a_recording_says_why_of_every_file() {
     for reason in ["a.csv: ", "palm_z", "b.csv: ", "c.csv: ", "line 2"] {
         assert!(why.contains(reason), "{reason}: {why}");
     }
-    let why = asked(&["--recordings", text_of(&dir.join("nowhere"))]).unwrap_err();
-    assert!(
-        why.contains("--recordings") && why.contains("nowhere"),
-        "{why}"
-    );
+    let why = why_not("--recordings ./nowhere", &dir);
+    let is_named = why.contains("--recordings") && why.contains("nowhere");
+    assert!(is_named, "{why}");
 }
 
 #[test]
 fn a_single_file_is_a_study_too() {
-    let dir = empty_folder("single");
+    let dir = folder("single");
     palms(&dir.join("mine.csv"));
     palms(&dir.join("other.csv"));
     let FoundSources { sources, refused } = read(&dir.join("mine.csv")).unwrap();
@@ -306,13 +291,13 @@ fn a_single_file_is_a_study_too() {
     assert_eq!(sources[0].name, "mine");
     assert_eq!(sources[0].reaches.len(), REACHES);
     fs::write(dir.join("bad.txt"), "no recording").unwrap();
-    let why = asked(&["--recordings", text_of(&dir.join("bad.txt"))]).unwrap_err();
+    let why = why_not("--recordings ./bad.txt", &dir);
     assert!(why.contains("bad.txt: bad.txt: "), "{why}");
 }
 
 #[test]
 fn studies_of_like_names_write_their_own_files() {
-    let dir = empty_folder("names");
+    let dir = folder("names");
     for name in ["a/b", "a-b", "pointing"] {
         fs::create_dir_all(dir.join(name)).unwrap();
         palms(&dir.join(name).join("hands.csv"));
@@ -324,42 +309,36 @@ fn studies_of_like_names_write_their_own_files() {
 
 #[test]
 fn what_recordings_have_no_use_for_is_refused() {
-    let dir = empty_folder("refused");
+    let dir = folder("refused");
     palms(&dir.join("all.csv"));
-    let others: [[&str; 2]; 4] = [
-        ["--seed", "2"],
-        ["--people", "3"],
-        ["--reaches", "4"],
-        ["--protocol", "rooms"],
-    ];
-    for other in others {
-        let why = asked(&["--recordings", text_of(&dir), other[0], other[1]]).unwrap_err();
-        assert!(why.starts_with(other[0]), "{why}");
+    for more in ["--seed 2", "--people 3", "--reaches 4", "--protocol rooms"] {
+        let why = why_not(&format!("--recordings . {more}"), &dir);
+        let flag = more.split(' ').next().unwrap();
+        assert!(why.starts_with(flag), "{why}");
         assert!(why.contains("--recordings"), "{why}");
     }
-    let why = asked(&["--protocol", "rooms", "--people", "3"]).unwrap_err();
-    assert!(why.starts_with("--people"), "{why}");
-    let why = asked(&["--report", "x", "--protocol", "rooms"]).unwrap_err();
-    assert!(why.starts_with("--protocol"), "{why}");
-    let why = asked(&["--report", text_of(&dir.join("no/such.md"))]).unwrap_err();
-    assert!(why.starts_with("--report"), "{why}");
-    assert!(why.ends_with("such.md: no such folder"), "{why}");
+    for (line, flag) in [
+        ("--protocol rooms --people 3", "--people"),
+        ("--report x --protocol rooms", "--protocol"),
+        ("--report ./no/such.md", "--report"),
+    ] {
+        let why = why_not(line, &dir);
+        assert!(why.starts_with(flag), "{line}: {why}");
+        let no_folder = why.ends_with("such.md: no such folder");
+        assert_eq!(no_folder, line.contains("such.md"), "{why}");
+    }
 }
 
 #[test]
 fn no_empty_folder_is_left_behind() {
-    let dir = empty_folder("left");
-    let out = dir.join("new/out");
-    let nowhere = dir.join("nowhere");
-    let study = |out: &Path| {
-        asked(&["--recordings", text_of(&nowhere), "--out", text_of(out)]).unwrap_err();
-    };
-    study(&out);
+    let dir = folder("left");
+    let study = "--recordings ./nowhere --out ./new/out";
+    why_not(study, &dir);
     assert!(!dir.join("new").exists());
     // What was there before stays.
-    fs::create_dir_all(&out).unwrap();
-    study(&out);
-    assert!(out.is_dir());
-    let why = asked(&["--recordings", text_of(&dir), "--out", "/dev/null/x"]).unwrap_err();
+    fs::create_dir_all(dir.join("new/out")).unwrap();
+    why_not(study, &dir);
+    assert!(dir.join("new/out").is_dir());
+    let why = why_not("--recordings . --out /dev/null/x", &dir);
     assert!(why.starts_with("--out /dev/null/x"), "{why}");
 }

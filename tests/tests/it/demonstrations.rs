@@ -5,19 +5,17 @@ use hwall_hand::{HandPoint, LabelledReach, Recording, read_recordings, write_rec
 use hwall_lab::demonstrations::generate::{
     DemonstrationConfig, Part, PartSize, SimulatedReach, generate,
 };
-use hwall_sim::PersonConfig;
 use hwall_testkit::quantile;
+use std::collections::HashSet;
+
+fn size(people: usize, reaches: usize) -> PartSize {
+    PartSize { people, reaches }
+}
 
 fn small() -> DemonstrationConfig {
     DemonstrationConfig {
-        train: PartSize {
-            people: 3,
-            reaches: 14,
-        },
-        test: PartSize {
-            people: 2,
-            reaches: 5,
-        },
+        train: size(3, 14),
+        test: size(2, 5),
         ..DemonstrationConfig::dissertation()
     }
 }
@@ -49,10 +47,7 @@ fn the_same_seed_makes_the_same_and_nobody_is_in_both_parts() {
     let made = generate(&config).unwrap();
     assert_eq!(made, generate(&config).unwrap());
     let fewer = DemonstrationConfig {
-        train: PartSize {
-            people: 3,
-            reaches: 3,
-        },
+        train: size(3, 3),
         ..config.clone()
     };
     // Another number of reaches leaves the first ones as they are.
@@ -63,17 +58,13 @@ fn the_same_seed_makes_the_same_and_nobody_is_in_both_parts() {
         made.iter().filter(first).cloned().collect()
     };
     assert_eq!(first(&made), first(&generate(&fewer).unwrap()));
-    let people = |part| {
-        let of_part = made.iter().filter(move |d| d.part == part);
+    let people = |part| -> HashSet<&String> {
+        let of_part = made.iter().filter(|d| d.part == part);
         of_part
-            .filter_map(|d| d.recording.person.clone())
-            .collect::<Vec<_>>()
+            .filter_map(|d| d.recording.person.as_ref())
+            .collect()
     };
-    assert!(
-        people(Part::Train)
-            .iter()
-            .all(|p| !people(Part::Test).contains(p))
-    );
+    assert!(people(Part::Train).is_disjoint(&people(Part::Test)));
     let other = DemonstrationConfig { seed: 2, ..config };
     assert_ne!(made, generate(&other).unwrap());
 }
@@ -107,10 +98,7 @@ const HOLD_MM: [(f64, f64); 5] = [
 #[test]
 fn people_who_point_are_as_far_from_their_targets_as_in_the_study() {
     let config = DemonstrationConfig {
-        train: PartSize {
-            people: 13,
-            reaches: 13 * 20,
-        },
+        train: size(13, 13 * 20),
         ..DemonstrationConfig::pointing()
     };
     let made = generate(&config).unwrap();
@@ -152,38 +140,13 @@ fn people_who_point_are_as_far_from_their_targets_as_in_the_study() {
 
 #[test]
 fn bad_values_are_refused_by_name() {
-    let good = small();
-    let bad = [
-        (
-            "index",
-            DemonstrationConfig {
-                points: vec![HandPoint::Palm],
-                ..good.clone()
-            },
-        ),
-        (
-            "nobody",
-            DemonstrationConfig {
-                test: PartSize {
-                    people: 0,
-                    reaches: 1,
-                },
-                ..good.clone()
-            },
-        ),
-        (
-            "dropout",
-            DemonstrationConfig {
-                person: PersonConfig {
-                    dropout: 2.0,
-                    ..good.person
-                },
-                ..good.clone()
-            },
-        ),
-    ];
-    for (name, config) in bad {
+    let refused = |name: &str, spoil: fn(&mut DemonstrationConfig)| {
+        let mut config = small();
+        spoil(&mut config);
         let error = format!("{:#}", generate(&config).unwrap_err());
         assert!(error.contains(name), "{name}: {error}");
-    }
+    };
+    refused("index", |config| config.points = vec![HandPoint::Palm]);
+    refused("nobody", |config| config.test = size(0, 1));
+    refused("dropout", |config| config.person.dropout = 2.0);
 }

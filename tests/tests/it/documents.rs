@@ -4,16 +4,11 @@
 #[allow(dead_code, unused_must_use)]
 mod readme_lines;
 
+use crate::common::files::{entries, files_below, root, text as document};
 use hwall_lab::attack::findings;
 use hwall_lab::faults::fault::Fault;
 use hwall_lab::{feel, in_time};
 use hwall_stage::person::kinds::PersonKind;
-use std::path::{Path, PathBuf};
-
-fn document(name: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(name);
-    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-}
 
 fn cells(line: &str) -> Vec<&str> {
     line.split('|').map(str::trim).collect()
@@ -48,9 +43,7 @@ fn every_fault_is_in_the_matrix() {
     let text = document("docs/FAULTS.md");
     for fault in Fault::all() {
         let name = fault.name();
-        let told = text
-            .lines()
-            .any(|line| cells(line).contains(&name.as_str()));
+        let told = text.lines().any(|line| cells(line).contains(&&*name));
         assert!(told, "docs/FAULTS.md does not know {name:?}");
     }
 }
@@ -91,16 +84,12 @@ fn the_readme_quotes_the_speeds_at_hand() {
         let line = text.lines().find(|line| line.starts_with("CPU: "));
         line.map(str::to_owned).unwrap_or_else(|| panic!("{name}"))
     };
-    assert_eq!(
-        machine("docs/CRATES.md"),
-        machine("docs/SPEED-AGAINST-ERROR.md")
-    );
     let crates = document("docs/CRATES.md");
-    let row = crates
-        .lines()
-        .map(cells)
-        .find(|row| row.contains(&"control step, 9 upright pieces"))
-        .expect("the control step in docs/CRATES.md");
+    let speeds = machine("docs/SPEED-AGAINST-ERROR.md");
+    assert_eq!(machine("docs/CRATES.md"), speeds);
+    let step = "control step, 9 upright pieces";
+    let row = crates.lines().map(cells).find(|row| row.contains(&step));
+    let row = row.expect("the control step in docs/CRATES.md");
     let quoted = format!("median {}, p99 {}<!-- control-step:end -->", row[3], row[4]);
     assert!(document("README.md").contains(&quoted), "{quoted}");
 }
@@ -134,11 +123,8 @@ fn the_readme_quotes_the_times_at_hand() {
         let row = rows.iter().find(|row| row[1] == kind);
         row.unwrap_or_else(|| panic!("{kind}"))[6]
     };
-    let quoted = format!(
-        "plain people **{}** %, varied people **{}** %",
-        of_possible("plain"),
-        of_possible("varied")
-    );
+    let [plain, varied] = ["plain", "varied"].map(of_possible);
+    let quoted = format!("plain people **{plain}** %, varied people **{varied}** %");
     assert!(document("README.md").contains(&quoted), "{quoted}");
 }
 
@@ -150,52 +136,35 @@ fn the_columns_of_touches_are_those_of_the_contract() {
     assert!(commands.contains(&format!("`{header}`")), "{header}");
 }
 
-/// Whole paths of the files of a folder and of those in it.
-fn files_in(folder: &Path, found: &mut Vec<PathBuf>) {
-    let entries = std::fs::read_dir(folder);
-    for entry in entries.unwrap_or_else(|error| panic!("{}: {error}", folder.display())) {
-        let path = entry.unwrap().path();
-        match path.is_dir() {
-            true => files_in(&path, found),
-            false => found.push(path),
-        }
-    }
-}
-
 /// Files move: what is written about them goes along, or this fails.
 #[test]
 fn the_files_of_the_architecture_are_there() {
-    let mut pages = vec!["docs/ARCHITECTURE.md".into(), "docs/CONTRIBUTING.md".into()];
-    pages.extend(pages_of_design());
-    let mut files = Vec::new();
-    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates");
-    files_in(&crates, &mut files);
+    let mut pages = ["docs/ARCHITECTURE.md", "docs/CONTRIBUTING.md"]
+        .map(String::from)
+        .to_vec();
+    pages.extend(pages_in("docs/design"));
+    let files = files_below(&root().join("crates"), "rs");
     let is_of_path = |c: char| c.is_ascii_alphanumeric() || "_/.".contains(c);
     let mut named = 0;
     for page in pages {
         let text = document(&page);
-        for name in text
-            .split(|c| !is_of_path(c))
-            .filter(|w| w.ends_with(".rs"))
-        {
+        let words = text.split(|c| !is_of_path(c));
+        for name in words.filter(|word| word.ends_with(".rs")) {
             named += 1;
-            let is_there = files.iter().any(|path| path.ends_with(name))
-                || Path::new(env!("CARGO_MANIFEST_DIR"))
-                    .join("..")
-                    .join(name)
-                    .is_file();
+            let is_of_crates = files.iter().any(|path| path.ends_with(name));
+            let is_there = is_of_crates || root().join(name).is_file();
             assert!(is_there, "{page} names {name}");
         }
     }
     assert!(named > 120, "{named}");
 }
 
-/// The pages about designs, by their paths in the project.
-fn pages_of_design() -> Vec<String> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/design");
-    let entries = std::fs::read_dir(folder).unwrap();
-    let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
-    names.map(|name| format!("docs/design/{name}")).collect()
+/// The pages of a folder, by their paths in the project.
+fn pages_in(folder: &str) -> Vec<String> {
+    let paths = entries(&root().join(folder)).into_iter();
+    let names = paths.map(|path| path.file_name().unwrap().to_str().unwrap().to_owned());
+    let pages = names.filter(|name| name.ends_with(".md"));
+    pages.map(|name| format!("{folder}/{name}")).collect()
 }
 
 /// A text without the blocks that programs write into it.
@@ -213,54 +182,38 @@ fn by_hand_of(text: &str) -> String {
 }
 
 /// By hand, but for blocks between markers: everything else is written by a program.
-const BY_HAND: [&str; 14] = [
-    "ARCHITECTURE.md",
-    "CHANGELOG.md",
-    "COMMANDS.md",
-    "CONTRIBUTING.md",
-    "CRATES.md",
-    "ENVIRONMENTS.md",
-    "NOTATION.md",
-    "PROTOCOL.md",
-    "README.md",
-    "REAL-ARM.md",
-    "ROS.md",
-    "SAFETY.md",
-    "SIMULATORS.md",
-    "STUDY.md",
-];
+const BY_HAND: &str = "ARCHITECTURE CHANGELOG COMMANDS CONTRIBUTING CRATES ENVIRONMENTS NOTATION PROTOCOL README \
+                       REAL-ARM ROS SAFETY SIMULATORS STUDY";
 
 #[test]
 fn documents_of_numbers_name_their_command_commit_and_seed() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let examples = document("examples/Cargo.toml") + &document("crates/lab/Cargo.toml");
     let mut by_program = 0;
-    for entry in std::fs::read_dir(root.join("docs")).unwrap() {
-        let name = entry.unwrap().file_name().into_string().unwrap();
-        let is_document = name.ends_with(".md");
-        if !is_document || BY_HAND.contains(&name.as_str()) {
+    let by_hand = BY_HAND.split(' ').map(|name| format!("docs/{name}.md"));
+    let by_hand: Vec<String> = by_hand.collect();
+    for page in pages_in("docs") {
+        if by_hand.contains(&page) {
             continue;
         }
         by_program += 1;
-        let text = document(&format!("docs/{name}"));
+        let text = document(&page);
         let head: Vec<&str> = text.lines().take(8).collect();
         let head = head.join("\n");
         let (_, command) = head
             .split_once("Written by `")
-            .unwrap_or_else(|| panic!("docs/{name} does not say by which command it was written"));
+            .unwrap_or_else(|| panic!("{page} does not say by which command it was written"));
         let command = command.split('`').next().unwrap();
         let words = command.strip_prefix("cargo run --release --example ");
         let program = words.unwrap_or(command).split(' ').next().unwrap();
         let is_example = examples.contains(&format!("name = \"{program}\""));
-        let is_there = is_example || root.join(program).is_file();
-        assert!(is_there, "docs/{name}: there is no {program}");
+        let is_there = is_example || root().join(program).is_file();
+        assert!(is_there, "{page}: there is no {program}");
         for word in ["CPU: ", "commit ", "seed "] {
-            assert!(head.contains(word), "docs/{name}: no {word:?} in its head");
+            assert!(head.contains(word), "{page}: no {word:?} in its head");
         }
     }
     assert!(by_program >= 10, "{by_program}");
-    let by_hand = BY_HAND.iter().map(|name| format!("docs/{name}"));
-    for page in by_hand.chain(pages_of_design()) {
+    for page in by_hand.into_iter().chain(pages_in("docs/design")) {
         let text = by_hand_of(&document(&page));
         assert!(!text.contains("CPU: "), "{page}");
     }
@@ -271,17 +224,12 @@ fn documents_of_numbers_name_their_command_commit_and_seed() {
 fn the_study_that_is_quoted_is_the_one_at_hand() {
     let study = document("docs/CONTACT-STUDY.md");
     let header = "surfaces | touches";
-    let start = study
-        .lines()
-        .position(|l| cells(l).join(" | ").contains(header));
-    let rows = study
-        .lines()
-        .skip(start.expect("the table of the rooms") + 2);
-    let rows = rows.take_while(|line| line.starts_with('|')).map(cells);
-    let mut leads_ms: Vec<u32> = rows
-        .filter(|row| row[1] != "1")
-        .map(|row| row[row.len() - 2].parse().expect("a lead, ms"))
-        .collect();
+    let rows = study.lines();
+    let rows = rows.skip_while(|line| !cells(line).join(" | ").contains(header));
+    let rows = rows.skip(2).take_while(|line| line.starts_with('|'));
+    let rows = rows.map(cells).filter(|row| row[1] != "1");
+    let leads_ms = rows.map(|row| row[row.len() - 2].parse().expect("a lead, ms"));
+    let mut leads_ms: Vec<u32> = leads_ms.collect();
     leads_ms.sort_unstable();
     let (least, most) = (leads_ms[0], leads_ms[leads_ms.len() - 1]);
     let quoted = format!("by a median of {least} to {most} ms");

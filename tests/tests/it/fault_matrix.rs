@@ -65,23 +65,70 @@ const TOUCHED: States = &["touched"];
 /// Without a target until the hand has been missed for a while; then the board stands for it, and withdraws.
 const NO_TARGET: States = &["no_target", "holding", "retreating"];
 
-/// A row of the table.
-struct Fault {
-    name: &'static str,
-    spoil: fn(Windows) -> Faults,
-    /// The states that it may lead to, phase by phase.
-    states: [States; 4],
+/// What is spoiled while a fault lasts, and how. A first number is the time at which the fault began, s.
+#[derive(Clone, Copy)]
+enum Spoil {
+    Nothing,
+    /// `None`: the frame does not arrive.
+    Frame(fn(f64, HandFrame) -> Option<HandFrame>),
+    State(fn(&mut ArmState)),
+    /// The clock of the control loop, s.
+    Clock(fn(f64, f64) -> f64),
+    /// Where the touch is expected; the number is the time of the frame, s.
+    Prediction(fn(f64, DVec3) -> DVec3),
+    /// The stamp of a tracked origin at a time, s, and how far it is off towards the hand, m.
+    World(fn(f64, f64) -> (f64, f64)),
 }
 
-impl Fault {
-    const fn new(name: &'static str, spoil: fn(Windows) -> Faults, states: [States; 4]) -> Self {
-        Self {
-            name,
-            spoil,
-            states,
+impl Spoil {
+    fn during(self, at: Windows) -> Faults {
+        let mut faults = Faults::default();
+        match self {
+            Self::Nothing => {}
+            Self::Frame(spoil) => {
+                faults.frame = Box::new(move |frame| match at.began_s(frame.t_s) {
+                    Some(began_s) => spoil(began_s, frame),
+                    None => Some(frame),
+                });
+            }
+            Self::State(spoil) => {
+                faults.state = Box::new(move |t_s, mut state| {
+                    if at.began_s(t_s).is_some() {
+                        spoil(&mut state);
+                    }
+                    state
+                });
+            }
+            Self::Clock(spoil) => {
+                faults.now_s = Box::new(move |t_s, now_s| match at.began_s(t_s) {
+                    Some(began_s) => spoil(began_s, now_s),
+                    None => now_s,
+                });
+            }
+            Self::Prediction(spoil) => {
+                faults.point_m = Box::new(move |t_s, point_m| match at.began_s(t_s) {
+                    Some(_) => spoil(t_s, point_m),
+                    None => point_m,
+                });
+            }
+            Self::World(spoil) => {
+                faults.world = Box::new(move |t_s| {
+                    let began_s = at.began_s(t_s);
+                    let (stamp_s, off_m) =
+                        began_s.map_or((t_s, 0.0), |began_s| spoil(began_s, t_s));
+                    Some(WorldPose {
+                        t_s: stamp_s,
+                        base_from_world: Pose::from_translation(DVec3::X * off_m).expect("finite"),
+                    })
+                });
+            }
         }
+        faults
     }
 }
+
+/// A row of the table: a name, what is spoiled, and the states that it may lead to, phase by phase.
+type Fault = (&'static str, Spoil, [States; 4]);
 
 /// A fault of the tracker or the prediction: without a touch it leads to these states, a touch does not heed it.
 const fn unheeded_by_a_touch(free: States) -> [States; 4] {
@@ -99,159 +146,109 @@ const fn everywhere(states: States) -> [States; 4] {
 }
 
 const TRACKER: [Fault; 10] = [
-    Fault::new(
+    (
         "silent tracker",
-        |at| frames(at, |_, _| None),
+        Spoil::Frame(|_, _| None),
         stopping_a_touch(&["stale_target", "retreating"]),
     ),
-    Fault::new(
+    (
         "all points missing",
-        |at| frames(at, |_, frame| Some(with_points(frame, |_| None))),
+        Spoil::Frame(|_, frame| Some(with_points(frame, |_| None))),
         unheeded_by_a_touch(NO_TARGET),
     ),
-    Fault::new(
+    (
         "every other frame without points",
-        |at| {
-            frames(at, |_, frame| {
-                let missing = number(frame.t_s) % 2 == 0;
-                Some(with_points(frame, |p| (!missing).then_some(p)))
-            })
-        },
+        Spoil::Frame(|_, frame| {
+            let missing = number(frame.t_s) % 2 == 0;
+            Some(with_points(frame, |p| (!missing).then_some(p)))
+        }),
         unheeded_by_a_touch(SERVES),
     ),
-    Fault::new(
+    (
         "jumps to and fro",
-        |at| {
-            frames(at, |_, frame| {
-                let away_m = DVec3::Y * (number(frame.t_s) / 12 % 2) as f64 * 0.25;
-                Some(with_points(frame, |p| Some(p + away_m)))
-            })
-        },
+        Spoil::Frame(|_, frame| {
+            let away_m = DVec3::Y * (number(frame.t_s) / 12 % 2) as f64 * 0.25;
+            Some(with_points(frame, |p| Some(p + away_m)))
+        }),
         unheeded_by_a_touch(NO_TARGET),
     ),
-    Fault::new(
+    (
         "frozen pose",
-        |at| {
-            frames(at, |began_s, frame| {
-                let last = sequence().sample(began_s);
-                Some(HandFrame {
-                    palm_m: Some(last.palm_m),
-                    tips_m: last.tips_m.map(Some),
-                    ..frame
-                })
+        Spoil::Frame(|began_s, frame| {
+            let last = sequence().sample(began_s);
+            Some(HandFrame {
+                palm_m: Some(last.palm_m),
+                tips_m: last.tips_m.map(Some),
+                ..frame
             })
-        },
+        }),
         unheeded_by_a_touch(NO_TARGET),
     ),
-    Fault::new(
+    (
         "NaN points",
-        |at| {
-            frames(at, |_, frame| {
-                Some(with_points(frame, |p| Some(DVec3::new(p.x, f64::NAN, p.z))))
-            })
-        },
+        Spoil::Frame(|_, frame| Some(with_points(frame, |p| Some(p.with_y(f64::NAN))))),
         unheeded_by_a_touch(NO_TARGET),
     ),
-    Fault::new(
+    (
         "NaN head and gaze",
-        |at| {
-            frames(at, |_, frame| {
-                Some(HandFrame {
-                    head_m: Some(DVec3::NAN),
-                    gaze: Some(DVec3::NAN),
-                    ..frame
-                })
-            })
-        },
+        Spoil::Frame(|_, mut frame| {
+            (frame.head_m, frame.gaze) = (Some(DVec3::NAN), Some(DVec3::NAN));
+            Some(frame)
+        }),
         // A person whose head is not known is kept clear of.
         stopping_a_touch(NO_TARGET),
     ),
-    Fault::new(
+    (
         "NaN frame time",
-        |at| {
-            frames(at, |_, frame| {
-                Some(HandFrame {
-                    t_s: f64::NAN,
-                    ..frame
-                })
-            })
-        },
+        Spoil::Frame(|_, frame| Some(stamped(frame, f64::NAN))),
         stopping_a_touch(NO_TARGET),
     ),
-    Fault::new(
+    (
         "frame time runs backwards",
-        |at| {
-            frames(at, |began_s, frame| {
-                Some(HandFrame {
-                    t_s: 2.0 * began_s - frame.t_s,
-                    ..frame
-                })
-            })
-        },
+        Spoil::Frame(|began_s, frame| Some(stamped(frame, 2.0 * began_s - frame.t_s))),
         stopping_a_touch(NO_TARGET),
     ),
-    Fault::new(
+    (
         "frames from the future",
-        |at| {
-            frames(at, |_, frame| {
-                Some(HandFrame {
-                    t_s: frame.t_s + 10.0,
-                    ..frame
-                })
-            })
-        },
+        Spoil::Frame(|_, frame| Some(stamped(frame, frame.t_s + 10.0))),
         stopping_a_touch(&["stale_target", "retreating"]),
     ),
 ];
 
 const ARM: [Fault; 8] = [
-    Fault::new(
+    (
         "NaN q",
-        |at| {
-            states(at, |_, mut state| {
-                state.q[2] = f64::NAN;
-                state
-            })
-        },
+        Spoil::State(|state| state.q[2] = f64::NAN),
         everywhere(&["non_finite_state"]),
     ),
-    Fault::new(
+    (
         "NaN qd",
-        |at| {
-            states(at, |_, mut state| {
-                state.qd[6] = f64::NAN;
-                state
-            })
-        },
+        Spoil::State(|state| state.qd[6] = f64::NAN),
         everywhere(&["non_finite_state"]),
     ),
-    Fault::new(
+    (
         "NaN torque",
-        |at| states(at, |_, state| with_torque(state, f64::NAN)),
+        Spoil::State(|state| set_torque(state, f64::NAN)),
         everywhere(&["non_finite_state"]),
     ),
-    Fault::new(
+    (
         "infinite torque",
-        |at| states(at, |_, state| with_torque(state, f64::INFINITY)),
+        Spoil::State(|state| set_torque(state, f64::INFINITY)),
         everywhere(&["non_finite_state"]),
     ),
-    Fault::new(
+    (
         "a torque too large to square",
-        |at| states(at, |_, state| with_torque(state, 1e300)),
+        Spoil::State(|state| set_torque(state, 1e300)),
         // No arm bears it: broken, and latched.
         everywhere(&["implausible_force", "holding", "stopped"]),
     ),
-    Fault::new(
+    (
         "NaN torque in every third state",
-        |at| {
-            states(at, |_, state| {
-                if (state.t_s / DT_S).round() as i64 % 3 == 0 {
-                    with_torque(state, f64::NAN)
-                } else {
-                    state
-                }
-            })
-        },
+        Spoil::State(|state| {
+            if is_third(state.t_s) {
+                set_torque(state, f64::NAN);
+            }
+        }),
         // Sound ones in between are no recovery.
         [
             &["non_finite_state", "retreating"],
@@ -260,167 +257,87 @@ const ARM: [Fault; 8] = [
             &["non_finite_state", "retreating"],
         ],
     ),
-    Fault::new(
+    (
         "stale arm state",
-        |at| {
-            states(at, |_, mut state| {
-                state.t_s -= 0.2;
-                state
-            })
-        },
+        Spoil::State(|state| state.t_s -= 0.2),
         everywhere(&["stale_state"]),
     ),
-    Fault::new(
+    (
         "arm state from the future",
-        |at| {
-            states(at, |_, mut state| {
-                state.t_s += 0.2;
-                state
-            })
-        },
+        Spoil::State(|state| state.t_s += 0.2),
         everywhere(&["stale_state"]),
     ),
 ];
 
 const CLOCK: [Fault; 4] = [
-    Fault::new(
+    (
         "NaN control clock in every third cycle",
-        |at| {
-            clock(at, |_, now_s| {
-                if (now_s / DT_S).round() as i64 % 3 == 0 {
-                    f64::NAN
-                } else {
-                    now_s
-                }
-            })
-        },
+        Spoil::Clock(|_, now_s| if is_third(now_s) { f64::NAN } else { now_s }),
         everywhere(&["non_finite_time"]),
     ),
-    Fault::new(
+    (
         "NaN control clock",
-        |at| clock(at, |_, _| f64::NAN),
+        Spoil::Clock(|_, _| f64::NAN),
         everywhere(&["non_finite_time"]),
     ),
-    Fault::new(
+    (
         "control clock runs backwards",
-        |at| clock(at, |began_s, now_s| 2.0 * began_s - now_s),
+        Spoil::Clock(|began_s, now_s| 2.0 * began_s - now_s),
         everywhere(&["time_reversed"]),
     ),
-    Fault::new(
+    (
         "control clock ahead by an hour",
-        |at| clock(at, |_, now_s| now_s + 3600.0),
+        Spoil::Clock(|_, now_s| now_s + 3600.0),
         everywhere(&["stale_state"]),
     ),
 ];
 
 const PREDICTION: [Fault; 3] = [
-    Fault::new(
+    (
         "NaN prediction",
-        |at| predictions(at, |_, point_m| point_m.with_z(f64::NAN)),
+        Spoil::Prediction(|_, point_m| point_m.with_z(f64::NAN)),
         unheeded_by_a_touch(&["invalid_target", "retreating"]),
     ),
-    Fault::new(
+    (
         "prediction out of reach",
-        |at| predictions(at, |_, point_m| point_m + DVec3::X * 2.0),
+        Spoil::Prediction(|_, point_m| point_m + DVec3::X * 2.0),
         unheeded_by_a_touch(&["approaching", "late", "in_place"]),
     ),
-    Fault::new(
+    (
         "prediction jumps with every frame",
-        |at| {
-            predictions(at, |t_s, point_m| {
-                let side = if number(t_s) % 2 == 0 { 0.2 } else { -0.2 };
-                point_m + DVec3::Y * side
-            })
-        },
+        Spoil::Prediction(|t_s, point_m| {
+            let side = if number(t_s) % 2 == 0 { 0.2 } else { -0.2 };
+            point_m + DVec3::Y * side
+        }),
         unheeded_by_a_touch(FLIPS),
     ),
 ];
 
 const WORLD: [Fault; 4] = [
-    Fault::new(
+    (
         "NaN world stamp",
-        |at| world(at, |_, _| Some((f64::NAN, 0.3))),
+        Spoil::World(|_, _| (f64::NAN, 0.3)),
         unheeded_by_a_touch(SERVES),
     ),
-    Fault::new(
+    (
         "world stamps run backwards",
-        |at| world(at, |began_s, t_s| Some((2.0 * began_s - t_s - DT_S, 0.3))),
+        Spoil::World(|began_s, t_s| (2.0 * began_s - t_s - DT_S, 0.3)),
         unheeded_by_a_touch(SERVES),
     ),
-    Fault::new(
+    (
         "world stamps from the future",
-        |at| world(at, |_, t_s| Some((t_s + 1000.0, 0.03))),
+        Spoil::World(|_, t_s| (t_s + 1000.0, 0.03)),
         [SERVES, &["touched_in_moving_world"], SERVES, SERVES],
     ),
-    Fault::new(
+    (
         "world moves",
-        |at| {
-            world(at, |began_s, t_s| {
-                Some((t_s, 0.05 * (20.0 * (t_s - began_s)).sin()))
-            })
-        },
+        Spoil::World(|began_s, t_s| (t_s, 0.05 * (20.0 * (t_s - began_s)).sin())),
         [SERVES, &["touched_in_moving_world"], SERVES, SERVES],
     ),
 ];
 
-/// Spoils frames; the function is told when the fault began, s.
-fn frames(at: Windows, spoil: fn(f64, HandFrame) -> Option<HandFrame>) -> Faults {
-    Faults {
-        frame: Box::new(move |frame| match at.began_s(frame.t_s) {
-            Some(began_s) => spoil(began_s, frame),
-            None => Some(frame),
-        }),
-        ..Faults::default()
-    }
-}
-
-fn states(at: Windows, spoil: fn(f64, ArmState) -> ArmState) -> Faults {
-    Faults {
-        state: Box::new(move |t_s, state| match at.began_s(t_s) {
-            Some(began_s) => spoil(began_s, state),
-            None => state,
-        }),
-        ..Faults::default()
-    }
-}
-
-fn clock(at: Windows, spoil: fn(f64, f64) -> f64) -> Faults {
-    Faults {
-        now_s: Box::new(move |t_s, now_s| match at.began_s(t_s) {
-            Some(began_s) => spoil(began_s, now_s),
-            None => now_s,
-        }),
-        ..Faults::default()
-    }
-}
-
-/// Spoils where the touch is expected; the function is told the time of the frame, s.
-fn predictions(at: Windows, spoil: fn(f64, DVec3) -> DVec3) -> Faults {
-    Faults {
-        point_m: Box::new(move |t_s, point_m| match at.began_s(t_s) {
-            Some(_) => spoil(t_s, point_m),
-            None => point_m,
-        }),
-        ..Faults::default()
-    }
-}
-
-/// A tracked origin that stands where it should, but for the fault: then the function gives its stamp, s, and how far it
-/// is off towards the hand, m.
-fn world(at: Windows, spoil: fn(f64, f64) -> Option<(f64, f64)>) -> Faults {
-    Faults {
-        world: Box::new(move |t_s| {
-            let (stamp_s, off_m) = match at.began_s(t_s) {
-                Some(began_s) => spoil(began_s, t_s)?,
-                None => (t_s, 0.0),
-            };
-            Some(WorldPose {
-                t_s: stamp_s,
-                base_from_world: Pose::from_translation(DVec3::X * off_m).expect("finite"),
-            })
-        }),
-        ..Faults::default()
-    }
+fn stamped(frame: HandFrame, t_s: f64) -> HandFrame {
+    HandFrame { t_s, ..frame }
 }
 
 fn with_points(frame: HandFrame, point: impl Fn(DVec3) -> Option<DVec3>) -> HandFrame {
@@ -432,11 +349,15 @@ fn with_points(frame: HandFrame, point: impl Fn(DVec3) -> Option<DVec3>) -> Hand
 }
 
 /// Sets the external torque of the second joint, N m.
-fn with_torque(mut state: ArmState, torque_n_m: f64) -> ArmState {
+fn set_torque(state: &mut ArmState, torque_n_m: f64) {
     if let Some(torque) = &mut state.external_torque {
         torque[1] = torque_n_m;
     }
-    state
+}
+
+/// Every third cycle of the control loop.
+fn is_third(t_s: f64) -> bool {
+    (t_s / DT_S).round() as i64 % 3 == 0
 }
 
 /// Number of a frame.
@@ -456,12 +377,12 @@ fn sequence() -> TouchSequence {
 
 /// What is wrong with the runs of these faults.
 fn complaints(faults: &[Fault]) -> Vec<String> {
-    let wrong = |fault: &Fault| run(fault).err().map(|why| format!("{}: {why}", fault.name));
+    let wrong = |fault: &Fault| run(fault).err().map(|why| format!("{}: {why}", fault.0));
     faults.iter().filter_map(wrong).collect()
 }
 
 /// How many touches were felt.
-fn run(fault: &Fault) -> Result<usize, String> {
+fn run((_, spoil, states): &Fault) -> Result<usize, String> {
     let hand = sequence();
     let [first, second] = [0, 1].map(|i| hand.touches()[i]);
     let press_s = first.press_s + 0.1;
@@ -475,9 +396,9 @@ fn run(fault: &Fault) -> Result<usize, String> {
     let until_s = second.withdraw_s;
     // The real filter: the simulated hand trembles and its tracker is noisy, so no pose is frozen by itself.
     let filter = HandFilterConfig::default();
-    let ticks = Rig::new(wall(0.6), hand, 5, filter, (fault.spoil)(windows)).run(until_s);
+    let ticks = Rig::new(wall(0.6), hand, 5, filter, spoil.during(windows)).run(until_s);
     for (phase, from_s) in windows.0.into_iter().enumerate() {
-        states_are_named(fault.states[phase], phase, from_s, &ticks)
+        states_are_named(states[phase], phase, from_s, &ticks)
             .map_err(|why| format!("in {}: {why}", PHASES[phase]))?;
     }
     stands_still(press_s, first.withdraw_s, &ticks)?;
@@ -518,10 +439,10 @@ fn states_are_named(
 
 /// No fault moves the board while it is pressed.
 fn stands_still(from_s: f64, to_s: f64, ticks: &[Tick]) -> Result<(), String> {
-    let pressed: Vec<&Tick> = ticks
+    let pressed = ticks
         .iter()
-        .filter(|tick| (from_s..to_s).contains(&tick.t_s))
-        .collect();
+        .filter(|tick| (from_s..to_s).contains(&tick.t_s));
+    let pressed: Vec<&Tick> = pressed.collect();
     assert!(pressed.len() > 700);
     match pressed.iter().find(|tick| tick.q != pressed[0].q) {
         None => Ok(()),
@@ -569,11 +490,7 @@ fn feels_each_touch_once(touches: &[TouchTruth; 2], ticks: &[Tick]) -> Result<us
 
 #[test]
 fn without_a_fault_the_board_serves_and_feels_both_touches() {
-    let none = Fault::new(
-        "no fault",
-        |_| Faults::default(),
-        unheeded_by_a_touch(SERVES),
-    );
+    let none = ("no fault", Spoil::Nothing, unheeded_by_a_touch(SERVES));
     assert_eq!(run(&none), Ok(2));
 }
 

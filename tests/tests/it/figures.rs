@@ -1,7 +1,7 @@
 //! The tracked figures can be read: no label lies over another or is cut off, and colours beside each other differ.
 
+use crate::common::files::{files_below, root, text};
 use hwall_stage::figures::COLOURS;
-use std::path::{Path, PathBuf};
 
 /// Width of a letter and height of a line, as shares of the size of the font: narrow, so that only what certainly overlaps counts.
 const LETTER: f64 = 0.5;
@@ -68,26 +68,12 @@ fn labels(svg: &str) -> Vec<Label> {
     labels
 }
 
-fn figures(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            figures(&path, found);
-        } else if path.extension().is_some_and(|e| e == "svg") {
-            found.push(path);
-        }
-    }
-}
-
 /// Legends lay over labels, and labels over each other.
 #[test]
 fn no_label_lies_over_another_or_is_cut_off() {
-    let mut paths = Vec::new();
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/figures");
-    figures(&folder, &mut paths);
     let (mut pictures, mut all) = (0, 0);
-    for path in paths {
-        let (name, svg) = (path.display(), std::fs::read_to_string(&path).unwrap());
+    for path in files_below(&root().join("docs/figures"), "svg") {
+        let (name, svg) = (path.display(), text(&path));
         // A strip of pictures in a picture has places of its own in each.
         if svg.matches("<svg").count() > 1 || svg.contains("<g transform") {
             continue;

@@ -124,22 +124,16 @@ impl Limits {
         let limits = MotionLimits::of_arm(&**arm, &self.follower.motion).expect("of an iiwa 7");
         let mut speed = [0.0; 7];
         for j in 0..7 {
-            assert!(
-                q[j].is_finite() && arm.limits()[j].contains(q[j]),
-                "{place} {j}: {}",
-                q[j]
-            );
+            let is_within = q[j].is_finite() && arm.limits()[j].contains(q[j]);
+            assert!(is_within, "{place} {j}: {}", q[j]);
             let Some((before, speed_before)) = self.before else {
                 continue;
             };
             speed[j] = (q[j] - before[j]) / DT_S;
             let most = limits.velocity_rad_per_s[j];
-            assert!(
-                // A difference over a millisecond of positions that are good to 1e-11 rad.
-                speed[j].abs() <= most + 1e-8,
-                "{place} {j}: {} rad/s",
-                speed[j]
-            );
+            // A difference over a millisecond of positions that are good to 1e-11 rad.
+            let is_slow = speed[j].abs() <= most + 1e-8;
+            assert!(is_slow, "{place} {j}: {} rad/s", speed[j]);
             let change = (speed[j] - speed_before[j]) / DT_S;
             let most = limits.acceleration_rad_per_s2[j];
             assert!(change.abs() <= most + 1e-6, "{place} {j}: {change} rad/s²");
@@ -176,12 +170,9 @@ fn no_command_leaves_the_limits_in_20_random_rooms() {
     let mut counts = Counts::default();
     for seed in 0..20 {
         let mut around = Around::new(seed);
-        let mut control = TargetControl::new(
-            &SrsArm::iiwa7(),
-            &Board::default(),
-            RendererConfig::default(),
-        )
-        .unwrap();
+        let (arm, board) = (SrsArm::iiwa7(), Board::default());
+        let control = TargetControl::new(&arm, &board, RendererConfig::default());
+        let mut control = control.unwrap();
         let start = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
         let config = ServoConfig {
             seed,
@@ -212,17 +203,7 @@ fn no_command_leaves_the_limits_in_20_random_rooms() {
     }
     println!("{counts:?} steps");
     // The rooms must offer all of it.
-    let Counts {
-        at_goal,
-        out_of_reach,
-        no_target,
-        touched,
-    } = counts;
-    assert!(
-        [at_goal, out_of_reach, no_target, touched]
-            .iter()
-            // A target that drifts in every step is seldom reached exactly.
-            .all(|n| *n > 500),
-        "{counts:?}"
-    );
+    assert!(counts.out_of_reach > 500 && counts.no_target > 500);
+    // A target that drifts in every step is seldom reached exactly.
+    assert!(counts.at_goal > 500 && counts.touched > 500);
 }

@@ -16,7 +16,6 @@ mod figures;
 mod house;
 mod limits;
 mod maps;
-mod object_port;
 mod own_arm;
 mod publishing;
 mod real_input;

@@ -56,11 +56,9 @@ fn the_maps_of_a_room_say_what_the_board_can_do() {
     }
     assert!(reachable > 200 && nearest > 200, "{reachable} {nearest}");
     // Not a wall of the room.
-    assert_eq!(
-        maps.present(DVec3::new(0.3, 0.0, 0.5), DVec3::X),
-        Presented::Unknown
-    );
-    assert_eq!(maps.present(DVec3::NAN, DVec3::X), Presented::Unknown);
+    for point_m in [DVec3::new(0.3, 0.0, 0.5), DVec3::NAN] {
+        assert_eq!(maps.present(point_m, DVec3::X), Presented::Unknown);
+    }
 }
 
 #[test]
@@ -92,38 +90,33 @@ fn a_base_found_for_a_room_reaches_what_it_promises() {
         surfaces: &["no such wall".to_owned()],
         ..wanted
     };
-    let error = placement::targets(&scene, &unknown)
-        .unwrap_err()
-        .to_string();
-    assert!(error.contains("front_wall"), "{error}");
+    let error = placement::targets(&scene, &unknown).unwrap_err();
+    assert!(error.to_string().contains("front_wall"), "{error}");
 }
 
 #[test]
 fn grids_from_text() {
-    let grid = |orientations, planes, heights| {
-        Grid {
+    let grid = |[orientations, planes, heights]: [&str; 3]| {
+        let grid = Grid {
             orientations,
             planes,
             heights,
-        }
-        .parse()
+        };
+        grid.parse()
     };
-    let walls = grid("-30:30:15", "0.4:0.8:0.1", "0.3").unwrap();
+    let walls = grid(["-30:30:15", "0.4:0.8:0.1", "0.3"]).unwrap();
     assert_eq!(walls.len(), 5);
     assert_eq!(walls[0].line_count(), 5);
-    for (orientations, planes, heights) in [
-        ("nan", "0.5", "0.5"),
-        ("0", "0.4:0.8:0", "0.5"),
-        ("0", "0.4:0.8:-0.1", "0.5"),
-        ("0", "0:1000:0.000001", "0.5"),
-        ("0", "0.4:0.8", "0.5"),
-        ("", "0.5", "0.5"),
-        ("0", "0.5", "inf"),
+    for wrong in [
+        ["nan", "0.5", "0.5"],
+        ["0", "0.4:0.8:0", "0.5"],
+        ["0", "0.4:0.8:-0.1", "0.5"],
+        ["0", "0:1000:0.000001", "0.5"],
+        ["0", "0.4:0.8", "0.5"],
+        ["", "0.5", "0.5"],
+        ["0", "0.5", "inf"],
     ] {
-        assert!(
-            grid(orientations, planes, heights).is_err(),
-            "{orientations} {planes} {heights}"
-        );
+        assert!(grid(wrong).is_err(), "{wrong:?}");
     }
 }
 
@@ -148,11 +141,8 @@ fn the_published_maps_are_as_they_were_found() {
     let comparisons = published::compare(&rows, &theirs);
     let mut off: Vec<f64> = comparisons.iter().flat_map(|c| c.off_mm.clone()).collect();
     off.sort_by(f64::total_cmp);
-    assert!(
-        quantile(&off, 0.5) < 0.005,
-        "median {} mm",
-        quantile(&off, 0.5)
-    );
+    let median_mm = quantile(&off, 0.5);
+    assert!(median_mm < 0.005, "{median_mm}");
     let far = off.iter().filter(|off| **off > 1.0).count() as f64 / off.len() as f64;
     assert!((0.14..0.16).contains(&far), "{far}");
     assert!((1100.0..1200.0).contains(&quantile(&off, 1.0)));

@@ -1,21 +1,13 @@
 //! What a registry and the pages that it leads to need of every crate that is published.
 
-use std::path::{Path, PathBuf};
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
-
-fn text(path: &Path) -> String {
-    std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-}
+use crate::common::files::{entries, root, text};
+use std::path::PathBuf;
 
 /// Folders of the published crates, with their manifests.
 fn published() -> Vec<(PathBuf, String)> {
-    let crates = std::fs::read_dir(root().join("crates")).unwrap();
-    let folders = crates.map(|entry| entry.unwrap().path());
+    let folders = entries(&root().join("crates")).into_iter();
     let all = folders.map(|folder| {
-        let manifest = text(&folder.join("Cargo.toml"));
+        let manifest = text(folder.join("Cargo.toml"));
         (folder, manifest)
     });
     all.filter(|(_, manifest)| !manifest.contains("publish = false"))
@@ -36,29 +28,21 @@ fn part<'a>(manifest: &'a str, heading: &str) -> &'a str {
 
 #[test]
 fn published_crates_have_what_a_registry_and_its_pages_need() {
-    let (licence, crates) = (text(&root().join("LICENSE")), published());
+    let (licence, crates) = (text("LICENSE"), published());
     assert!(crates.len() > 20, "{}", crates.len());
     for (folder, manifest) in crates {
         let name = folder.display();
-        assert_eq!(text(&folder.join("LICENSE")), licence, "{name}");
+        assert_eq!(text(folder.join("LICENSE")), licence, "{name}");
         assert!(folder.join("CHANGELOG.md").is_file(), "{name}: no changes");
-        for field in [
-            "description",
-            "keywords",
-            "readme",
-            "rust-version",
-            "license",
-        ] {
-            assert!(
-                manifest.contains(&format!("\n{field}")),
-                "{name}: no {field}"
-            );
+        for field in "description keywords readme rust-version license".split(' ') {
+            let has = manifest.contains(&format!("\n{field}"));
+            assert!(has, "{name}: no {field}");
         }
         // Features are built and labelled on the pages of the documentation.
         if manifest.contains("\n[features]") {
             let docs = part(&manifest, "[package.metadata.docs.rs]");
             assert!(docs.contains("all-features = true"), "{name}");
-            let lib = text(&folder.join("src/lib.rs"));
+            let lib = text(folder.join("src/lib.rs"));
             assert!(lib.contains("feature(doc_cfg)"), "{name}: no labels");
         }
         // The test kit is not published, and what needs it is left out of the package.
@@ -70,17 +54,14 @@ fn published_crates_have_what_a_registry_and_its_pages_need() {
             }
         }
         // A page elsewhere has no folders beside it.
-        for link in links(&text(&folder.join("README.md"))) {
+        for link in links(&text(folder.join("README.md"))) {
             let outside = link.starts_with("..") || link.starts_with('/');
             assert!(!outside, "{name}: README links to {link}");
             let file = link.split('#').next().unwrap_or_default();
             let is_web = link.contains("://") || file.is_empty();
             assert!(is_web || folder.join(file).exists(), "{name}: {link}");
         }
-        let examples = std::fs::read_dir(folder.join("examples"));
-        assert!(
-            examples.is_ok_and(|mut all| all.next().is_some()),
-            "{name}: no example"
-        );
+        let examples = entries(&folder.join("examples"));
+        assert!(!examples.is_empty(), "{name}: no example");
     }
 }

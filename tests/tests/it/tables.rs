@@ -88,10 +88,8 @@ fn whole_rows(text: &[u8]) -> usize {
 #[test]
 fn a_reader_that_leaves_is_no_error_and_a_full_disk_is() {
     let many: String = (0..2000).map(|i| format!("{i},1\n")).collect();
-    for (kind, quiet) in [
-        (ErrorKind::BrokenPipe, true),
-        (ErrorKind::StorageFull, false),
-    ] {
+    let (leaves, full) = (ErrorKind::BrokenPipe, ErrorKind::StorageFull);
+    for (kind, quiet) in [(leaves, true), (full, false)] {
         for left in [0, 100, 9000] {
             let writer = || csv::Writer::from_writer(BufWriter::new(Leaving { left, kind }));
             let mut input = forces(&format!("leaving_{kind:?}_{left}.csv"), &many);
@@ -131,23 +129,18 @@ fn a_wrong_row_of_torques_is_named() {
     let header = "t,tau1,tau2,tau3,tau4,tau5,tau6,tau7\n";
     let row = "0,1,2,3,4,5,6,7\n";
     assert!(read("").is_ok() && read(header).is_ok());
-    assert_eq!(
-        read(row).unwrap(),
-        read(&format!("{header}\n{row}")).unwrap()
-    );
+    let with_header = read(&format!("{header}\n{row}")).unwrap();
+    assert_eq!(read(row).unwrap(), with_header);
     for (text, wanted) in [
         (
-            format!("{row}1,2\n"),
+            &*format!("{row}1,2\n"),
             "it line 2: 2 cells, the header has 8",
         ),
-        (format!("{header}{row}\n1,x,0,0,0,0,0,0\n"), "it line 4"),
-        (format!("{header}{row}{row}"), "it line 3"),
-        (
-            "time,tau1\n".to_owned(),
-            "it: no column \"t\" in the header",
-        ),
+        (&format!("{header}{row}\n1,x,0,0,0,0,0,0\n"), "it line 4"),
+        (&format!("{header}{row}{row}"), "it line 3"),
+        ("time,tau1\n", "it: no column \"t\" in the header"),
     ] {
-        let said = format!("{:#}", read(&text).unwrap_err());
+        let said = format!("{:#}", read(text).unwrap_err());
         assert!(said.contains(wanted), "{said}");
     }
 }
@@ -160,10 +153,8 @@ fn a_motion_that_runs_away_says_when_and_where() {
     let mut output = csv::Writer::from_writer(Vec::new());
     let error = falling(1e-4).write(&torques, &mut output).unwrap_err();
     let said = format!("{error:#}");
-    assert!(
-        said.starts_with("the motion diverged at t = 0.10"),
-        "{said}"
-    );
+    let begins = "the motion diverged at t = 0.10";
+    assert!(said.starts_with(begins), "{said}");
     assert!(said.contains(" s: joint ") && said.contains(" rad/s; "));
     assert!(said.contains("a smaller --step may help"), "{said}");
     // Up to 0.1 s there is nothing wrong with it.

@@ -1,27 +1,24 @@
 //! Atlas files: complete round trips, and rejection of everything else.
 
-use crate::common::{atlas_with, coarse};
+use crate::common::{COARSE, atlas_but};
 use hwall_arrival::reachability::BinaryFileError;
-use hwall_arrival::{ArrivalError, Atlas, AtlasConfig};
+use hwall_arrival::{ArrivalError, Atlas};
 use hwall_testkit::{Verdict, attack};
 
 fn small() -> Atlas {
-    atlas_with(&AtlasConfig {
-        spacing_m: 0.3,
-        ..coarse()
-    })
+    atlas_but(|c| c.spacing_m = 0.3)
 }
 
 #[test]
 fn files_hold_all() {
-    let atlas = atlas_with(&coarse());
+    let atlas = &*COARSE;
     let bytes = atlas.to_bytes().unwrap();
     let again = Atlas::from_bytes(&bytes).expect("read");
-    assert_eq!(again, atlas);
+    assert_eq!(&again, atlas);
     assert_eq!(again.to_bytes().unwrap(), bytes);
     let path = std::env::temp_dir().join(format!("hwall-atlas-{}.bin", std::process::id()));
     atlas.save(&path).expect("written");
-    assert_eq!(Atlas::load(&path).expect("read"), atlas);
+    assert_eq!(&Atlas::load(&path).expect("read"), atlas);
     std::fs::remove_file(&path).expect("removed");
     assert!(matches!(
         Atlas::load(&path),
@@ -39,13 +36,9 @@ fn bad_files_are_named() {
         ArrivalError::Atlas(error) => error,
         other => panic!("{other}"),
     };
-    for length in 0..bytes.len() {
-        let is_expected = match error(&bytes[..length]) {
-            BinaryFileError::Foreign => length < 8,
-            error => matches!(error, BinaryFileError::WrongLength { .. }),
-        };
-        assert!(is_expected, "{length}");
-    }
+    // The tests of reachability maps, which are stored in the same format, cut and change every byte.
+    let short = error(&bytes[..bytes.len() - 1]);
+    assert!(matches!(short, BinaryFileError::WrongLength { .. }));
     let mut damaged = bytes.clone();
     damaged[30] ^= 0x40;
     assert!(matches!(error(&damaged), BinaryFileError::Damaged { .. }));

@@ -1,29 +1,20 @@
 //! Base placement by arrival.
 
-use crate::common::{BOARD, arm, limits, wall};
-use glam::DVec3;
+use crate::common::{BOARD, arm, limits, range, wall};
 use hwall_arrival::reachability::{Interval, Monitor, Progress, ReachabilityError, WallFacet};
 use hwall_arrival::{
     ArrivalError, ArrivalPlacementConfig, TouchRange, WaitingConfig, WeightedTarget,
     place_base_by_arrival, place_base_by_arrival_monitored, targets_of_facets,
 };
+use hwall_testkit::refused;
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 
 /// A wall in the middle of a room; people touch its far side.
 fn scene() -> (Vec<WallFacet>, Vec<WeightedTarget>) {
-    let heights = Interval::new(0.2, 1.0);
-    let facets = vec![wall(
-        DVec3::new(2.0, 0.6, 0.0),
-        DVec3::new(2.0, 1.4, 0.0),
-        heights,
-    )];
-    let range = TouchRange {
-        spacing_m: 0.2,
-        ..TouchRange::default()
-    };
-    let targets = targets_of_facets(&facets, &range).expect("places");
+    let facets = vec![wall([2.0, 0.6], [2.0, 1.4], [0.2, 1.0])];
+    let targets = targets_of_facets(&facets, &range()).expect("places");
     (facets, targets)
 }
 
@@ -119,23 +110,16 @@ fn bad_input_is_named() {
     let mut spoilt = facets.clone();
     spoilt[0].outline_m[0].x = f64::NAN;
     place(&targets, &spoilt, &good);
-    for change in [
-        (|c: &mut ArrivalPlacementConfig| c.judged = 0) as fn(&mut ArrivalPlacementConfig),
-        |c| c.best = 0,
-        |c| c.base_radius_m = -1.0,
-        |c| c.waiting.budget_s = f64::NAN,
-        |c| c.placement.headings_rad.clear(),
-    ] {
-        let mut config = good.clone();
-        change(&mut config);
-        place(&targets, &facets, &config);
-    }
+    let with = |config| place_base_by_arrival(&arm(), &targets, &facets, BOARD, &limits(), &config);
+    refused!(good.clone(), with, {
+        judged = 0;
+        best = 0;
+        base_radius_m = -1.0;
+        waiting.budget_s = f64::NAN;
+        placement.headings_rad = Vec::new() => "no headings";
+    });
     // Too high to reach from the floor.
-    let high = wall(
-        DVec3::new(2.0, 0.6, 0.0),
-        DVec3::new(2.0, 1.4, 0.0),
-        Interval::new(3.0, 4.0),
-    );
+    let high = wall([2.0, 0.6], [2.0, 1.4], [3.0, 4.0]);
     let range = TouchRange {
         heights: Interval::new(3.0, 4.0),
         ..TouchRange::default()

@@ -1,14 +1,15 @@
 //! Waiting postures, and occlusion between surfaces.
 
-use crate::common::{self, BOARD, arm, limits, maps_of, room, wall};
+use crate::common::{self, BOARD, arm, limits, maps_of, range, room, wall};
 use glam::DVec3;
-use hwall_arrival::kinematics::{Chain, ChainArm, JointPositions};
-use hwall_arrival::reachability::{Interval, Target, WallFacet, WallMaps};
+use hwall_arrival::kinematics::{Chain, ChainArm, JointPositions, SrsArm};
+use hwall_arrival::reachability::{Target, WallFacet, WallMaps};
 use hwall_arrival::{
-    ArrivalError, Surfaces, TouchRange, WaitingConfig, WallShare, WeightedTarget, judge_posture,
-    targets_of_facets, targets_of_maps, waiting_posture, waiting_posture_from,
-    waiting_posture_of_maps,
+    ArrivalError, PostureArrivals, Surfaces, TouchRange, WaitingConfig, WaitingPosture, WallShare,
+    WeightedTarget, judge_posture, targets_of_facets, targets_of_maps, waiting_posture,
+    waiting_posture_from, waiting_posture_of_maps,
 };
+use hwall_testkit::refused;
 
 /// Fewer targets and starts: these tests check what is found, not its quality.
 fn quick() -> WaitingConfig {
@@ -20,22 +21,54 @@ fn quick() -> WaitingConfig {
     }
 }
 
-fn range() -> TouchRange {
-    TouchRange {
-        spacing_m: 0.2,
-        ..TouchRange::default()
+/// The arm, the room, and the places that people touch there.
+struct Scene {
+    arm: SrsArm,
+    maps: WallMaps,
+    surfaces: Surfaces,
+    targets: Vec<WeightedTarget>,
+}
+
+impl Scene {
+    /// The surfaces extend beyond the borders of the walls by a margin.
+    fn new(margin_m: f64) -> Self {
+        let arm = arm();
+        let maps = maps_of(&arm, &room());
+        Self {
+            surfaces: Surfaces::from_maps(&maps, margin_m).expect("valid"),
+            targets: targets_of_maps(&maps, &range()).expect("within reach"),
+            arm,
+            maps,
+        }
+    }
+
+    fn found(
+        &self,
+        targets: &[WeightedTarget],
+        config: &WaitingConfig,
+    ) -> Result<WaitingPosture, ArrivalError> {
+        let (arm, surfaces) = (&self.arm, &self.surfaces);
+        waiting_posture(arm, targets, surfaces, BOARD, &limits(), config)
+    }
+
+    fn judged(
+        &self,
+        q: &JointPositions,
+        config: &WaitingConfig,
+    ) -> Result<PostureArrivals, ArrivalError> {
+        let (arm, targets, surfaces) = (&self.arm, &self.targets, &self.surfaces);
+        judge_posture(q, arm, targets, surfaces, BOARD, &limits(), config)
     }
 }
 
 #[test]
 fn the_posture_is_behind_the_walls_and_in_time() {
-    let arm = arm();
-    let maps = maps_of(&arm, &room());
     let config = quick();
-    let found =
-        waiting_posture_of_maps(&arm, &maps, &range(), BOARD, &limits(), &config).expect("found");
-    let again = waiting_posture_of_maps(&arm, &maps, &range(), BOARD, &limits(), &config);
-    assert_eq!(Ok(found), again);
+    let scene = Scene::new(config.clearance.margin_m);
+    let (arm, maps) = (&scene.arm, &scene.maps);
+    let find = || waiting_posture_of_maps(arm, maps, &range(), BOARD, &limits(), &config);
+    let found = find().expect("found");
+    assert_eq!(Ok(found), find());
     for (limit, q) in arm.limits().iter().zip(found.q.0) {
         assert!(limit.contains(q));
     }
@@ -46,15 +79,11 @@ fn the_posture_is_behind_the_walls_and_in_time() {
     );
     assert!((found.reached_share - 1.0).abs() < 1e-12);
     // Corners and middle, one by one.
-    let surfaces = Surfaces::from_maps(&maps, config.clearance.margin_m).expect("valid");
     for point_m in BOARD.points_m(&arm.forward(&found.q)) {
-        assert!(surfaces.intrusion_m(point_m) <= -found.standoff_m + 1e-12);
+        assert!(scene.surfaces.intrusion_m(point_m) <= -found.standoff_m + 1e-12);
     }
     // Not worse than hand-picked postures.
-    let targets = targets_of_maps(&maps, &range()).expect("within reach");
-    let judged = |q: JointPositions| {
-        judge_posture(&q, &arm, &targets, &surfaces, BOARD, &limits(), &config).expect("valid")
-    };
+    let judged = |q: JointPositions| scene.judged(&q, &config).expect("valid");
     let here = judged(found.q);
     assert_eq!(here.posture, found);
     for other in [
@@ -70,27 +99,20 @@ fn the_posture_is_behind_the_walls_and_in_time() {
 
 #[test]
 fn for_people_in_a_hurry_there_is_a_better_posture_nearby() {
-    let arm = arm();
-    let maps = maps_of(&arm, &room());
-    let targets = targets_of_maps(&maps, &range()).expect("within reach");
-    let surfaces = Surfaces::from_maps(&maps, 0.02).expect("valid");
-    let nominal = quick();
+    let scene = Scene::new(0.02);
+    let (arm, targets, surfaces) = (&scene.arm, &scene.targets, &scene.surfaces);
     let hurried = WaitingConfig {
         budget_s: 0.5,
         ..quick()
     };
     let limits = limits();
-    let found =
-        waiting_posture(&arm, &targets, &surfaces, BOARD, &limits, &nominal).expect("found");
-    let from = |from: &JointPositions, config: &WaitingConfig| {
-        waiting_posture_from(from, &arm, &targets, &surfaces, BOARD, &limits, config)
+    let found = scene.found(targets, &quick()).expect("found");
+    let from = |from: &JointPositions| {
+        waiting_posture_from(from, arm, targets, surfaces, BOARD, &limits, &hurried)
     };
-    let near = from(&found.q, &hurried).expect("found");
-    assert_eq!(Ok(near), from(&found.q, &hurried));
-    let judged = judge_posture(
-        &found.q, &arm, &targets, &surfaces, BOARD, &limits, &hurried,
-    );
-    let stays = judged.expect("valid").posture;
+    let near = from(&found.q).expect("found");
+    assert_eq!(Ok(near), from(&found.q));
+    let stays = scene.judged(&found.q, &hurried).expect("valid").posture;
     assert!(
         near.in_time_share > stays.in_time_share + 0.02,
         "{} after {}",
@@ -102,44 +124,28 @@ fn for_people_in_a_hurry_there_is_a_better_posture_nearby() {
     assert!(away_s < 0.6, "{away_s}");
     // No start available.
     for bad in [f64::NAN, 9.0] {
-        assert!(from(&JointPositions([bad; 7]), &hurried).is_err(), "{bad}");
+        assert!(from(&JointPositions([bad; 7])).is_err(), "{bad}");
     }
 }
 
 #[test]
 fn arrivals_are_what_they_amount_to() {
-    let arm = arm();
-    let maps = maps_of(&arm, &room());
-    let mut targets = targets_of_maps(&maps, &range()).expect("within reach");
+    let mut scene = Scene::new(0.05);
     // One out of reach, and one with zero weight.
-    targets.push(
-        Target {
-            point_m: DVec3::new(5.0, 0.0, 0.5),
-            normal: DVec3::X,
-        }
-        .into(),
-    );
-    targets[0].weight = 0.0;
-    let config = quick();
-    let surfaces = Surfaces::from_maps(&maps, 0.05).expect("valid");
-    let judged = |config: &WaitingConfig| {
-        judge_posture(
-            &common::waiting(),
-            &arm,
-            &targets,
-            &surfaces,
-            BOARD,
-            &limits(),
-            config,
-        )
-        .expect("valid")
+    let far = Target {
+        point_m: DVec3::new(5.0, 0.0, 0.5),
+        normal: DVec3::X,
     };
+    scene.targets.push(far.into());
+    scene.targets[0].weight = 0.0;
+    let config = quick();
+    let judged = |config: &WaitingConfig| scene.judged(&common::waiting(), config).expect("valid");
     let exact = WaitingConfig {
         slack_m: 0.0,
         ..config.clone()
     };
     let arrivals = judged(&exact);
-    assert_eq!(arrivals.arrivals_s.len(), targets.len());
+    assert_eq!(arrivals.arrivals_s.len(), scene.targets.len());
     assert_eq!(arrivals.arrivals_s.last(), Some(&None));
     assert_eq!(arrivals.arrivals_s[0], None);
     assert!(arrivals.posture.reached_share < 1.0);
@@ -177,162 +183,125 @@ fn arrivals_are_what_they_amount_to() {
 /// Regression test: lists alternate between walls; sampling every second place left a wall out, and the arm waited far from it.
 #[test]
 fn the_order_of_the_targets_does_not_matter() {
-    let arm = arm();
-    let maps = maps_of(&arm, &room());
-    let surfaces = Surfaces::from_maps(&maps, 0.05).expect("valid");
-    let targets = targets_of_maps(&maps, &range()).expect("within reach");
+    let scene = Scene::new(0.05);
+    let targets = &scene.targets;
     let config = WaitingConfig {
         most_targets: targets.len() / 4,
         starts: 2,
         ..quick()
     };
-    let find = |targets: &[WeightedTarget]| {
-        let found = waiting_posture(&arm, targets, &surfaces, BOARD, &limits(), &config);
-        found.expect("found").q
-    };
+    let find = |targets: &[WeightedTarget]| scene.found(targets, &config).expect("found").q;
     let mut in_turn: Vec<WeightedTarget> = Vec::new();
     for first in 0..3 {
         in_turn.extend(targets.iter().skip(first).step_by(3));
     }
-    assert_ne!(in_turn, targets);
-    assert_eq!(find(&in_turn), find(&targets));
+    assert_ne!(&in_turn, targets);
+    assert_eq!(find(&in_turn), find(targets));
 }
 
 #[test]
 fn targets_are_where_people_touch() {
     let arm = arm();
     let maps = maps_of(&arm, &room());
-    let ball = Some((DVec3::new(0.9, 0.0, 0.6), 0.5));
+    let map = maps.map().expect("walls");
+    let middle_m = DVec3::new(0.9, 0.0, 0.6);
     for share in [WallShare::Equal, WallShare::Area] {
         let range = TouchRange {
             share,
-            ball,
+            ball: Some((middle_m, 0.5)),
             ..TouchRange::default()
         };
         let targets = targets_of_maps(&maps, &range).expect("within reach");
-        let front = |t: &&WeightedTarget| t.target.normal.x > 0.99;
-        let weight = |of_front: bool| {
-            targets
-                .iter()
-                .filter(|t| front(t) == of_front)
-                .map(|t| t.weight)
-                .sum::<f64>()
-        };
-        for t in &targets {
-            let p = t.target.point_m;
-            assert!((0.18..=1.02).contains(&p.z) && p.distance(DVec3::new(0.9, 0.0, 0.6)) <= 0.5);
-            assert!(
-                maps.map()
-                    .expect("walls")
-                    .is_reachable(p, t.target.normal)
-                    .expect("finite")
-            );
+        let (mut front, mut aside) = (0.0_f64, 0.0_f64);
+        for t in targets {
+            let (p, normal) = (t.target.point_m, t.target.normal);
+            assert!((0.18..=1.02).contains(&p.z) && p.distance(middle_m) <= 0.5);
+            assert!(map.is_reachable(p, normal).expect("finite"));
+            let side = match normal.x > 0.99 {
+                true => &mut front,
+                false => &mut aside,
+            };
+            *side += t.weight;
         }
         match share {
-            WallShare::Equal => assert!((weight(true) - weight(false)).abs() < 1e-12),
-            WallShare::Area => assert!(weight(true) > weight(false)),
+            WallShare::Equal => assert!((front - aside).abs() < 1e-12),
+            WallShare::Area => assert!(front > aside),
         }
     }
     let everywhere = targets_of_facets(&room(), &TouchRange::default()).expect("places");
-    assert!(
-        everywhere.len()
-            > targets_of_maps(&maps, &TouchRange::default())
-                .expect("places")
-                .len()
-    );
+    let reached = targets_of_maps(&maps, &TouchRange::default()).expect("places");
+    assert!(everywhere.len() > reached.len());
 }
 
 #[test]
 fn what_is_in_front_of_what() {
     let mut facets = room();
-    let shelf = Interval::new(0.3, 0.6);
-    let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
-    facets.push(wall(at(0.74, -0.4, 0.0), at(0.74, -0.1, 0.0), shelf));
+    let shelf = [0.3, 0.6];
+    facets.push(wall([0.74, -0.4], [0.74, -0.1], shelf));
     // Across the room: the base is on the touched side.
-    facets.push(wall(at(3.0, 1.0, 0.0), at(3.0, -1.0, 0.0), shelf));
+    facets.push(wall([3.0, 1.0], [3.0, -1.0], shelf));
     let surfaces = Surfaces::from_facets(&facets, 0.05).expect("valid");
     assert_eq!(surfaces.len(), 3);
-    let is = |p: DVec3, wanted: f64| {
-        let found = surfaces.intrusion_m(p);
-        assert!(
-            (found - wanted).abs() < 1e-9 || found == wanted,
-            "{p}: {found}, not {wanted}"
-        );
-    };
-    is(at(0.60, -0.5, 0.8), -0.02);
-    is(at(0.65, -0.5, 0.8), 0.03);
-    // Inside the shelf, in front of it, behind wall and shelf, beside the shelf.
-    is(at(0.70, -0.2, 0.5), -0.04);
-    is(at(0.75, -0.2, 0.5), 0.01);
-    is(at(0.60, -0.2, 0.5), -0.14);
-    is(at(0.70, 0.0, 0.5), 0.08);
     // Beyond the left edge: in front of the other wall.
     let off = 0.8 * 0.60 + 0.6 * 0.3 - (0.8 * 0.62 + 0.6 * 0.2);
-    is(at(0.60, 0.3, 0.5), off);
-    // Above all walls.
-    is(at(0.70, 0.0, 2.0), f64::NEG_INFINITY);
+    for (x, y, z, wanted) in [
+        (0.60, -0.5, 0.8, -0.02),
+        (0.65, -0.5, 0.8, 0.03),
+        // Inside the shelf, in front of it, behind wall and shelf, beside the shelf.
+        (0.70, -0.2, 0.5, -0.04),
+        (0.75, -0.2, 0.5, 0.01),
+        (0.60, -0.2, 0.5, -0.14),
+        (0.70, 0.0, 0.5, 0.08),
+        (0.60, 0.3, 0.5, off),
+        // Above all walls.
+        (0.70, 0.0, 2.0, f64::NEG_INFINITY),
+    ] {
+        let found = surfaces.intrusion_m(DVec3::new(x, y, z));
+        let agrees = (found - wanted).abs() < 1e-9 || found == wanted;
+        assert!(agrees, "{x}, {y}, {z}: {found}, not {wanted}");
+    }
     assert!(surfaces.intrusion_m(DVec3::NAN) == f64::NEG_INFINITY);
 }
 
 #[test]
 fn bad_input_is_named() {
-    let arm = arm();
-    let maps = maps_of(&arm, &room());
-    let surfaces = Surfaces::from_maps(&maps, 0.05).expect("valid");
-    let good = targets_of_maps(&maps, &range()).expect("within reach");
-    let find = |targets: &[WeightedTarget], config: &WaitingConfig| {
-        waiting_posture(&arm, targets, &surfaces, BOARD, &limits(), config).expect_err("bad")
-    };
-    assert_eq!(find(&[], &quick()), ArrivalError::Empty { what: "targets" });
+    let scene = Scene::new(0.05);
+    let good = &scene.targets;
+    let find = |targets: &[WeightedTarget]| scene.found(targets, &quick()).expect_err("bad");
+    assert_eq!(find(&[]), ArrivalError::Empty { what: "targets" });
     let far = Target {
         point_m: DVec3::new(5.0, 0.0, 0.5),
         normal: DVec3::X,
     };
     assert!(matches!(
-        find(&[far.into()], &quick()),
+        find(&[far.into()]),
         ArrivalError::OutOfReach { places: 1 }
     ));
     let mut weightless = good.clone();
     for target in &mut weightless {
         target.weight = 0.0;
     }
-    assert!(matches!(
-        find(&weightless, &quick()),
-        ArrivalError::Empty { .. }
-    ));
-    type Spoil = fn(&mut WeightedTarget);
-    let spoils: [Spoil; 5] = [
-        |t| t.weight = f64::NAN,
-        |t| t.weight = -1.0,
-        |t| t.target.point_m.y = f64::NAN,
-        |t| t.target.normal = DVec3::ZERO,
-        |t| t.target.normal = DVec3::new(1.0, 0.0, 1.0),
-    ];
-    for (i, spoil) in spoils.iter().enumerate() {
-        let mut targets = good.clone();
-        spoil(&mut targets[0]);
-        assert!(!find(&targets, &quick()).to_string().is_empty(), "{i}");
-    }
-    type Change = fn(&mut WaitingConfig);
-    let changes: [Change; 10] = [
-        |c| c.budget_s = 0.0,
-        |c| c.softness_s = f64::NAN,
-        |c| c.standoff_m = -0.1,
-        |c| c.slack_m = f64::NAN,
-        |c| c.rolls_rad.clear(),
-        |c| c.arm_angle_step_rad = 0.0,
-        |c| c.most_targets = 0,
-        |c| c.starts = 0,
-        |c| c.start_from = vec![JointPositions([f64::NAN; 7])],
-        |c| c.blocked_s_per_m = f64::NAN,
-    ];
-    for (i, change) in changes.iter().enumerate() {
-        let mut config = quick();
-        change(&mut config);
-        assert!(!find(&good, &config).to_string().is_empty(), "{i}");
-    }
-    let outside = JointPositions([3.0; 7]);
-    let error = judge_posture(&outside, &arm, &good, &surfaces, BOARD, &limits(), &quick());
+    assert!(matches!(find(&weightless), ArrivalError::Empty { .. }));
+    let with = |target: WeightedTarget| scene.found(&[target], &quick());
+    refused!(good[0], with, {
+        weight = f64::NAN, -1.0;
+        target.point_m.y = f64::NAN => "target[1] ";
+        target.normal = DVec3::ZERO => "length of the normal";
+        target.normal = DVec3::new(1.0, 0.0, 1.0) => "the wall's normal leans";
+    });
+    refused!(quick(), |config| scene.found(good, &config), {
+        budget_s = 0.0;
+        softness_s = f64::NAN;
+        standoff_m = -0.1;
+        slack_m = f64::NAN;
+        rolls_rad = Vec::new() => "no rolls";
+        arm_angle_step_rad = 0.0;
+        most_targets = 0;
+        starts = 0;
+        start_from = vec![JointPositions([f64::NAN; 7])];
+        blocked_s_per_m = f64::NAN;
+    });
+    let error = scene.judged(&JointPositions([3.0; 7]), &quick());
     assert!(matches!(
         error,
         Err(ArrivalError::WaitingOutsideLimits { .. })
@@ -347,7 +316,7 @@ fn bad_input_is_named() {
         ..range()
     };
     assert!(matches!(
-        targets_of_maps(&maps, &dense),
+        targets_of_maps(&scene.maps, &dense),
         Err(ArrivalError::TooMany { .. })
     ));
     let nan = TouchRange {
@@ -355,7 +324,7 @@ fn bad_input_is_named() {
         ..range()
     };
     assert!(matches!(
-        targets_of_maps(&maps, &nan),
+        targets_of_maps(&scene.maps, &nan),
         Err(ArrivalError::Argument(_))
     ));
     let empty = WallFacet {
@@ -370,13 +339,11 @@ fn bad_input_is_named() {
 
 #[test]
 fn without_surfaces_nothing_is_in_the_way() {
-    let arm = arm();
-    let maps = maps_of(&arm, &room());
-    let targets = targets_of_maps(&maps, &range()).expect("within reach");
+    let mut scene = Scene::new(0.05);
+    scene.surfaces = Surfaces::default();
     let mut config = quick();
     config.clearance.own_body_m = 0.0;
-    let none = Surfaces::default();
-    let found = waiting_posture(&arm, &targets, &none, BOARD, &limits(), &config).expect("found");
+    let found = scene.found(&scene.targets, &config).expect("found");
     assert_eq!(found.clear_share, 1.0);
     assert_eq!(found.standoff_m, f64::INFINITY);
 }
@@ -384,17 +351,16 @@ fn without_surfaces_nothing_is_in_the_way() {
 /// The same arm as a chain: a numerical search finds some of its configurations.
 #[test]
 fn an_arm_without_a_closed_form_waits_nearly_as_well() {
-    let arm = arm();
+    let config = quick();
+    let mut scene = Scene::new(config.clearance.margin_m);
+    scene.surfaces = Surfaces::from_facets(&room(), config.clearance.margin_m).expect("upright");
+    let (targets, surfaces) = (&scene.targets, &scene.surfaces);
     let chain = ChainArm::new(Chain::iiwa7()).expect("seven joints");
-    let chain = chain.with_tool(*arm.flange_from_tool());
-    let (limits, config) = (limits(), quick());
-    let targets = targets_of_maps(&maps_of(&arm, &room()), &range()).expect("targets");
-    let margin_m = config.clearance.margin_m;
-    let surfaces = Surfaces::from_facets(&room(), margin_m).expect("upright");
-    let exact = waiting_posture(&arm, &targets, &surfaces, BOARD, &limits, &config);
-    let found = waiting_posture(&chain, &targets, &surfaces, BOARD, &limits, &config);
-    let (exact, found) = (exact.expect("found"), found.expect("found"));
-    let judged = judge_posture(&found.q, &arm, &targets, &surfaces, BOARD, &limits, &config);
+    let chain = chain.with_tool(*scene.arm.flange_from_tool());
+    let exact = scene.found(targets, &config).expect("found");
+    let found = waiting_posture(&chain, targets, surfaces, BOARD, &limits(), &config);
+    let found = found.expect("found");
+    let judged = scene.judged(&found.q, &config);
     let judged = judged.expect("within the limits").posture;
     assert!(found.standoff_m >= config.standoff_m - 0.005, "{found:?}");
     let [best, in_time] = [exact.in_time_share, judged.in_time_share];

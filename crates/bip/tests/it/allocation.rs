@@ -1,16 +1,12 @@
 //! A step of a filter does not allocate.
 
-use crate::common::reaches;
-use hwall_bip::{
-    Bank, BankConfig, Basis, Filter, FilterConfig, Gate, Group, Model, Observation, TrainingConfig,
-};
+use crate::common::{reaches, trained};
+use hwall_bip::{Bank, BankConfig, Basis, Filter, FilterConfig, Gate, Observation};
 
 #[test]
 fn steps_do_not_allocate() {
     let demonstrations = reaches(31, 12, 2);
-    let basis = Basis::Legendre { count: 6 };
-    let groups = vec![Group::observed("hand", 2, basis)];
-    let model = Model::train(&demonstrations, &TrainingConfig::new(groups)).unwrap();
+    let model = trained(&demonstrations, Basis::Legendre { count: 6 });
     let config = FilterConfig {
         gate: Some(Gate::default()),
         ..FilterConfig::default()

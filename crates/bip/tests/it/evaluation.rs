@@ -1,8 +1,10 @@
 //! Scores, cross-validation and tuning.
 
+use crate::common::one_group;
 use hwall_bip::{
-    ArgumentError, Basis, BipError, Demonstration, EndPrediction, EvaluationConfig, Filter,
-    FilterConfig, Group, TrainingConfig, Tuned, TuningConfig, follow, leave_one_out, tune,
+    ArgumentError, Basis, BipError, Demonstration, EndPrediction, Evaluation, EvaluationConfig,
+    Filter, FilterConfig, Group, Model, NoiseSource, Onset, TrainingConfig, Tuned, TuningConfig,
+    follow, leave_one_out, tune,
 };
 use hwall_testkit::{Sampler, minimum_jerk};
 
@@ -43,6 +45,10 @@ fn training() -> TrainingConfig {
     ])
 }
 
+fn make(model: &Model) -> Result<Filter, BipError> {
+    Filter::new(model, &FilterConfig::default())
+}
+
 fn prediction(mean: f64, sd: f64, actual: f64) -> EndPrediction {
     EndPrediction {
         motion: 0,
@@ -73,11 +79,8 @@ fn ranked_probability_score_is_its_integral() {
             })
             .sum();
         let integral = sum * (high - low) / f64::from(n);
-        assert!(
-            (p.crps(0) - integral).abs() < 2e-4 * sd,
-            "{} {integral}",
-            p.crps(0)
-        );
+        let score = p.crps(0);
+        assert!((score - integral).abs() < 2e-4 * sd, "{score} {integral}");
     }
 }
 
@@ -110,25 +113,21 @@ fn held_out_motions_are_predicted_and_intervals_hold() {
     let training = training();
     let Tuned { model, trials } = tune(&motions, &training, &TuningConfig::new(&training)).unwrap();
     let tuning = model.tuning().unwrap();
-    assert!(trials.iter().any(|t| t.tuning == tuning));
     let best = trials.iter().map(|t| t.log_score).fold(f64::MIN, f64::max);
-    assert!(
-        trials
-            .iter()
-            .any(|t| t.tuning == tuning && t.log_score == best)
-    );
+    let mut found = trials.iter().filter(|t| t.tuning == tuning);
+    assert!(found.any(|t| t.log_score == best));
     // Each motion wanders in its own way, so independent noise must be larger than the residual.
     assert!(tuning.noise_factor > 1.0, "{tuning:?}");
 
     let config = EvaluationConfig::new(&training);
-    let mut fresh = hwall_bip::Evaluation::default();
+    let mut fresh = Evaluation::default();
     let unseen = self::motions(22, 24, 0.004);
     for (i, motion) in unseen.iter().enumerate() {
-        let mut filter = Filter::new(&model, &FilterConfig::default()).unwrap();
+        let mut filter = make(&model).unwrap();
         let ends = follow(&mut filter, i, motion, &config).unwrap();
         fresh.predictions.extend(ends);
     }
-    let error = |e: &hwall_bip::Evaluation, f: f64| {
+    let error = |e: &Evaluation, f: f64| {
         let mut d: Vec<f64> = e.at(f).map(|p| p.distance(&[0, 1])).collect();
         d.sort_by(f64::total_cmp);
         d[d.len() / 2]
@@ -137,14 +136,11 @@ fn held_out_motions_are_predicted_and_intervals_hold() {
     assert!(error(&fresh, 0.1) > 5.0 * error(&fresh, 0.9));
     let coverage = fresh.coverage(&[0, 1, 2], 0.9);
     assert!((0.82..=0.97).contains(&coverage), "{coverage}");
-    let naive = leave_one_out(&motions, &training, &config, |m| {
-        let fit = FilterConfig {
-            noise: hwall_bip::NoiseSource::Fit,
-            ..FilterConfig::default()
-        };
-        Filter::new(m, &fit)
-    })
-    .unwrap();
+    let fit = FilterConfig {
+        noise: NoiseSource::Fit,
+        ..FilterConfig::default()
+    };
+    let naive = leave_one_out(&motions, &training, &config, |m| Filter::new(m, &fit)).unwrap();
     assert_eq!(naive.predictions.len(), 24 * 10);
     assert!(naive.coverage(&[0, 1, 2], 0.9) < coverage);
     assert!(naive.log_score(&[0, 1]) < fresh.log_score(&[0, 1]));
@@ -163,7 +159,7 @@ fn intervals_of_equal_demonstrations_hold_another_one() {
         let motions = vec![motion.clone(); count];
         let config = TuningConfig::new(&training());
         let model = tune(&motions, &training(), &config).unwrap().model;
-        let mut filter = Filter::new(&model, &FilterConfig::default()).unwrap();
+        let mut filter = make(&model).unwrap();
         let config = EvaluationConfig::new(&training());
         let ends = follow(&mut filter, 0, &motion, &config).unwrap();
         for end in ends {
@@ -179,9 +175,8 @@ fn cross_validation_is_training_on_the_others() {
     let motions = motions(23, 5, 0.002);
     let training = training();
     let config = EvaluationConfig::new(&training);
-    let make = |m: &hwall_bip::Model| Filter::new(m, &FilterConfig::default());
     let all = leave_one_out(&motions, &training, &config, make).unwrap();
-    let model = hwall_bip::Model::train(&motions[1..], &training).unwrap();
+    let model = Model::train(&motions[1..], &training).unwrap();
     let first = follow(&mut make(&model).unwrap(), 0, &motions[0], &config).unwrap();
     assert_eq!(&all.predictions[..10], &first[..]);
 }
@@ -195,7 +190,6 @@ fn malformed_evaluations_are_typed_errors() {
     let evaluated = |count: usize, change: &dyn Fn(&mut EvaluationConfig)| {
         let mut config = EvaluationConfig::new(&training);
         change(&mut config);
-        let make = |m: &hwall_bip::Model| Filter::new(m, &FilterConfig::default());
         leave_one_out(&motions[..count], &training, &config, make).unwrap_err()
     };
     for fractions in [vec![0.0], vec![0.5, 0.5], vec![0.9, 1.1], vec![f64::NAN]] {
@@ -229,16 +223,8 @@ fn constant_columns_do_not_spoil_the_tuning() {
         moving
             .iter()
             .map(|d| {
-                let values = (0..d.len())
-                    .flat_map(|k| {
-                        let constant = vec![0.7; constants];
-                        d.sample(k)
-                            .iter()
-                            .copied()
-                            .chain(constant)
-                            .collect::<Vec<_>>()
-                    })
-                    .collect();
+                let rows = (0..d.len()).map(|k| [d.sample(k), &vec![0.7; constants][..]].concat());
+                let values = rows.flatten().collect();
                 Demonstration::from_samples(0.02, 3 + constants, values).unwrap()
             })
             .collect()
@@ -251,21 +237,13 @@ fn constant_columns_do_not_spoil_the_tuning() {
         }
         let training = TrainingConfig::new(groups);
         let config = TuningConfig::new(&training);
-        let model = tune(&with_constants(constants), &training, &config)
-            .unwrap()
-            .model;
-        model.tuning().unwrap()
+        let tuned = tune(&with_constants(constants), &training, &config).unwrap();
+        tuned.model.tuning().unwrap()
     };
     let (none, many) = (spread(0), spread(9));
-    assert!(
-        (many.spread / none.spread - 1.0).abs() < 0.2,
-        "{none:?} {many:?}"
-    );
-    let all_fixed = TrainingConfig::new(vec![Group::observed(
-        "fixed",
-        2,
-        Basis::Legendre { count: 3 },
-    )]);
+    let off = many.spread / none.spread - 1.0;
+    assert!(off.abs() < 0.2, "{none:?} {many:?}");
+    let all_fixed = one_group(2, Basis::Legendre { count: 3 });
     let still = vec![Demonstration::from_samples(0.02, 2, vec![1.0; 60]).unwrap(); 4];
     tune(&still, &all_fixed, &TuningConfig::new(&all_fixed)).unwrap();
 }
@@ -286,9 +264,8 @@ fn onset_is_that_of_training() {
             Demonstration::from_samples(0.02, 3, values).unwrap()
         })
         .collect();
-    let onset = hwall_bip::Onset::new(vec![0, 1]);
+    let onset = Onset::new(vec![0, 1]);
     let cut: Vec<_> = rested.iter().map(|d| d.trimmed(&onset).unwrap()).collect();
-    let make = |m: &hwall_bip::Model| Filter::new(m, &FilterConfig::default());
     let config = EvaluationConfig::new(&training());
     let with = TrainingConfig {
         onset: Some(onset),
@@ -302,6 +279,6 @@ fn onset_is_that_of_training() {
     let b = tune(&cut, &training(), &tuning).unwrap().model;
     assert_eq!(a.tuning(), b.tuning());
     let still = Demonstration::from_samples(0.02, 3, vec![0.0; 300]).unwrap();
-    let result = hwall_bip::Model::train(&[rested[0].clone(), still], &with);
+    let result = Model::train(&[rested[0].clone(), still], &with);
     assert!(matches!(result, Err(BipError::NothingMoves { .. })));
 }

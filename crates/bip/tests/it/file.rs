@@ -1,6 +1,6 @@
 //! Model files: bit-identical round trips, and an error for every damage.
 
-use crate::common::reaches;
+use crate::common::{one_group, reaches, trained};
 use hwall_bip::model_file::ModelFileError;
 use hwall_bip::{ArgumentError, Basis, BipError, Group, Model, Role, TrainingConfig, Tuning};
 use hwall_testkit::{Sampler, Verdict, attack};
@@ -38,8 +38,7 @@ fn model(basis: Basis, change: impl Fn(&mut TrainingConfig)) -> Model {
 }
 
 fn small() -> Model {
-    let config = TrainingConfig::new(vec![Group::observed("hand", 3, Basis::gaussian(3))]);
-    Model::train(&reaches(1, 3, 3), &config).unwrap()
+    trained(&reaches(1, 3, 3), Basis::gaussian(3))
 }
 
 fn tuned(model: Model) -> Model {
@@ -141,20 +140,15 @@ fn each_damage_has_its_error() {
     assert!(file(&error(""), |e| matches!(e, F::Truncated { .. })));
     assert!(syntax(&error("model")) && syntax(&error(&format!("{text}{text}"))));
     assert!(contents(&error("[]")) && contents(&error("{}")));
-    assert_eq!(
-        error(r#"{"format": "wall", "version": 1}"#),
-        BipError::File(F::Format {
-            expected: "hwall-bip model",
-            found: "wall".to_owned()
-        })
-    );
+    let expected = "hwall-bip model";
+    let found = "wall".to_owned();
+    let foreign = error(r#"{"format": "wall", "version": 1}"#);
+    assert_eq!(foreign, BipError::File(F::Format { expected, found }));
     // A newer version may differ in every other field.
     let newer = r#"{"format": "hwall-bip model", "version": 9, "weights": "elsewhere"}"#;
     for (text, found) in [(newer.to_owned(), 9), (with(&["version"], 0.into()), 0)] {
-        assert_eq!(
-            error(&text),
-            BipError::File(F::Version { newest: 2, found })
-        );
+        let unknown = F::Version { newest: 2, found };
+        assert_eq!(error(&text), BipError::File(unknown));
     }
     assert_refused(
         |e| matches!(e, BipError::WrongLength { .. }),
@@ -247,9 +241,8 @@ fn each_damage_has_its_error() {
         assert!(syntax(&replaced(&text, from, to)), "{from}");
     }
     let deep = "[".repeat(1_000_000);
-    assert!(Model::from_json(&deep).is_err());
-    let deep = format!("{{\"format\":\"hwall-bip model\",\"version\":1,\"x\":{deep}");
-    assert!(Model::from_json(&deep).is_err());
+    let inside = format!(r#"{{"format":"hwall-bip model","version":1,"x":{deep}"#);
+    assert!(Model::from_json(&deep).is_err() && Model::from_json(&inside).is_err());
 }
 
 #[test]
@@ -304,20 +297,16 @@ fn every_basis_reads_its_own_file() {
     for _ in 0..60 {
         let count = 10 + sampler.index(31);
         let size = 10_f64.powf(sampler.uniform(-3.0, 0.5));
-        bases.push(Basis::Gaussian {
-            count,
-            variance: size,
-        });
-        bases.push(Basis::NormalizedGaussian {
-            count,
-            variance: size,
-        });
-        bases.push(Basis::Sigmoid { count, width: size });
-        bases.push(Basis::Polynomial { count });
+        let (variance, width) = (size, size);
+        bases.extend([
+            Basis::Gaussian { count, variance },
+            Basis::NormalizedGaussian { count, variance },
+            Basis::Sigmoid { count, width },
+            Basis::Polynomial { count },
+        ]);
     }
     for basis in bases {
-        let config = TrainingConfig::new(vec![Group::observed("hand", 3, basis)]);
-        let Ok(model) = Model::train(&reaches(1, 6, 3), &config) else {
+        let Ok(model) = Model::train(&reaches(1, 6, 3), &one_group(3, basis)) else {
             continue;
         };
         let read = Model::from_json(&model.to_json());

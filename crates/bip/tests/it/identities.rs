@@ -1,6 +1,6 @@
 //! Identities that hold for any data.
 
-use crate::common::cubics;
+use crate::common::{cubics, evaluate, trained};
 use hwall_bip::{Basis, Filter, FilterConfig, Group, Model, Observation, TrainingConfig};
 use hwall_testkit::central_difference;
 
@@ -25,12 +25,6 @@ fn all_bases() -> Vec<Basis> {
         Basis::Legendre { count: 8 },
         Basis::Chebyshev { count: 8 },
     ]
-}
-
-fn evaluate(basis: Basis, phase: f64) -> (Vec<f64>, Vec<f64>) {
-    let (mut v, mut d) = (vec![0.0; basis.count()], vec![0.0; basis.count()]);
-    basis.evaluate_into(phase, &mut v, &mut d).unwrap();
-    (v, d)
 }
 
 #[test]
@@ -69,8 +63,7 @@ fn training_recovers_planted_cubics() {
         Basis::Chebyshev { count: 5 },
     ] {
         let demonstrations = cubics(1, 6, 3, 0.0);
-        let config = TrainingConfig::new(vec![Group::observed("hand", 3, basis)]);
-        let model = Model::train(&demonstrations, &config).unwrap();
+        let model = trained(&demonstrations, basis);
         assert_eq!(model.rank(), 5);
         for phase in [0.0, 0.31, 0.5, 1.0] {
             let mut mean = [0.0; 3];
@@ -122,10 +115,7 @@ fn prior_survives_the_round_trip_through_named_weights() {
 }
 
 fn small_filter() -> Filter {
-    let demonstrations = cubics(7, 6, 3, 0.01);
-    let basis = Basis::Legendre { count: 5 };
-    let config = TrainingConfig::new(vec![Group::observed("hand", 3, basis)]);
-    let model = Model::train(&demonstrations, &config).unwrap();
+    let model = trained(&cubics(7, 6, 3, 0.01), Basis::Legendre { count: 5 });
     let mut filter = Filter::new(&model, &FilterConfig::default()).unwrap();
     filter.predict(20.0).unwrap();
     filter
@@ -239,17 +229,4 @@ fn prior_velocity() -> f64 {
         .map(|m| 1.0 / m.duration())
         .collect();
     rates.iter().sum::<f64>() / 6.0
-}
-
-#[test]
-fn families_are_told_in_words() {
-    let count = 9;
-    let normalized = Basis::NormalizedGaussian {
-        count,
-        variance: 0.015625,
-    };
-    let said = normalized.to_string();
-    assert_eq!(said, "9 normalized Gaussians of variance 0.015625");
-    let legendre = Basis::Legendre { count };
-    assert_eq!(legendre.to_string(), "9 Legendre polynomials");
 }

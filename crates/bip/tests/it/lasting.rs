@@ -1,8 +1,9 @@
 //! Persistent deviations: the Markov process in addition to the motion.
 
+use crate::common::{moments, one_group};
 use hwall_bip::{
     Basis, Demonstration, EnsembleConfig, EnsembleFilter, Filter, FilterConfig, Group, Model,
-    NoiseSource, Observation, PhaseVelocity, Prior, TrainingConfig, Tuned, TuningConfig, tune,
+    NoiseSource, Observation, PhaseVelocity, Prior, Tuned, TuningConfig, tune,
 };
 use hwall_testkit::Sampler;
 
@@ -44,10 +45,12 @@ fn mean_and_row(phase: f64) -> [f64; 2] {
     ]
 }
 
-/// Solves a symmetric positive definite system by elimination.
-fn solve(n: usize, matrix: &[f64], b: &[f64]) -> Vec<f64> {
+/// Solves a symmetric positive definite system by elimination; also the logarithm of the determinant.
+fn solve(n: usize, matrix: &[f64], b: &[f64]) -> (Vec<f64>, f64) {
     let (mut a, mut b) = (matrix.to_vec(), b.to_vec());
+    let mut log_det = 0.0;
     for k in 0..n {
+        log_det += a[k * n + k].ln();
         for i in k + 1..n {
             let f = a[i * n + k] / a[k * n + k];
             for j in k..n {
@@ -60,7 +63,7 @@ fn solve(n: usize, matrix: &[f64], b: &[f64]) -> Vec<f64> {
         let later: f64 = (k + 1..n).map(|j| a[k * n + j] * b[j]).sum();
         b[k] = (b[k] - later) / a[k * n + k];
     }
-    b
+    (b, log_det)
 }
 
 /// Differences from the last measurement give the same posterior and likelihood as all measurements together with the covariance of the process.
@@ -99,7 +102,7 @@ fn differences_are_generalised_least_squares() {
         .zip(&ys)
         .map(|(t, y)| y - mean_and_row(0.02 * t)[0])
         .collect();
-    let weighted = solve(n, &sigma, &rows);
+    let (weighted, _) = solve(n, &sigma, &rows);
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
     let precision = 1.0 + dot(&weighted, &rows);
     let c = dot(&weighted, &away) / precision;
@@ -111,29 +114,17 @@ fn differences_are_generalised_least_squares() {
     assert!((got.abs() - c.abs()).abs() < 1e-5, "{got} {c}");
     assert!((variance * precision - 1.0).abs() < 1e-5);
     // ln N(away; 0, Σ + row rowᵀ), by the determinant lemma and elimination.
-    let mut total = sigma.clone();
+    let mut total = sigma;
     for i in 0..n {
         for j in 0..n {
             total[i * n + j] += rows[i] * rows[j];
         }
     }
-    let quadratic = dot(&away, &solve(n, &total, &away));
-    let mut log_det = 0.0;
-    let mut a = total;
-    for k in 0..n {
-        log_det += a[k * n + k].ln();
-        for i in k + 1..n {
-            let f = a[i * n + k] / a[k * n + k];
-            for j in k..n {
-                a[i * n + j] -= f * a[k * n + j];
-            }
-        }
-    }
+    let (solved, log_det) = solve(n, &total, &away);
+    let quadratic = dot(&away, &solved);
     let expected = -0.5 * (quadratic + log_det + n as f64 * std::f64::consts::TAU.ln());
-    assert!(
-        (log_likelihood - expected).abs() < 1e-3,
-        "{log_likelihood} {expected}"
-    );
+    let off = log_likelihood - expected;
+    assert!(off.abs() < 1e-3, "{log_likelihood} {expected}");
 }
 
 #[test]
@@ -149,11 +140,8 @@ fn a_deviation_lasts_and_is_forgotten() {
     let at = |filter: &mut Filter, phase: f64| {
         let (mut m, mut v) = ([0.0], [0.0]);
         filter.predict_at(phase, &[0], &mut m, &mut v).unwrap();
-        let (mut plain, mut shape) = ([0.0], [0.0]);
-        filter
-            .moments_at(phase, &[0], &mut plain, &mut shape)
-            .unwrap();
-        (m[0], v[0], plain[0])
+        let [[plain], _] = moments(filter, phase, [0]);
+        (m[0], v[0], plain)
     };
     let now = filter.phase();
     let (m, v, _) = at(&mut filter, now);
@@ -185,8 +173,7 @@ fn tuning_finds_deviations_that_last() {
             Demonstration::from_samples(0.02, 1, values).unwrap()
         })
         .collect();
-    let basis = Basis::Legendre { count: 4 };
-    let training = TrainingConfig::new(vec![Group::observed("hand", 1, basis)]);
+    let training = one_group(1, Basis::Legendre { count: 4 });
     let config = TuningConfig::new(&training);
     let lasting = tune(&demonstrations, &training, &config).unwrap().model;
     let independent = TuningConfig {

@@ -1,9 +1,8 @@
 //! Outliers, and the filter's own health statistics.
 
-use crate::common::{moments, step};
+use crate::common::{moments, step, trained};
 use hwall_bip::{
-    ArgumentError, Basis, BipError, Demonstration, Filter, FilterConfig, Gate, Group, Model,
-    Observation, TrainingConfig,
+    ArgumentError, Basis, BipError, Demonstration, Filter, FilterConfig, Gate, Model, Observation,
 };
 use hwall_testkit::{Sampler, minimum_jerk};
 
@@ -28,9 +27,7 @@ fn motion(sampler: &mut Sampler) -> Demonstration {
 fn model() -> Model {
     let mut sampler = Sampler::new(11);
     let demonstrations: Vec<_> = (0..15).map(|_| motion(&mut sampler)).collect();
-    let basis = Basis::Legendre { count: 8 };
-    let groups = vec![Group::observed("hand", DOFS, basis)];
-    Model::train(&demonstrations, &TrainingConfig::new(groups)).unwrap()
+    trained(&demonstrations, Basis::Legendre { count: 8 })
 }
 
 fn gated(model: &Model, gate: Option<Gate>) -> Filter {
@@ -40,6 +37,13 @@ fn gated(model: &Model, gate: Option<Gate>) -> Filter {
         ..FilterConfig::default()
     };
     Filter::new(model, &config).unwrap()
+}
+
+fn gate(deviations: f64, patience: usize) -> Gate {
+    Gate {
+        deviations,
+        patience,
+    }
 }
 
 fn end(filter: &mut Filter) -> [f64; DOFS] {
@@ -76,10 +80,7 @@ fn a_finger_that_jumps_is_refused_alone() {
     assert!(worst(&end(&mut open), truth) > 0.02);
     let health = safe.health();
     let jumps = (0..seen.len()).filter(|k| k % 7 == 3).count() as u64;
-    assert!(
-        health.gated >= jumps && health.gated <= jumps + 3,
-        "{health:?}"
-    );
+    assert!((jumps..=jumps + 3).contains(&health.gated), "{health:?}");
     assert_eq!(open.health().gated, 0);
 }
 
@@ -88,12 +89,11 @@ fn refusing_is_not_listing() {
     let model = model();
     let mut sampler = Sampler::new(13);
     let seen = motion(&mut sampler);
-    let covariance: Vec<f64> = (0..DOFS * DOFS)
-        .map(|at| if at % (DOFS + 1) == 0 { 4e-4 } else { 1e-4 })
-        .collect();
-    let part: Vec<f64> = (0..25)
-        .map(|at| if at % 6 == 0 { 4e-4 } else { 1e-4 })
-        .collect();
+    let correlated = |n: usize| -> Vec<f64> {
+        let entries = (0..n * n).map(|at| if at % (n + 1) == 0 { 4e-4 } else { 1e-4 });
+        entries.collect()
+    };
+    let (covariance, part) = (correlated(DOFS), correlated(DOFS - 1));
     let mut gate = gated(&model, Some(Gate::default()));
     let mut less = gated(&model, None);
     for k in 0..20 {
@@ -131,13 +131,7 @@ fn a_gate_that_refuses_nothing_changes_no_bit() {
         };
         for _ in 0..40 {
             let seen = motion(&mut sampler);
-            let (mut gate, mut open) = (
-                filter(Some(Gate {
-                    deviations: 12.0,
-                    ..Gate::default()
-                })),
-                filter(None),
-            );
+            let (mut gate, mut open) = (filter(Some(gate(12.0, 5))), filter(None));
             for k in 30..45 {
                 gate.predict(1.0).unwrap();
                 open.predict(1.0).unwrap();
@@ -165,11 +159,7 @@ fn a_filter_that_refuses_everything_listens_again() {
     let model = model();
     let mut sampler = Sampler::new(14);
     let (first, second) = (motion(&mut sampler), motion(&mut sampler));
-    let gate = Gate {
-        deviations: 4.0,
-        patience: 3,
-    };
-    let mut filter = gated(&model, Some(gate));
+    let mut filter = gated(&model, Some(gate(4.0, 3)));
     for k in 0..30 {
         step(&mut filter, &ALL, first.sample(k));
     }
@@ -182,12 +172,8 @@ fn a_filter_that_refuses_everything_listens_again() {
     }
     assert!(refused > 0);
     assert!(filter.health().rows > 30 * DOFS as u64 + 20);
-    let bad = Gate {
-        deviations: 0.0,
-        patience: 1,
-    };
     let config = FilterConfig {
-        gate: Some(bad),
+        gate: Some(gate(0.0, 1)),
         ..FilterConfig::default()
     };
     assert!(matches!(
@@ -205,10 +191,8 @@ fn health_adds_up() {
     let mut sum = 0.0;
     for k in 0..seen.len() {
         filter.predict(1.0).unwrap();
-        let update = filter
-            .observe(&Observation::new(&ALL, seen.sample(k)))
-            .unwrap();
-        sum += update.log_likelihood;
+        let observation = Observation::new(&ALL, seen.sample(k));
+        sum += filter.observe(&observation).unwrap().log_likelihood;
     }
     let health = filter.health();
     assert_eq!(health.updates, seen.len() as u64);
@@ -220,11 +204,8 @@ fn health_adds_up() {
     for _ in 0..30 {
         filter.observe(&Observation::new(&[0], &[5.0])).unwrap();
     }
-    assert!(
-        filter.health().recent_distance > 2.0,
-        "{:?}",
-        filter.health()
-    );
+    let health = filter.health();
+    assert!(health.recent_distance > 2.0, "{health:?}");
 }
 
 #[test]
@@ -233,18 +214,14 @@ fn evidence_more_precise_than_any_sensor_is_still_taken() {
     for variance in [1e-30, 1e-190, 1e-206, 1e-250] {
         let mut filter = gated(&model, None);
         filter.observe_phase(0.4, variance).unwrap();
-        assert!(
-            (filter.phase() - 0.4).abs() < 1e-12,
-            "variance {variance:e}"
-        );
-        let y = [0.5];
+        let off = filter.phase() - 0.4;
+        assert!(off.abs() < 1e-12, "variance {variance:e}");
+        let seen = Observation::new(&[0], &[0.5]);
         filter
-            .observe_at(1.0, &Observation::new(&[0], &y).with_variances(&[variance]))
+            .observe_at(1.0, &seen.with_variances(&[variance]))
             .unwrap();
-        assert!(
-            (end(&mut filter)[0] - 0.5).abs() < 1e-9,
-            "variance {variance:e}"
-        );
+        let off = end(&mut filter)[0] - 0.5;
+        assert!(off.abs() < 1e-9, "variance {variance:e}");
     }
 }
 
@@ -271,24 +248,12 @@ fn steps_that_overflow_leave_the_belief() {
 #[test]
 fn an_error_leaves_the_patience_of_the_gate() {
     let model = model();
-    let gate = Gate {
-        deviations: 4.0,
-        patience: 1,
-    };
-    let mut filter = gated(&model, Some(gate));
-    filter.predict(1.0).unwrap();
-    filter
-        .observe(&Observation::new(&ALL, &[0.0; DOFS]))
-        .unwrap();
+    let mut filter = gated(&model, Some(gate(4.0, 1)));
+    step(&mut filter, &ALL, &[0.0; DOFS]);
     for _ in 0..3 {
-        assert!(
-            filter
-                .observe(&Observation::new(&ALL, &[1e308; DOFS]))
-                .is_err()
-        );
+        let huge = Observation::new(&ALL, &[1e308; DOFS]);
+        assert!(filter.observe(&huge).is_err());
     }
-    let update = filter
-        .observe(&Observation::new(&ALL, &[9.0; DOFS]))
-        .unwrap();
-    assert_eq!(update.gated, DOFS);
+    let far = Observation::new(&ALL, &[9.0; DOFS]);
+    assert_eq!(filter.observe(&far).unwrap().gated, DOFS);
 }

@@ -68,16 +68,9 @@ fn groups_are_chosen_one_by_one() {
         Group::observed("slow", 2, any),
         Group::controlled("fast", 2, any),
     ];
-    let config = SelectionConfig::default();
-    let candidates = default_candidates();
-    let chosen = select_groups(
-        &demonstrations,
-        &groups,
-        &candidates,
-        Criterion::Bic,
-        &config,
-    )
-    .unwrap();
+    let (candidates, config) = (default_candidates(), SelectionConfig::default());
+    let bic = Criterion::Bic;
+    let chosen = select_groups(&demonstrations, &groups, &candidates, bic, &config).unwrap();
     let expected = groups.iter().zip([3, 7]).map(|(group, count)| Group {
         basis: Basis::Legendre { count },
         ..group.clone()
@@ -91,52 +84,35 @@ fn bad_requests_are_errors() {
     let line = [Basis::Legendre { count: 2 }];
     let nominal = SelectionConfig::default();
     let (aic, left_out) = (Criterion::Aic, Criterion::LeaveOneOut);
-    assert!(choose(&demonstrations, 2, &line, left_out, &nominal).is_ok());
+    let of = |dofs, candidates: &[Basis], criterion, config: &SelectionConfig| {
+        choose(&demonstrations, dofs, candidates, criterion, config)
+    };
+    assert!(of(2, &line, left_out, &nominal).is_ok());
     let out_of_range =
         |e: &BipError| matches!(e, BipError::Argument(ArgumentError::OutOfRange { .. }));
+    let argument = |e: &BipError| matches!(e, BipError::Argument(_));
     let unknown = |e: &BipError| *e == BipError::UnknownDof { dof: 2, dofs: 2 };
     let too_few = |e: &BipError| matches!(e, BipError::TooFewDemonstrations { .. });
     let nan = SelectionConfig {
         noise_floor: f64::NAN,
         ..nominal.clone()
     };
+    let none_held_out = SelectionConfig {
+        held_out: 0,
+        ..nominal.clone()
+    };
     let no_basis = [Basis::Legendre { count: 0 }];
+    let single = choose(&demonstrations[..1], 2, &line, left_out, &nominal);
     type Check<'a> = &'a dyn Fn(&BipError) -> bool;
     let cases: [(Result<Basis, BipError>, Check<'_>); 8] = [
         (choose(&[], 1, &line, aic, &nominal), &too_few),
-        (
-            choose(&demonstrations[..1], 2, &line, left_out, &nominal),
-            &too_few,
-        ),
-        (choose(&demonstrations, 3, &line, aic, &nominal), &unknown),
-        (
-            choose(&demonstrations, 0, &line, aic, &nominal),
-            &out_of_range,
-        ),
-        (
-            choose(&demonstrations, 2, &[], aic, &nominal),
-            &out_of_range,
-        ),
-        (
-            choose(&demonstrations, 2, &no_basis, aic, &nominal),
-            &out_of_range,
-        ),
-        (choose(&demonstrations, 2, &line, aic, &nan), &|e| {
-            matches!(e, BipError::Argument(_))
-        }),
-        (
-            choose(
-                &demonstrations,
-                2,
-                &line,
-                left_out,
-                &SelectionConfig {
-                    held_out: 0,
-                    ..nominal
-                },
-            ),
-            &too_few,
-        ),
+        (single, &too_few),
+        (of(3, &line, aic, &nominal), &unknown),
+        (of(0, &line, aic, &nominal), &out_of_range),
+        (of(2, &[], aic, &nominal), &out_of_range),
+        (of(2, &no_basis, aic, &nominal), &out_of_range),
+        (of(2, &line, aic, &nan), &argument),
+        (of(2, &line, left_out, &none_held_out), &too_few),
     ];
     for (at, (result, expected)) in cases.iter().enumerate() {
         assert!(result.as_ref().is_err_and(expected), "{at}: {result:?}");
@@ -186,18 +162,10 @@ fn choice_agrees_with_the_reference() {
     assert_eq!(candidates.len(), 75);
     let groups = [("hand", 18), ("robot", 7)]
         .map(|(part, dofs)| Group::observed(part, dofs, Basis::gaussian(2)));
-    let chosen = select_groups(
-        &demonstrations,
-        &groups,
-        &candidates,
-        Criterion::Bic,
-        &config,
-    )
-    .unwrap();
-    assert!(
-        chosen.iter().all(|group| group.basis.count() == 9),
-        "{chosen:?}"
-    );
+    let bic = Criterion::Bic;
+    let chosen = select_groups(&demonstrations, &groups, &candidates, bic, &config).unwrap();
+    let nine = chosen.iter().all(|group| group.basis.count() == 9);
+    assert!(nine, "{chosen:?}");
 }
 
 fn candidate(entry: &Value) -> Basis {

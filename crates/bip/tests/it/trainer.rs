@@ -1,5 +1,6 @@
 //! Adding and removing demonstrations, compared with training on the rest.
 
+use crate::common::{one_group, trained};
 use hwall_bip::{
     ArgumentError, Basis, BipError, Demonstration, Group, Model, Onset, Trainer, TrainingConfig,
 };
@@ -88,12 +89,8 @@ fn assert_same(a: &Model, b: &Model, relative: f64) {
     let (x, y) = (a.phase_velocity(), b.phase_velocity());
     close("velocity", &[x.mean], &[y.mean], relative);
     close("velocity", &[x.variance], &[y.variance], relative);
-    close(
-        "period",
-        &[a.sampling_period()],
-        &[b.sampling_period()],
-        relative,
-    );
+    let (x, y) = (a.sampling_period(), b.sampling_period());
+    close("period", &[x], &[y], relative);
 }
 
 #[test]
@@ -137,11 +134,7 @@ fn offset_far_away_costs_no_digits() {
             Demonstration::from_timestamps(d.times().to_vec(), 3, values.collect()).unwrap()
         })
         .collect();
-    let config = TrainingConfig::new(vec![Group::observed("hand", 3, Basis::gaussian(6))]);
-    let (near, far) = (
-        Model::train(&near, &config).unwrap(),
-        Model::train(&far, &config).unwrap(),
-    );
+    let [near, far] = [near, far].map(|motions| trained(&motions, Basis::gaussian(6)));
     close("mean", &near.to_prior().mean, &far.to_prior().mean, 1e-10);
     close("covariance", &covariance(&near), &covariance(&far), 1e-10);
     close("noise", near.noise_fit(), far.noise_fit(), 1e-9);
@@ -163,8 +156,7 @@ fn shared_decomposition_is_the_direct_one() {
                 Demonstration::from_timestamps(d.times().to_vec(), 4, values.collect()).unwrap()
             })
             .collect();
-        let groups = vec![Group::observed("hand", 4, Basis::Legendre { count: 5 })];
-        let config = TrainingConfig::new(groups);
+        let config = one_group(4, Basis::Legendre { count: 5 });
         let direct = TrainingConfig {
             max_rank: Some(1000),
             ..config.clone()
@@ -178,21 +170,19 @@ fn shared_decomposition_is_the_direct_one() {
 #[test]
 fn errors_name_what_is_wrong_and_change_nothing() {
     let demonstrations = motions(6, 3, 3);
-    let config = TrainingConfig::new(vec![Group::observed("hand", 3, Basis::gaussian(4))]);
+    let config = one_group(3, Basis::gaussian(4));
     let mut trainer = Trainer::new(config.clone()).unwrap();
     let none = Err(BipError::TooFewDemonstrations { needed: 1, got: 0 });
     assert!(trainer.is_empty());
     assert_eq!(trainer.model(), none);
     let first = trainer.add(&demonstrations[0]).unwrap();
     let second = trainer.add(&demonstrations[1]).unwrap();
-    assert_eq!(
-        trainer.add(&motions(6, 1, 2)[0]),
-        Err(BipError::DofMismatch {
-            demonstration: 2,
-            expected: 3,
-            got: 2
-        })
-    );
+    let refused = BipError::DofMismatch {
+        demonstration: 2,
+        expected: 3,
+        got: 2,
+    };
+    assert_eq!(trainer.add(&motions(6, 1, 2)[0]), Err(refused));
     trainer.remove(first).unwrap();
     let gone = Err(BipError::UnknownDemonstration { id: 0 });
     assert_eq!(trainer.remove(first), gone);
@@ -210,7 +200,7 @@ fn errors_name_what_is_wrong_and_change_nothing() {
     });
     assert!(matches!(result, Err(BipError::WrongLength { .. })));
     let huge = Basis::Legendre { count: usize::MAX };
-    let result = Trainer::new(TrainingConfig::new(vec![Group::observed("hand", 3, huge)]));
+    let result = Trainer::new(one_group(3, huge));
     assert!(matches!(
         result,
         Err(BipError::Argument(ArgumentError::OutOfRange { .. }))
@@ -225,7 +215,6 @@ fn values_near_the_largest_double_are_an_error_not_a_nan() {
             Demonstration::from_samples(1.0, 1, values.collect()).unwrap()
         })
         .collect();
-    let config = TrainingConfig::new(vec![Group::observed("hand", 1, Basis::gaussian(4))]);
-    let result = Model::train(&demonstrations, &config);
+    let result = Model::train(&demonstrations, &one_group(1, Basis::gaussian(4)));
     assert!(result.is_err(), "{result:?}");
 }

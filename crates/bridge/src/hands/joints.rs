@@ -114,11 +114,9 @@ mod tests {
         let openxr = openxr_joints(&numbered).expect("26 joints");
         let webxr = openxr_joints(&numbered[1..]).expect("25 joints");
         assert_eq!(openxr[1..], webxr[1..]);
-        let tips = |joints: &Joints| HandFrame::from_openxr(1.0, joints).tips_m;
-        assert_eq!(
-            tips(&webxr).map(|m| m.map(|m| m.x)),
-            [5.0, 10.0, 15.0, 20.0, 25.0].map(Some)
-        );
+        let tips_m = HandFrame::from_openxr(1.0, &webxr).tips_m;
+        let numbers = tips_m.map(|m| m.map(|m| m.x));
+        assert_eq!(numbers, [5.0, 10.0, 15.0, 20.0, 25.0].map(Some));
         assert_eq!(openxr[0], Some(DVec3::ZERO));
         assert_eq!(webxr[0], Some(DVec3::new(11.5, 0.0, 0.0)));
     }

@@ -137,11 +137,8 @@ mod tests {
         // Before the first hand, nothing is lost.
         assert_eq!(queue.next_frame_at(0.0, 100.0), None);
         sender.send(seen(100.0)).expect("room in the queue");
-        assert!(
-            queue
-                .next_frame_at(0.0, 100.0)
-                .is_some_and(|f| f.palm_m.is_some())
-        );
+        let is_seen = |frame: HandFrame| frame.palm_m.is_some();
+        assert!(queue.next_frame_at(0.0, 100.0).is_some_and(is_seen));
         let mut said = 0;
         for cycle in 1..=1000 {
             let t_s = 1e-3 * f64::from(cycle);
@@ -152,11 +149,7 @@ mod tests {
         }
         assert!((15..=18).contains(&said), "{said}");
         sender.send(seen(101.0005)).expect("room in the queue");
-        assert!(
-            queue
-                .next_frame_at(1.001, 101.001)
-                .is_some_and(|f| f.palm_m.is_some())
-        );
+        assert!(queue.next_frame_at(1.001, 101.001).is_some_and(is_seen));
     }
 
     #[test]
@@ -169,9 +162,8 @@ mod tests {
             let late_s = 1e-3 * f64::from(cycle % 4);
             let server_s = 50.0 + 1.0001 * now_s + late_s;
             if cycle % 14 == 0 {
-                sender
-                    .send(seen(50.0 + 1.0001 * now_s))
-                    .expect("room in the queue");
+                let frame = seen(50.0 + 1.0001 * now_s);
+                sender.send(frame).expect("room in the queue");
             }
             while let Some(frame) = queue.next_frame_at(now_s, server_s) {
                 assert!(frame.t_s > last_s);

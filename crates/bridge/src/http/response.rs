@@ -56,15 +56,3 @@ pub(crate) fn switch_to_socket(key: &str) -> Vec<u8> {
     )
     .into_bytes()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_key_is_answered_as_in_rfc_6455() {
-        let answer = switch_to_socket("dGhlIHNhbXBsZSBub25jZQ==");
-        let text = String::from_utf8(answer).expect("ASCII");
-        assert!(text.contains("\r\nSec-WebSocket-Accept: s3pPLMBiTxaQ9kYGzzhZRbK+xOo=\r\n"));
-    }
-}

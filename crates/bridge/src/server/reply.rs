@@ -141,21 +141,17 @@ mod tests {
     /// Regression: the page showed `Gap { gap_s: 0.31 }`.
     #[test]
     fn reasons_are_told_in_words() {
-        let lost = Tracking::Lost {
+        let lost = EventKind::Frame(Tracking::Lost {
             reason: LostReason::Gap { gap_s: 0.31 },
             since_s: 1.0,
-        };
-        let held = SafeReason::NonFinite(Channel::Torque);
+        });
+        let reason = SafeReason::NonFinite(Channel::Torque);
+        let safe = EventKind::Safe(SafeState::Holding { reason });
+        let held = EventKind::Held(HoldReason::UnknownSurfaces);
         for (kind, text) in [
-            (EventKind::Frame(lost), "no sample for 0.31 s"),
-            (
-                EventKind::Safe(SafeState::Holding { reason: held }),
-                "holding: a torque of the arm is no number",
-            ),
-            (
-                EventKind::Held(HoldReason::UnknownSurfaces),
-                "unknown surfaces",
-            ),
+            (lost, "no sample for 0.31 s"),
+            (safe, "holding: a torque of the arm is no number"),
+            (held, "unknown surfaces"),
         ] {
             assert_eq!(words(&kind).1, text);
         }
@@ -169,18 +165,13 @@ mod tests {
                 normal_force_n: 3.25,
             },
         });
-        assert_eq!(
-            said,
-            r#"{"type":"event","t":1.5,"kind":"touched","text":"3.2 N"}"#
-        );
+        let expected = r#"{"type":"event","t":1.5,"kind":"touched","text":"3.2 N"}"#;
+        assert_eq!(said, expected);
         let counts = Reply::Counts {
             leads: true,
             counts: BridgeCounts::default(),
         };
-        assert!(
-            counts
-                .to_json()
-                .starts_with(r#"{"type":"counts","leads":true,"clients":0,"accepted":0,"#)
-        );
+        let begins = r#"{"type":"counts","leads":true,"clients":0,"accepted":0,"#;
+        assert!(counts.to_json().starts_with(begins));
     }
 }

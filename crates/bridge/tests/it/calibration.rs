@@ -32,13 +32,9 @@ fn calibration(pairs: [PointPair; 3]) -> Result<Calibration, CalibrationError> {
 
 /// A headset's space somewhere on the floor, as the base sees it in WebXR's axes.
 fn truth(sampler: &mut Sampler) -> Pose {
-    let place = DVec3::new(
-        sampler.uniform(0.5, 2.5),
-        sampler.uniform(-1.0, 1.0),
-        sampler.uniform(-1.0, 0.2),
-    );
+    let place = sampler.array_within([(0.5, 2.5), (-1.0, 1.0), (-1.0, 0.2)]);
     let yaw = sampler.uniform(-3.1, 3.1);
-    Pose::from_yaw(yaw, place).expect("a pose") * Pose::Z_UP_FROM_Y_UP
+    Pose::from_yaw(yaw, place.into()).expect("a pose") * Pose::Z_UP_FROM_Y_UP
 }
 
 fn touched(truth: &Pose, corners: [DVec3; 3], touches: [DVec3; 3]) -> [PointPair; 3] {
@@ -79,11 +75,10 @@ fn noise_moves_the_pose_as_little_as_stated() {
         };
         taken += 1;
         let pose = found.base_from_headset() * Pose::Z_UP_FROM_Y_UP;
-        let there = truth.inverse_transform_point(DVec3::new(0.62, 0.0, 0.5));
-        let middle_m = pose
-            .transform_point(there)
-            .distance(DVec3::new(0.62, 0.0, 0.5));
-        assert!(middle_m < 0.0087 * 1.5, "{middle_m}");
+        let middle_m = DVec3::new(0.62, 0.0, 0.5);
+        let there = truth.inverse_transform_point(middle_m);
+        let off_m = pose.transform_point(there).distance(middle_m);
+        assert!(off_m < 0.0087 * 1.5, "{off_m}");
         let turn = pose.distance(&truth).angle_rad;
         assert!(turn < 0.0087 / 0.07, "{turn}");
         assert!(found.rms_m() < 0.0087);
@@ -164,9 +159,8 @@ fn degenerate_corners_and_touches_are_refused() {
 }
 
 #[test]
-fn no_text_of_a_file_makes_it_panic() {
-    let mut sampler = Sampler::new(5);
-    let truth = truth(&mut sampler);
+fn a_text_that_is_no_calibration_is_refused() {
+    let truth = truth(&mut Sampler::new(5));
     let good = calibration(touched(&truth, CORNERS, CORNERS)).expect("a pose");
     let good = good.to_json();
     for wrong in [
@@ -180,21 +174,7 @@ fn no_text_of_a_file_makes_it_panic() {
         &good.replacen("0.62", "null", 1),
     ] {
         let error = Calibration::from_json(wrong).expect_err("no calibration");
-        assert!(
-            matches!(error, CalibrationError::File { .. }),
-            "{wrong}: {error:?}"
-        );
-    }
-    for _ in 0..20_000 {
-        let mut bytes = good.clone().into_bytes();
-        for _ in 0..=sampler.index(4) {
-            let at = sampler.index(bytes.len());
-            bytes[at] = sampler.index(128) as u8;
-        }
-        if let Ok(found) = Calibration::from_json(&String::from_utf8_lossy(&bytes)) {
-            assert!(found.rms_m() <= FIT_BOUND_M);
-            assert!(found.base_from_headset().position_m().is_finite());
-        }
+        assert!(matches!(error, CalibrationError::File { .. }), "{wrong}");
     }
 }
 
@@ -331,6 +311,11 @@ fn worn(file: &Path, truth: Pose, act: impl FnOnce(&mut Wearer<'_>, &BridgeServe
     });
 }
 
+fn kept(file: &Path) -> Calibration {
+    let text = std::fs::read_to_string(file).expect("a file");
+    Calibration::from_json(&text).expect("a calibration")
+}
+
 fn file(name: &str) -> PathBuf {
     let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = std::fs::remove_file(&file);
@@ -368,8 +353,7 @@ fn three_touches_calibrate_and_two_check_at_the_next_start() {
         // After the headset has moved its space, the calibration must be checked again.
         assert_eq!(wearer.asks("recentred")["state"], "unchecked");
     });
-    let kept = std::fs::read_to_string(&file).expect("a file");
-    let kept = Calibration::from_json(&kept).expect("a calibration");
+    let kept = kept(&file);
     assert_eq!(kept.headset(), HEADSETS[0]);
     let off = (kept.base_from_headset() * Pose::Z_UP_FROM_Y_UP).distance(&truth);
     assert!(off.position_m < 1e-3 && off.angle_rad < 1e-3, "{off:?}");
@@ -377,10 +361,8 @@ fn three_touches_calibrate_and_two_check_at_the_next_start() {
     worn(&file, truth, |wearer, _| {
         let off = wearer.touches(corners[0] + aside);
         assert_eq!(off["state"], "off", "{off}");
-        assert!(
-            (off["off_mm"].as_f64().expect("mm") - 24.0).abs() < 1.0,
-            "{off}"
-        );
+        let off_mm = off["off_mm"].as_f64().expect("mm");
+        assert!((off_mm - 24.0).abs() < 1.0, "{off}");
         let next = wearer.touches(corners[0] + 0.5 * aside);
         let asked = (&next["state"], &next["corner"]);
         assert_eq!(asked, (&"unchecked".into(), &1.into()), "{next}");
@@ -412,10 +394,8 @@ fn a_calibration_is_of_one_headset() {
             }
             wearer.told();
             let now = server.counts();
-            [
-                now.accepted - before.accepted,
-                now.uncalibrated - before.uncalibrated,
-            ]
+            let uncalibrated = now.uncalibrated - before.uncalibrated;
+            [now.accepted - before.accepted, uncalibrated]
         };
         assert_eq!(accepted(wearer), [0, 5], "nobody's hands count yet");
         assert_eq!(wearer.calibrates(corners)["state"], "good");
@@ -440,8 +420,7 @@ fn a_calibration_is_of_one_headset() {
         assert_eq!(wearer.is_in(one)["state"], "other");
         assert_eq!(accepted(wearer), [0, 5]);
     });
-    let kept = std::fs::read_to_string(&file).expect("a file");
-    let kept = Calibration::from_json(&kept).expect("a calibration");
+    let kept = kept(&file);
     assert_eq!(kept.headset(), other);
     // At the next start the file applies only to its headset.
     worn(&file, truth, |wearer, _| {

@@ -7,7 +7,7 @@ use glam::DVec3;
 use hwall::hand::HandFrame;
 use hwall::kinematics::JointPositions;
 use hwall_bridge::view::{ViewFrame, ViewState};
-use hwall_bridge::{Bridge, BridgeConfig, BridgeServer, FollowedHand};
+use hwall_bridge::{Bridge, BridgeConfig, BridgeServer};
 use hwall_testkit::Sampler;
 use std::io::Write;
 use std::net::TcpStream;
@@ -25,18 +25,6 @@ fn frame(bridge: &mut Bridge, wanted: impl Fn(&HandFrame) -> bool) -> HandFrame 
 /// A sample of a hand within reach.
 fn good(seq: u64, client_ms: f64) -> String {
     hand_at(seq, client_ms, DVec3::new(0.5, 0.0, 0.4))
-}
-
-/// Sends a hand whose coordinates are all `at_m` until the loop has one.
-fn heard(bridge: &mut Bridge, socket: &mut Socket, at_m: f64) -> HandFrame {
-    let mut seq = 1;
-    until("a hand", || {
-        seq += 1;
-        socket.text(&hand_at(seq, 20.0 * seq as f64, DVec3::splat(at_m)));
-        std::thread::sleep(Duration::from_millis(20));
-        let now_s = bridge.pacing.wait();
-        std::iter::from_fn(|| bridge.hands.next_frame(now_s)).find(|f| f.palm_m.is_some())
-    })
 }
 
 #[test]
@@ -75,6 +63,8 @@ fn a_client_that_falls_silent_leaves_a_lost_hand_and_comes_back() {
         socket.text(&good(seq, 1e3 + seq as f64));
         let seen = frame(&mut bridge, |f| f.palm_m.is_some());
         assert!(seen.t_s > last_s, "one clock for all connections");
+        // Regression: after a client had left, its head counted as missing for ever.
+        assert_eq!(seen.is_of_another, connection > 0);
         last_s = seen.t_s;
         drop(socket);
         let lost = frame(&mut bridge, |f| f.points() == [None; 6]);
@@ -90,20 +80,6 @@ fn a_client_that_falls_silent_leaves_a_lost_hand_and_comes_back() {
     frame(&mut bridge, |f| f.palm_m.is_some());
     frame(&mut bridge, |f| f.palm_m.is_none());
     wait_for("the count", || server.counts().unseen == 1);
-}
-
-/// Regression: after a client had left, its head counted as missing for ever.
-#[test]
-fn the_first_frame_of_another_client_says_so() {
-    let server = server(BridgeConfig::default());
-    let mut bridge = server.connect(&scene());
-    let mut socket = Socket::open(&server);
-    socket.text(&good(1, 1.0));
-    assert!(!frame(&mut bridge, |f| f.palm_m.is_some()).is_of_another);
-    drop(socket);
-    wait_for("its end", || server.counts().clients == 0);
-    let mut another = Socket::open(&server);
-    assert!(heard(&mut bridge, &mut another, 0.4).is_of_another);
 }
 
 #[test]
@@ -146,10 +122,8 @@ fn what_is_wrong_is_dropped_counted_and_said() {
     socket.text(&good(4, 1028.0));
     wait_for("all of them", || server.counts().accepted == 2);
     let counts = server.counts();
-    assert_eq!(
-        (counts.malformed, counts.duplicate, counts.out_of_order),
-        (6, 1, 2)
-    );
+    assert_eq!(counts.malformed, 6);
+    assert_eq!((counts.duplicate, counts.out_of_order), (1, 2));
     let said = socket.wait_for("error");
     assert!(text_of(&said, "text").contains("message refused"), "{said}");
     socket.text(r#"{"type":"ping","id":7,"client_ms":5.5}"#);
@@ -191,24 +165,6 @@ fn those_who_are_too_many_are_told_and_turned_away() {
 }
 
 #[test]
-fn one_client_leads_and_another_takes_over() {
-    let server = server(BridgeConfig {
-        takeover_s: 0.3,
-        hand: FollowedHand::Either,
-        ..BridgeConfig::default()
-    });
-    let mut bridge = server.connect(&scene());
-    let (mut one, mut two) = (Socket::open(&server), Socket::open(&server));
-    one.text(&hand_at(1, 1.0, DVec3::splat(0.1)));
-    frame(&mut bridge, |f| f.palm_m.is_some());
-    two.text(&hand_at(1, 1.0, DVec3::splat(0.2)));
-    wait_for("looking on", || server.counts().looking_on == 1);
-    let seen = heard(&mut bridge, &mut two, 0.2);
-    assert_eq!(seen.palm_m, Some(DVec3::splat(0.2)));
-    assert_eq!(server.counts().takeovers, 1);
-}
-
-#[test]
 fn a_scene_reaches_those_who_wait_and_those_who_come() {
     let server = server(BridgeConfig::default());
     let mut early = Socket::open(&server);
@@ -216,11 +172,9 @@ fn a_scene_reaches_those_who_wait_and_those_who_come() {
     server.prepare("learning");
     assert_eq!(text_of(&early.wait_for("preparing"), "text"), "learning");
     // A room of 300,000 triangles is sent in full.
-    server.prepare(&"x".repeat(8_000_000));
-    assert_eq!(
-        text_of(&early.wait_for("preparing"), "text").len(),
-        8_000_000
-    );
+    let large = "x".repeat(8_000_000);
+    server.prepare(&large);
+    assert!(text_of(&early.wait_for("preparing"), "text") == large);
     let bridge = server.connect(&scene());
     let mut late = Socket::open(&server);
     for socket in [&mut early, &mut late] {
@@ -228,6 +182,8 @@ fn a_scene_reaches_those_who_wait_and_those_who_come() {
     }
     drop(bridge);
 }
+
+const FOREIGN: &[u8] = b"GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n";
 
 #[test]
 fn requests_are_answered_with_the_page_or_refused() {
@@ -245,14 +201,8 @@ fn requests_are_answered_with_the_page_or_refused() {
         (get("/../../etc/passwd", ""), "404"),
         (get("/%2e%2e/etc/passwd", ""), "404"),
         (get("/", "Origin: https://evil.example\r\n"), "403"),
-        (
-            b"GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n".to_vec(),
-            "403",
-        ),
-        (
-            vec![0x16, 3, 1, 0, 200, b'\r', b'\n', b'\r', b'\n', b'\r', b'\n'],
-            "400",
-        ),
+        (FOREIGN.to_vec(), "403"),
+        (b"\x16\x03\x01\0\xc8\r\n\r\n\r\n".to_vec(), "400"),
         (get("/", &format!("X: {}\r\n", "a".repeat(9000))), "431"),
         (get("/", &"X: a\r\n".repeat(100)), "400"),
         // Never completed.
@@ -287,10 +237,8 @@ fn a_server_that_others_reach_asks_for_its_key() {
     for (path, status) in [("/", "403"), (&format!("/?key={query}"), "200")] {
         let head = format!("GET {path} HTTP/1.1\r\nHost: my.proxy.example\r\n\r\n");
         let answer = answer(behind.address(), head.as_bytes());
-        assert!(
-            answer.starts_with(&format!("HTTP/1.1 {status} ")),
-            "{answer}"
-        );
+        let begins = format!("HTTP/1.1 {status} ");
+        assert!(answer.starts_with(&begins), "{answer}");
     }
 }
 
@@ -379,18 +327,14 @@ fn views_come_as_json_to_whoever_asks_for_them() {
         let off_m = number(&view["board"]["position"][i]) - expected.position_m()[i];
         assert!(off_m.abs() < 1e-9, "{view}");
     }
-    assert_eq!(
-        (&view["t"], &view["state"]),
-        (&1.5.into(), &"approaching".into())
-    );
+    assert_eq!(view["t"], 1.5);
+    assert_eq!(view["state"], "approaching");
     assert_eq!(view["goal"]["normal"], serde_json::json!([-1.0, 0.0, 0.0]));
     assert!(view["hand"].is_null() && view["force"][0].is_null());
     let bytes = until("bytes", || match binary.0.read() {
         Ok(Message::Binary(bytes)) => Some(bytes),
         _ => None,
     });
-    assert_eq!(
-        ViewFrame::decode(&bytes).expect("a view").0.state,
-        ViewState::Approaching
-    );
+    let (decoded, _) = ViewFrame::decode(&bytes).expect("a view");
+    assert_eq!(decoded.state, ViewState::Approaching);
 }

@@ -115,20 +115,12 @@ fn without_the_key_nobody_gets_in() {
     let own = key(&server);
     assert_ne!(first, own, "another start, another key");
     let ask = |path: &str, fields| asked(client(&server, &file, "localhost"), path, fields);
-    for query in [
-        "",
-        "?key=",
-        "?key=aaaaaaaaaa",
-        &first,
-        &own[..own.len() - 1],
-    ] {
+    let short = &own[..own.len() - 1];
+    for query in ["", "?key=", "?key=aaaaaaaaaa", &first, short] {
         for (path, fields) in [("/", ""), ("/ws", ""), ("/ws", UPGRADE), ("/", UPGRADE)] {
             let answer = ask(&format!("{path}{query}"), fields);
-            assert!(
-                answer.starts_with("HTTP/1.1 403 "),
-                "{path}{query}: {answer}"
-            );
-            assert!(answer.contains("?key="), "{answer}");
+            let refused = answer.starts_with("HTTP/1.1 403 ") && answer.contains("?key=");
+            assert!(refused, "{path}{query}: {answer}");
         }
     }
     let refused = server.counts();
@@ -148,11 +140,8 @@ fn a_certificate_is_kept_and_its_key_is_the_owners_alone() {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        let mode = std::fs::metadata(&file)
-            .expect("a file")
-            .permissions()
-            .mode();
-        assert_eq!(mode & 0o777, 0o600);
+        let permissions = std::fs::metadata(&file).expect("a file").permissions();
+        assert_eq!(permissions.mode() & 0o777, 0o600);
     }
     drop(server(config(&file)));
     assert_eq!(first, std::fs::read(&file).expect("a certificate"));
@@ -196,33 +185,29 @@ fn certificates_and_keys_that_are_none_are_named() {
             key: key.to_owned(),
         })
     };
-    let mismatch = own(&good, &other);
-    assert!(
-        mismatch.contains("other.pem: the key does not fit"),
-        "{mismatch}"
-    );
-    let missing = own(&folder.join("none.pem"), &good);
-    assert!(missing.contains("none.pem"), "{missing}");
-    assert!(own(&folder, &good).contains("tls_bad"));
+    for (certificates, key, named) in [
+        (&good, &other, "other.pem: the key does not fit"),
+        (&folder.join("none.pem"), &good, "none.pem"),
+        (&folder, &good, "tls_bad"),
+    ] {
+        let said = own(certificates, key);
+        assert!(said.contains(named), "{said}");
+    }
     let pem = std::fs::read_to_string(&good).expect("a certificate");
     let at = pem.find("-----BEGIN PRIVATE").expect("a key");
+    let encrypted = pem.replace("PRIVATE KEY", "ENCRYPTED PRIVATE KEY");
     for (text, expected) in [
         ("", "a certificate in PEM was expected"),
         ("no PEM at all", "a certificate in PEM was expected"),
         (&pem[at..], "a certificate in PEM was expected"),
         (&pem[..at], "an unencrypted private key in PEM was expected"),
-        (
-            &pem.replace("PRIVATE KEY", "ENCRYPTED PRIVATE KEY"),
-            "an unencrypted private key",
-        ),
+        (&encrypted, "an unencrypted private key"),
         (&pem[..pem.len() - 40], "in PEM was expected"),
     ] {
         std::fs::write(&bad, text).expect("a file");
         let said = refused(Certificate::SelfSigned(bad.clone()));
-        assert!(
-            said.contains("bad.pem") && said.contains(expected),
-            "{said}"
-        );
+        assert!(said.contains("bad.pem"), "{said}");
+        assert!(said.contains(expected), "{said}");
     }
     // Well-formed PEM around random bytes: an error, no panic.
     let mut sampler = Sampler::new(5);
@@ -244,18 +229,18 @@ fn certificates_and_keys_that_are_none_are_named() {
 fn plain_http_is_told_to_use_https() {
     let file = folder("tls_plain").join("bridge.pem");
     let server = server(config(&file));
-    let told = answer(
-        server.address(),
-        b"GET / HTTP/1.1\r\nHost: localhost:8443\r\n\r\n",
-    );
+    let own = key(&server);
+    let ask = |request: &str| answer(server.address(), request.as_bytes());
+    let get = |query: &str| {
+        ask(&format!(
+            "GET /{query} HTTP/1.1\r\nHost: localhost:8443\r\n\r\n"
+        ))
+    };
+    let told = get("");
     assert!(told.starts_with("HTTP/1.1 307"), "{told}");
     assert!(told.contains("Location: https://localhost:8443/\r\n"));
     // The answer does not repeat a key that crossed the network unencrypted.
-    let own = key(&server);
-    let told = answer(
-        server.address(),
-        format!("GET /{own} HTTP/1.1\r\nHost: localhost:8443\r\n\r\n").as_bytes(),
-    );
+    let told = get(&own);
     assert!(told.contains("Location: https://localhost:8443/\r\n"));
     assert!(!told.contains("key"), "{told}");
     for request in [
@@ -264,7 +249,7 @@ fn plain_http_is_told_to_use_https() {
         "hello\r\n\r\n",
         "\r\n\r\n\r\n",
     ] {
-        let told = answer(server.address(), request.as_bytes());
+        let told = ask(request);
         assert!(told.starts_with("HTTP/1.1 400"), "{request}: {told}");
         assert!(told.contains("https://") && !told.contains("evil"));
     }

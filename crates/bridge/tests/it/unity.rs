@@ -61,10 +61,8 @@ fn the_newest_datagram_of_the_first_sender_counts() {
     assert_eq!(told.target.roll_rad, Some(45_f64.to_radians()));
     let slide = told.slide.expect("a motion");
     assert!((slide.velocity_m_per_s.length() - 0.03).abs() < 1e-12);
-    assert!(
-        slide.velocity_m_per_s.dot(DVec3::Y).abs() < 1e-12,
-        "in the plane"
-    );
+    let out_of_plane = slide.velocity_m_per_s.dot(DVec3::Y);
+    assert!(out_of_plane.abs() < 1e-12, "{out_of_plane}");
     assert!(receiver.newest(8.0).is_none(), "seen once");
 }
 

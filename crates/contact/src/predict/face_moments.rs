@@ -9,17 +9,22 @@ const AGREE: f64 = 1.0;
 
 /// Mean and covariance of a contact by the faces of one surface.
 pub(super) struct Moments {
-    /// Mean of the faces that agree with the best one, m: nobody would touch a mean between two possible targets.
+    /// Mean of the faces that say where and agree with the best one, m: nobody would touch a mean between two possible targets.
     pub(super) mean_m: DVec3,
     /// Covariance about that mean, over all faces, m²: positive semidefinite, like that of each face.
     pub(super) covariance_m2: DMat3,
 }
 
 impl Moments {
-    pub(super) fn of<'a, I: Iterator<Item = &'a Face>>(faces: impl Fn() -> I, best: &Face) -> Self {
+    /// `says_where`: does the source of a face say where the contact is?
+    pub(super) fn of<'a, I: Iterator<Item = &'a Face>>(
+        faces: impl Fn() -> I,
+        best: &Face,
+        says_where: impl Fn(&Face) -> bool,
+    ) -> Self {
         let agree = |f: &&Face| {
             let sum_m2 = trace(&f.covariance_m2) + trace(&best.covariance_m2);
-            f.mean_m.distance_squared(best.mean_m) <= AGREE * sum_m2
+            says_where(f) && f.mean_m.distance_squared(best.mean_m) <= AGREE * sum_m2
         };
         // A vague component must not shift the mean away from a sharp one.
         let best_m2 = trace(&best.covariance_m2);

@@ -27,25 +27,20 @@ fn reach(duration_s: f64, curve: impl Fn(f64) -> DVec3) -> LabelledReach {
         frame.set_point(HandPoint::Palm, Some(tip_m - DVec3::new(0.1, 0.0, 0.0)));
         frame
     });
-    LabelledReach::new(
-        HandPoint::Index,
-        frames.collect(),
-        curve(1.0),
-        3.0 + duration_s,
-    )
+    let (frames, contact_s) = (frames.collect(), 3.0 + duration_s);
+    LabelledReach::new(HandPoint::Index, frames, curve(1.0), contact_s)
 }
 
 /// Minimum-jerk reaches of 0.4 m and 0.8 s from about one place into a half space.
 fn reaches(count: usize, seed: u64) -> Vec<LabelledReach> {
     let mut sampler = Sampler::new(seed);
-    (0..count)
-        .map(|_| {
-            let from = sampler.point_in_box(DVec3::splat(-0.02), DVec3::splat(0.02));
-            let way = sampler.unit_vector();
-            let way = 0.4 * DVec3::new(way.x.abs(), way.y, way.z);
-            reach(0.8, |tau| from + minimum_jerk(tau) * way)
-        })
-        .collect()
+    let reaches = (0..count).map(|_| {
+        let from = sampler.point_in_box(DVec3::splat(-0.02), DVec3::splat(0.02));
+        let way = sampler.unit_vector();
+        let way = 0.4 * DVec3::new(way.x.abs(), way.y, way.z);
+        reach(0.8, |tau| from + minimum_jerk(tau) * way)
+    });
+    reaches.collect()
 }
 
 fn all(reaches: &[LabelledReach]) -> Vec<(&'static str, Result<Trained, ContactError>)> {
@@ -64,10 +59,8 @@ fn all(reaches: &[LabelledReach]) -> Vec<(&'static str, Result<Trained, ContactE
 }
 
 fn trained(reaches: &[LabelledReach]) -> Vec<(&'static str, Trained)> {
-    all(reaches)
-        .into_iter()
-        .map(|(name, e)| (name, e.unwrap()))
-        .collect()
+    let trained = all(reaches).into_iter();
+    trained.map(|(name, e)| (name, e.unwrap())).collect()
 }
 
 /// The estimate after a share of the time.
@@ -84,9 +77,8 @@ fn after(
 
 #[test]
 fn constant_velocity_is_exact_on_a_uniform_motion_of_known_duration() {
-    let line = reach(0.9, |tau| {
-        DVec3::new(0.1, -0.2, 1.0) + tau * DVec3::new(0.7, 0.1, -0.4)
-    });
+    let (from, way) = (DVec3::new(0.1, -0.2, 1.0), DVec3::new(0.7, 0.1, -0.4));
+    let line = reach(0.9, |tau| from + tau * way);
     let mut estimator = ConstantVelocity::train(std::slice::from_ref(&line)).unwrap();
     for share in [0.05, 0.4, 0.8, 1.0] {
         let estimate = after(&mut estimator, &line, share);
@@ -97,10 +89,7 @@ fn constant_velocity_is_exact_on_a_uniform_motion_of_known_duration() {
     // A single frame has no velocity; a hand that is late is predicted to stay where it is.
     estimator.begin();
     let first = estimator.step(&line.frames[0]).unwrap();
-    assert_eq!(
-        first.point_m,
-        line.frames[0].point(HandPoint::Index).unwrap()
-    );
+    assert_eq!(first.point_m, from);
     let mut late = line.frames[line.frames.len() - 1];
     late.t_s += 1.0;
     late.set_point(HandPoint::Index, Some(DVec3::X));
@@ -128,16 +117,15 @@ fn arrival_is_that_of_the_reaches_that_last_longer() {
 fn minimum_jerk_is_exact_on_a_minimum_jerk_motion() {
     let training = reaches(12, 1);
     let mut estimator = MinimumJerk::train(&training).unwrap();
-    for (reach, share) in reaches(5, 2)
-        .iter()
-        .flat_map(|r| [0.3, 0.5, 0.8, 1.0].map(|s| (r, s)))
-    {
-        let estimate = after(&mut estimator, reach, share);
-        let off_m = estimate.point_m.distance(reach.contact_m);
-        assert!(off_m < 1e-3, "{share}: {off_m}");
-        let left_s = estimate.time_to_contact_s.unwrap().mean_s;
-        let off_s = left_s - (reach.contact_s - estimate.t_s);
-        assert!(off_s.abs() < 5e-3, "{share}: {off_s}");
+    for reach in reaches(5, 2) {
+        for share in [0.3, 0.5, 0.8, 1.0] {
+            let estimate = after(&mut estimator, &reach, share);
+            let off_m = estimate.point_m.distance(reach.contact_m);
+            assert!(off_m < 1e-3, "{share}: {off_m}");
+            let left_s = estimate.time_to_contact_s.unwrap().mean_s;
+            let off_s = left_s - (reach.contact_s - estimate.t_s);
+            assert!(off_s.abs() < 5e-3, "{share}: {off_s}");
+        }
     }
     // Longer and slower than any training reach: the samples outweigh the prior.
     let unusual = reach(1.0, |tau| minimum_jerk(tau) * DVec3::new(0.4, 0.3, 0.1));
@@ -148,22 +136,14 @@ fn minimum_jerk_is_exact_on_a_minimum_jerk_motion() {
 #[test]
 fn nearest_neighbours_find_the_demonstrations_of_the_same_kind() {
     // Five paths, five demonstrations each, from other starts and at other times.
-    let ways = [
-        DVec3::X,
-        DVec3::Y,
-        DVec3::Z,
-        -DVec3::Y,
-        DVec3::new(0.5, 0.5, 0.0),
-    ];
+    let aslant = DVec3::new(0.5, 0.5, 0.0);
+    let ways = [DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_Y, aslant];
     let mut sampler = Sampler::new(3);
     let mut of = |way: DVec3| {
         let from = sampler.point_in_box(DVec3::splat(-0.3), DVec3::splat(0.3));
         reach(0.8, |tau| from + minimum_jerk(tau) * way)
     };
-    let training: Vec<LabelledReach> = ways
-        .iter()
-        .flat_map(|&w| std::array::from_fn::<_, 5, _>(|_| of(w)))
-        .collect();
+    let training: Vec<LabelledReach> = (0..25).map(|k| of(ways[k / 5])).collect();
     let mut estimator = NearestNeighbour::train(&training).unwrap();
     for way in ways {
         let reach = of(way);
@@ -285,10 +265,8 @@ fn frames_that_bring_nothing_change_nothing_but_the_clock() {
         assert_eq!(held.point_m, before.point_m, "{name}");
         assert_eq!(held.t_s, before.t_s + 0.05, "{name}");
         let [left_s, before_s] = [held, before].map(|e| e.time_to_contact_s.unwrap().mean_s);
-        assert!(
-            (left_s - (before_s - 0.05).max(0.0)).abs() < 1e-12,
-            "{name}"
-        );
+        let off_s = left_s - (before_s - 0.05).max(0.0);
+        assert!(off_s.abs() < 1e-12, "{name}");
     }
 }
 

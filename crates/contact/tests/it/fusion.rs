@@ -1,7 +1,8 @@
 //! The fused predictor in the hard cases: the failures of a single ray.
 
 use crate::common::{
-    EYE, Fused, WALL, ball, following_the_motion, front, fused, gaze_at, room, scene, side,
+    EYE, Fused, WALL, ball, following_the_motion, front, fused, gaze_at, plain_scene, room, scene,
+    side,
 };
 use glam::{DMat3, DVec3};
 use hwall_contact::{ContactPrediction, FusedConfig, PredictionSource};
@@ -20,10 +21,8 @@ fn by_estimate() -> Fused {
 /// The probability of a surface.
 fn probability(scene: &Scene, answers: &[ContactPrediction], name: &str) -> f64 {
     let of_surface = |a: &&ContactPrediction| Some(a.surface) == scene.find(name);
-    answers
-        .iter()
-        .find(of_surface)
-        .map_or(0.0, |a| a.probability)
+    let answer = answers.iter().find(of_surface);
+    answer.map_or(0.0, |a| a.probability)
 }
 
 /// The surface that a line of sight meets.
@@ -51,23 +50,18 @@ fn an_estimate_off_the_wall_is_brought_to_it_by_its_covariance() {
     assert_close!(c.x_axis, DVec3::X * 1e-6, Tol::abs(1e-12));
     assert_close!(c.y_axis.y, 0.0004, Tol::abs(2e-6));
     assert_close!(c.z_axis.z, 0.0012 - 0.00125 * 0.5, Tol::abs(2e-6));
-    assert_eq!(
-        (p.source, p.roughness),
-        (PredictionSource::Motion, Some(0.4))
-    );
+    let said = (p.source, p.roughness);
+    assert_eq!(said, (PredictionSource::Motion, Some(0.4)));
     assert_eq!(p.time_to_contact_s.unwrap().mean_s, 0.3);
 }
 
 #[test]
 fn failure_gaze_misses_the_object() {
     // A post as wide as a hand; the gaze misses it by 5 degrees and meets the wall behind.
-    let scene = scene(
-        &[
-            ("wall", front(1.2, [-1.0, 1.0], [0.0, 2.0])),
-            ("post", front(0.6, [-0.06, 0.06], [0.8, 1.6])),
-        ],
-        None,
-    );
+    let scene = plain_scene(&[
+        ("wall", front(1.2, [-1.0, 1.0], [0.0, 2.0])),
+        ("post", front(0.6, [-0.06, 0.06], [0.8, 1.6])),
+    ]);
     let past = gaze_at(EYE, DVec3::new(0.6, 0.09, 1.2));
     assert_eq!(meets(&scene, past), scene.find("wall"));
     let mut fused = fused();
@@ -82,13 +76,10 @@ fn failure_gaze_misses_the_object() {
 #[test]
 fn failure_the_object_is_occluded() {
     // The eye sees a panel in front of the wall; the hand, next to the panel, is going to touch the wall.
-    let scene = scene(
-        &[
-            ("wall", WALL),
-            ("panel", front(0.3, [0.0, 0.3], [1.25, 1.6])),
-        ],
-        None,
-    );
+    let scene = plain_scene(&[
+        ("wall", WALL),
+        ("panel", front(0.3, [0.0, 0.3], [1.25, 1.6])),
+    ]);
     let meant = DVec3::new(0.7, 0.1, 1.1);
     let gaze = gaze_at(EYE, meant);
     assert_eq!(meets(&scene, gaze), scene.find("panel"));
@@ -104,13 +95,10 @@ fn failure_the_object_is_occluded() {
 
 #[test]
 fn failure_the_hand_is_already_behind_the_surface() {
-    let scene = scene(
-        &[
-            ("wall", WALL),
-            ("next room", front(1.2, [-1.0, 1.0], [0.0, 2.0])),
-        ],
-        None,
-    );
+    let scene = plain_scene(&[
+        ("wall", WALL),
+        ("next room", front(1.2, [-1.0, 1.0], [0.0, 2.0])),
+    ]);
     let gaze = Some(gaze_at(EYE, DVec3::new(0.7, 0.0, 1.2)));
     for gaze in [gaze, None] {
         let mut fused = fused();
@@ -135,13 +123,10 @@ fn failure_the_hand_is_already_behind_the_surface() {
 
 #[test]
 fn failure_two_surfaces_meet_in_a_corner() {
-    let scene = scene(
-        &[
-            ("front", front(0.7, [-1.0, 0.5], [0.0, 2.0])),
-            ("side", side(0.5, [-0.5, 0.7], [0.0, 2.0])),
-        ],
-        None,
-    );
+    let scene = plain_scene(&[
+        ("front", front(0.7, [-1.0, 0.5], [0.0, 2.0])),
+        ("side", side(0.5, [-0.5, 0.7], [0.0, 2.0])),
+    ]);
     let corner = DVec3::new(0.7, 0.5, 1.2);
     let start = DVec3::new(0.2, 0.0, 1.2);
     let aimed = |aside_m: f64| {
@@ -198,13 +183,10 @@ fn what_cannot_be_touched_bars_the_way_but_what_is_or_was_looked_at_is_thought_o
 
 #[test]
 fn a_gaze_that_has_left_still_counts() {
-    let scene = scene(
-        &[
-            ("left", front(0.7, [0.0, 0.6], [0.6, 1.8])),
-            ("right", front(0.7, [-0.6, 0.0], [0.6, 1.8])),
-        ],
-        None,
-    );
+    let scene = plain_scene(&[
+        ("left", front(0.7, [0.0, 0.6], [0.6, 1.8])),
+        ("right", front(0.7, [-0.6, 0.0], [0.6, 1.8])),
+    ]);
     let meant = DVec3::new(0.7, 0.07, 1.2);
     let state = (DVec3::new(0.3, 0.0, 1.2), DVec3::X);
     let estimate = Some((DVec3::new(0.7, -0.01, 1.2), ball(0.06)));
@@ -234,35 +216,27 @@ fn a_gaze_that_has_left_still_counts() {
 #[test]
 fn a_hand_at_rest_is_told_by_the_gaze_or_by_what_is_near() {
     let quads = room(6);
-    let scene = scene(&quads, None);
+    let scene = plain_scene(&quads);
     let rest = (DVec3::new(0.0, 0.0, 1.2), DVec3::ZERO);
     let meant = DVec3::new(0.65, 0.1, 1.5);
     let mut with_gaze = fused();
     let p = with_gaze.see(&scene, rest, None, Some(gaze_at(EYE, meant)))[0];
-    assert_eq!(
-        (Some(p.surface), p.source),
-        (scene.find("picture"), PredictionSource::Gaze)
-    );
+    let picture = scene.find("picture").unwrap();
+    assert_eq!((p.surface, p.source), (picture, PredictionSource::Gaze));
     assert!(p.point_m.distance(meant) < 0.08 && p.time_to_contact_s.is_none());
     assert!((0.7..0.99).contains(&p.probability), "{p:?}");
     // Without gaze only nearby surfaces are predicted.
     let p = fused().see(&scene, (DVec3::new(0.4, 0.2, 1.5), DVec3::ZERO), None, None)[0];
-    assert_eq!(
-        (Some(p.surface), p.source),
-        (scene.find("picture"), PredictionSource::Nearest)
-    );
+    assert_eq!((p.surface, p.source), (picture, PredictionSource::Nearest));
     assert!(fused().see(&scene, rest, None, None).is_empty());
 }
 
 #[test]
 fn a_change_of_mind_is_followed_within_the_sample_in_which_it_shows() {
-    let scene = scene(
-        &[
-            ("left", front(0.7, [0.1, 0.6], [0.6, 1.8])),
-            ("right", front(0.7, [-0.6, -0.1], [0.6, 1.8])),
-        ],
-        None,
-    );
+    let scene = plain_scene(&[
+        ("left", front(0.7, [0.1, 0.6], [0.6, 1.8])),
+        ("right", front(0.7, [-0.6, -0.1], [0.6, 1.8])),
+    ]);
     let mut fused = fused();
     let state = (DVec3::new(0.3, 0.0, 1.2), DVec3::X);
     for (y, name) in [(0.3, "left"), (-0.3, "right"), (0.3, "left")] {
@@ -277,7 +251,7 @@ fn a_change_of_mind_is_followed_within_the_sample_in_which_it_shows() {
 
 #[test]
 fn an_estimate_beyond_every_edge_goes_to_the_closest_surface() {
-    let scene = scene(&[("tile", front(0.7, [-0.05, 0.05], [1.1, 1.2]))], None);
+    let scene = plain_scene(&[("tile", front(0.7, [-0.05, 0.05], [1.1, 1.2]))]);
     let state = (DVec3::new(0.3, 0.0, 1.2), DVec3::X);
     let estimate = Some((DVec3::new(0.7, 0.2, 1.15), ball(0.05)));
     let p = by_estimate().see(&scene, state, estimate, None)[0];
@@ -286,7 +260,7 @@ fn an_estimate_beyond_every_edge_goes_to_the_closest_surface() {
 
 #[test]
 fn an_estimate_wrong_by_many_deviations_in_depth_is_not_sure_of_the_rest() {
-    let scene = scene(&[("wall", WALL)], None);
+    let scene = plain_scene(&[("wall", WALL)]);
     let state = (DVec3::new(0.2, 0.0, 1.2), DVec3::X);
     let sd_m = |depth_m: f64| {
         let at = DVec3::new(0.7 - depth_m, 0.0, 1.2);

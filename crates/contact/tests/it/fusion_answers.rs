@@ -1,20 +1,19 @@
 //! Invariants of every answer of the fused predictor, and its settings.
 
 use crate::common::{
-    EYE, Fused, Scripted, WALL, ball, error, fused, gaze_at, hand, room, scene, target,
+    EYE, Fused, Scripted, WALL, ball, error, fused, gaze_at, hand, plain_scene, room, see, target,
 };
 use glam::{DMat3, DVec3};
 use hwall_contact::{
     DeterministicConfig, DeterministicPredictor, FusedConfig, FusedPredictor, PredictionSource,
-    Predictor, PredictorInput,
 };
-use hwall_hand::{Fixation, Gaze, GazeRay, HandFrame};
+use hwall_hand::{Fixation, Gaze, GazeRay};
 use hwall_testkit::{Sampler, refused};
 
 #[test]
 fn no_number_that_is_none_comes_out() {
     let quads = room(12);
-    let scene = scene(&quads, None);
+    let scene = plain_scene(&quads);
     let bad = [f64::NAN, f64::INFINITY, -1e300, 0.0, 1e-300];
     let mut sampler = Sampler::new(5);
     let mut fused = fused();
@@ -41,12 +40,7 @@ fn no_number_that_is_none_comes_out() {
             ..Fixation::of_ray(0.0, fused.now_s() + 0.01, gaze)
         });
         let state = hand(fused.now_s() + 0.01, hand_m, velocity);
-        let seen = PredictorInput {
-            frame: &HandFrame::empty(state.t_s),
-            hand: Some(&state),
-            gaze,
-        };
-        let by_ray = led.predict(&scene, &seen).iter();
+        let by_ray = see(&mut led, &scene, &state, gaze).iter();
         let estimate = Some((mean_m, covariance));
         for a in by_ray.chain(fused.see_with(&scene, (hand_m, velocity), estimate, gaze)) {
             assert!(a.point_m.is_finite() && a.normal.is_normalized() && a.distance_m.is_finite());
@@ -56,12 +50,7 @@ fn no_number_that_is_none_comes_out() {
         }
     }
     let nan = hand(f64::NAN, DVec3::NAN, DVec3::NAN);
-    let seen = PredictorInput {
-        frame: &HandFrame::empty(f64::NAN),
-        hand: Some(&nan),
-        gaze: Gaze::Lost,
-    };
-    assert!(fused.predictor.predict(&scene, &seen).is_empty());
+    assert!(see(&mut fused.predictor, &scene, &nan, Gaze::Lost).is_empty());
     // The predictor recovers.
     let state = (DVec3::new(0.1, 0.0, 1.2), DVec3::X);
     let estimate = Some((DVec3::new(0.6, 0.0, 1.2), ball(0.05)));
@@ -81,7 +70,7 @@ fn every_covariance_is_symmetric_and_positive_definite() {
             let corners = [corner, corner + u, corner + u + v, corner + v];
             (name, corners.map(|p| p.to_array()))
         });
-        let scene = scene(&quads, None);
+        let scene = plain_scene(&quads);
         let mut fused = Fused::new(FusedConfig {
             registration_sd_m: [0.0, 0.008][round % 2],
             ..FusedConfig::default()
@@ -115,25 +104,21 @@ fn every_covariance_is_symmetric_and_positive_definite() {
 
 #[test]
 fn a_time_is_told_of_a_hand_that_clearly_closes_in() {
-    let scene = scene(&[("wall", WALL)], None);
-    let mut due_s = |speed: f64| {
+    let scene = plain_scene(&[("wall", WALL)]);
+    let gaze = Some(gaze_at(EYE, DVec3::new(0.7, 0.0, 1.2)));
+    let due_s = |speed: f64| {
         let state = (DVec3::new(0.3, 0.0, 1.2), DVec3::X * speed);
-        let p = fused().see(
-            &scene,
-            state,
-            None,
-            Some(gaze_at(EYE, DVec3::new(0.7, 0.0, 1.2))),
-        )[0];
+        let p = fused().see(&scene, state, None, gaze)[0];
         p.time_to_contact_s.map(|t| t.mean_s)
     };
-    assert_eq!([-0.5, 0.0, 0.05, 0.12].map(&mut due_s), [None; 4]);
+    assert_eq!([-0.5, 0.0, 0.05, 0.12].map(due_s), [None; 4]);
     assert!((due_s(0.4).unwrap() - 1.0).abs() < 0.1);
 }
 
 #[test]
 fn the_best_answer_is_kept_however_improbable() {
     let quads = room(12);
-    let scene = scene(&quads, None);
+    let scene = plain_scene(&quads);
     let mut fused = Fused::new(FusedConfig {
         min_probability: 0.99,
         ..FusedConfig::default()
@@ -148,7 +133,7 @@ fn the_best_answer_is_kept_however_improbable() {
 #[test]
 fn a_prediction_does_not_allocate() {
     let quads = room(12);
-    let scene = scene(&quads, None);
+    let scene = plain_scene(&quads);
     let mut fused = fused();
     let mut sampler = Sampler::new(3);
     let mut run = |samples: usize| {

@@ -3,7 +3,7 @@
 use crate::common::check_all;
 use crate::learned::reaches_of;
 use glam::DVec3;
-use hwall_contact::score::{Evaluation, Moment, Split};
+use hwall_contact::score::{Evaluation, Fold, Moment, Split};
 use hwall_contact::{ContactEstimator, LearnedConfig, LearnedModel};
 use hwall_hand::{HandFrame, HandPoint, LabelledReach};
 use hwall_testkit::{Sampler, minimum_jerk};
@@ -78,10 +78,8 @@ fn points_that_come_and_go() {
     assert!(follow(&known, &others) > 300);
     // A head that was always tracked, and then never again.
     let mut blind = reaches(4, 1, 2);
-    blind
-        .iter_mut()
-        .flat_map(|r| &mut r.frames)
-        .for_each(|f| f.head_m = None);
+    let frames = blind.iter_mut().flat_map(|r| &mut r.frames);
+    frames.for_each(|f| f.head_m = None);
     assert_eq!(follow(&reaches(1, 3, 8), &blind), samples(&blind));
 }
 
@@ -171,7 +169,7 @@ fn a_room_that_moves_is_noticed_and_followed_within_a_few_touches() {
     let all: Vec<LabelledReach> = known.into_iter().chain(moved).collect();
     let split = Split {
         description: String::new(),
-        folds: vec![hwall_contact::score::Fold {
+        folds: vec![Fold {
             train: (0..80).collect(),
             test: (80..92).collect(),
         }],

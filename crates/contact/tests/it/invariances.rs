@@ -1,13 +1,10 @@
 //! Predictions depend neither on the place, heading and surface order of a room nor on the clock.
 
-use crate::common::{Quad, ball, fused, gaze_at, hand, room, scene, target};
+use crate::common::{Quad, ball, fused, gaze_at, hand, plain_scene, room, see, target};
 use crate::learned::{follow, reaches};
 use glam::{DMat3, DVec3};
-use hwall_contact::{
-    ContactPrediction, DeterministicPredictor, LearnedConfig, LearnedModel, Predictor,
-    PredictorInput,
-};
-use hwall_hand::{Gaze, HandFrame};
+use hwall_contact::{ContactPrediction, DeterministicPredictor, LearnedConfig, LearnedModel};
+use hwall_hand::Gaze;
 use hwall_scene::Scene;
 use hwall_testkit::{Sampler, minimum_jerk};
 
@@ -38,7 +35,7 @@ impl View {
         if self.reversed {
             quads.reverse();
         }
-        scene(&quads, None)
+        plain_scene(&quads)
     }
 }
 
@@ -72,12 +69,8 @@ fn said(view: &View) -> Vec<[Said; 2]> {
                 continue;
             }
             let hand = hand(1.0, state.0, state.1);
-            let input = PredictorInput {
-                frame: &HandFrame::empty(1.0),
-                hand: Some(&hand),
-                gaze: Gaze::Lost,
-            };
-            said.push([answers, named(alone.predict(&there, &input))]);
+            let by_hand = named(see(&mut alone, &there, &hand, Gaze::Lost));
+            said.push([answers, by_hand]);
         }
     }
     said

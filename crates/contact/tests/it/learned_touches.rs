@@ -8,10 +8,41 @@ use hwall_testkit::Sampler;
 use std::ops::Range;
 use std::sync::OnceLock;
 
+/// Mean errors of point, m, and arrival, s, in the counted reaches of each person, at samples of a reach of this many; `tells`: each touch is
+/// reported.
+fn mean_errors<const N: usize>(
+    model: &LearnedModel,
+    people: &[Vec<LabelledReach>],
+    counted: Range<usize>,
+    tells: bool,
+    at: [fn(usize) -> usize; N],
+) -> [[f64; 2]; N] {
+    let count = (people.len() * counted.len()) as f64;
+    let mut means = [[0.0; 2]; N];
+    for reaches in people {
+        let mut estimator = model.estimator();
+        for (k, reach) in reaches.iter().enumerate() {
+            let all = follow(&mut estimator, &reach.frames);
+            for (mean, at) in means.iter_mut().zip(at) {
+                let said = all[at(all.len())];
+                let left_s = said.time_to_contact_s.expect("learnt").mean_s;
+                if counted.contains(&k) {
+                    mean[0] += said.point_m.distance(reach.contact_m) / count;
+                    mean[1] += (said.t_s + left_s - reach.contact_s).abs() / count;
+                }
+            }
+            if tells {
+                estimator.touched(reach.contact_m, reach.contact_s);
+            }
+        }
+    }
+    means
+}
+
 /// Some people are fast first and others at the end, consistently: the same hand has more distance and time left in one case than in the other.
 #[test]
 fn what_is_a_persons_own_is_learnt_from_touches() {
-    let of_person = |seed: u64, each: usize| -> Vec<LabelledReach> {
+    let of_person = |seed: u64, each: usize| {
         let mut made = reaches(seed, 1, each);
         let skew = Sampler::new(seed).uniform(0.6, 1.7);
         for reach in &mut made {
@@ -24,26 +55,9 @@ fn what_is_a_persons_own_is_learnt_from_touches() {
     };
     let known: Vec<LabelledReach> = (100..112).flat_map(|seed| of_person(seed, 12)).collect();
     let model = LearnedModel::train(&known, &LearnedConfig::default()).expect("good reaches");
-    let mut sums = [[0.0; 2]; 2];
-    for seed in 200..216 {
-        let made = of_person(seed, 20);
-        for (told, sums) in sums.iter_mut().enumerate() {
-            let mut estimator = model.estimator();
-            for (k, reach) in made.iter().enumerate() {
-                let all = follow(&mut estimator, &reach.frames);
-                let half = all[all.len() / 2];
-                let left = half.time_to_contact_s.expect("learnt");
-                if k >= 10 {
-                    sums[0] += half.point_m.distance(reach.contact_m);
-                    sums[1] += (half.t_s + left.mean_s - reach.contact_s).abs();
-                }
-                if told == 1 {
-                    estimator.touched(reach.contact_m, reach.contact_s);
-                }
-            }
-        }
-    }
-    let [[point_m, time_s], [told_m, told_s]] = sums.map(|s| s.map(|s| s / 160.0));
+    let others: Vec<_> = (200..216).map(|seed| of_person(seed, 20)).collect();
+    let mean = |tells| mean_errors(&model, &others, 10..20, tells, [|count| count / 2]);
+    let [[[point_m, time_s]], [[told_m, told_s]]] = [false, true].map(mean);
     assert!(told_m < 0.85 * point_m, "{point_m} {told_m}");
     assert!(told_s < time_s, "{time_s} {told_s}");
 }
@@ -81,54 +95,38 @@ fn model_of_bows() -> &'static LearnedModel {
 /// From the 20th touch on all contacts are 8 cm to the side of the apparent target, as after a tracker was moved.
 #[test]
 fn a_room_that_has_moved_is_followed_at_all_times_left() {
-    let model = model_of_bows();
-    const SHARES: [f64; 3] = [0.35, 0.5, 0.8];
-    let mean_m = |moved_m: f64, touches: Range<usize>| -> [f64; 3] {
-        let mut sums = [0.0; 3];
-        for seed in 200..210 {
-            let to = Sampler::new(seed).normal_vector().normalize() * moved_m;
-            let mut estimator = model.estimator();
-            for (k, reach) in bowed(seed, 40, 1.0).iter().enumerate() {
-                let contact_m = reach.contact_m + if k >= 20 { to } else { DVec3::ZERO };
-                let all = follow(&mut estimator, &reach.frames);
-                if touches.contains(&k) {
-                    let count = 10.0 * touches.len() as f64;
-                    for (sum, share) in sums.iter_mut().zip(SHARES) {
-                        let said = all[(share * (all.len() - 1) as f64) as usize];
-                        *sum += said.point_m.distance(contact_m) / count;
-                    }
-                }
-                estimator.touched(contact_m, reach.contact_s);
-            }
+    let person = |seed: u64, moved_m: f64| {
+        let mut made = bowed(seed, 30, 1.0);
+        let by_m = Sampler::new(seed).normal_vector().normalize() * moved_m;
+        for reach in &mut made[20..] {
+            reach.contact_m += by_m;
         }
-        sums
+        made
     };
-    let [still, moved] = [0.0, 0.08].map(|moved_m| mean_m(moved_m, 23..30));
-    for (moved_m, still_m) in moved.into_iter().zip(still) {
+    let [still, moved] = [0.0, 0.08].map(|moved_m| {
+        let people: Vec<_> = (200..210).map(|seed| person(seed, moved_m)).collect();
+        let at: [fn(usize) -> usize; 3] = [
+            |count| (0.35 * (count - 1) as f64) as usize,
+            |count| (0.5 * (count - 1) as f64) as usize,
+            |count| (0.8 * (count - 1) as f64) as usize,
+        ];
+        mean_errors(model_of_bows(), &people, 23..30, true, at)
+    });
+    for ([moved_m, _], [still_m, _]) in moved.into_iter().zip(still) {
         assert!(moved_m < still_m + 0.012, "{moved:?} {still:?}");
     }
 }
 
 #[test]
 fn a_bow_to_one_side_is_learnt_from_ten_touches_and_who_has_none_loses_nothing() {
-    let model = model_of_bows();
-    let mean_m = |size: f64, tell: bool| -> f64 {
-        let mut sum = 0.0;
-        for seed in 200..210 {
-            let mut estimator = model.estimator();
-            for (k, reach) in bowed(seed, 20, size).iter().enumerate() {
-                let all = follow(&mut estimator, &reach.frames);
-                if k >= 10 {
-                    sum += all[all.len() / 3].point_m.distance(reach.contact_m) / 100.0;
-                }
-                if tell {
-                    estimator.touched(reach.contact_m, reach.contact_s);
-                }
-            }
-        }
-        sum
-    };
-    let [bowed, straight] = [1.0, 0.0].map(|size| [false, true].map(|tell| mean_m(size, tell)));
+    let [bowed, straight] = [1.0, 0.0].map(|size| {
+        let people: Vec<_> = (200..210).map(|seed| bowed(seed, 20, size)).collect();
+        let mean = |tells| {
+            let model = model_of_bows();
+            mean_errors(model, &people, 10..20, tells, [|count| count / 3])
+        };
+        [false, true].map(|tells| mean(tells)[0][0])
+    });
     assert!(bowed[1] < 0.85 * bowed[0], "{bowed:?}");
     assert!(straight[1] < 1.02 * straight[0], "{straight:?}");
 }

@@ -1,15 +1,14 @@
 //! Deterministic prediction: required behaviour and known failures.
 
-use crate::common::{self, Quad, fixed, front, scene, side};
+use crate::common::{self, Quad, fixed, front, plain_scene, scene, see, side};
 use glam::DVec3;
 use hwall_contact::PredictionSource::{Gaze, HandDirection};
 use hwall_contact::{
-    ContactPrediction, DeterministicConfig, DeterministicPredictor, PredictionSource, Predictor,
-    PredictorInput,
+    ContactPrediction, DeterministicConfig, DeterministicPredictor, PredictionSource,
 };
-use hwall_hand::{GazeRay, HandFilter, HandFilterConfig, HandFrame, HandState};
+use hwall_hand::{GazeRay, HandState};
 use hwall_scene::{Scene, SurfaceId};
-use hwall_testkit::{Sampler, Tol, assert_close, minimum_jerk};
+use hwall_testkit::{Sampler, Tol, assert_close};
 
 fn found(scene: &Scene, name: &str) -> SurfaceId {
     scene.find(name).unwrap()
@@ -44,17 +43,13 @@ fn predict_with(
     hand: &HandState,
     gaze: Option<GazeRay>,
 ) -> Option<ContactPrediction> {
-    let seen = PredictorInput {
-        frame: &HandFrame::empty(hand.t_s),
-        hand: Some(hand),
-        gaze: fixed(hand.t_s, gaze),
-    };
-    predictor.predict(scene, &seen).first().copied()
+    let gaze = fixed(hand.t_s, gaze);
+    see(predictor, scene, hand, gaze).first().copied()
 }
 
 #[test]
 fn a_receding_or_resting_hand_has_no_time_to_contact_and_one_on_the_wall_touches_now() {
-    let scene = scene(&[("wall", wall(1.0))], None);
+    let scene = plain_scene(&[("wall", wall(1.0))]);
     let gaze = Some(gaze_at(DVec3::new(1.0, 0.0, 1.0)));
     for (x, velocity, due_s) in [
         (0.4, DVec3::NEG_X, None),
@@ -72,7 +67,7 @@ fn a_receding_or_resting_hand_has_no_time_to_contact_and_one_on_the_wall_touches
 
 #[test]
 fn failure_gaze_misses_the_object() {
-    let scene = scene(&[("wall", wall(1.0))], None);
+    let scene = plain_scene(&[("wall", wall(1.0))]);
     let past = Some(GazeRay {
         origin_m: HEAD,
         direction: DVec3::Z,
@@ -94,7 +89,7 @@ fn failure_gaze_misses_the_object() {
 fn failure_the_object_is_occluded() {
     // A small panel hides the wall that the hand moves to: the panel is predicted.
     let panel = front(0.6, [-0.1, 0.1], [1.2, 1.5]);
-    let scene = scene(&[("wall", wall(1.0)), ("panel", panel)], None);
+    let scene = plain_scene(&[("wall", wall(1.0)), ("panel", panel)]);
     let state = hand(DVec3::new(0.5, -0.6, 1.2), DVec3::X);
     let p = predict(&scene, &state, Some(gaze_at(DVec3::new(1.0, 0.0, 1.2)))).unwrap();
     assert_eq!((p.source, p.surface), (Gaze, found(&scene, "panel")));
@@ -111,14 +106,13 @@ fn failure_the_hand_is_already_behind_the_surface() {
     // A sheet, and a slab of 10 cm with its back nearer to the hand.
     let [a, b, c, d] = wall(1.1);
     let back = [b, a, d, c];
-    let sheet = scene(&[("wall", wall(1.0))], None);
+    let sheet = plain_scene(&[("wall", wall(1.0))]);
     let mut obj = String::from("o wall\n");
     for [x, y, z] in wall(1.0).into_iter().chain(back) {
         obj += &format!("v {x} {y} {z}\n");
     }
-    let slab = Scene::from_obj_str(&(obj + "f 1 2 3 4\nf 5 6 7 8\n"), None)
-        .unwrap()
-        .0;
+    obj += "f 1 2 3 4\nf 5 6 7 8\n";
+    let (slab, _) = Scene::from_obj_str(&obj, None).unwrap();
     for scene in [&sheet, &slab] {
         for velocity in [DVec3::X, DVec3::NEG_X] {
             let p = predict(scene, &hand(DVec3::new(1.08, 0.1, 1.3), velocity), gaze).unwrap();
@@ -138,7 +132,7 @@ fn failure_the_hand_is_already_behind_the_surface() {
 #[test]
 fn failure_two_surfaces_meet_in_a_corner() {
     let side = side(1.0, [-1.0, 1.0], [0.0, 2.0]);
-    let scene = scene(&[("front", wall(1.0)), ("side", side)], None);
+    let scene = plain_scene(&[("front", wall(1.0)), ("side", side)]);
     let state = hand(DVec3::new(0.8, 0.9, 1.2), DVec3::new(0.5, 0.5, 0.0));
     // One millimetre of gaze decides; the point jumps around the corner with it.
     let front = predict(&scene, &state, Some(gaze_at(DVec3::new(1.0, 0.999, 1.2)))).unwrap();
@@ -170,18 +164,16 @@ fn an_untouchable_surface_that_is_gazed_at_is_not_predicted() {
 #[test]
 fn a_far_wall_that_is_gazed_at_does_not_hide_a_panel_under_the_hand() {
     let panel = front(0.6, [-0.9, -0.3], [1.0, 1.5]);
-    let scene = scene(&[("far", wall(4.0)), ("panel", panel)], None);
+    let scene = plain_scene(&[("far", wall(4.0)), ("panel", panel)]);
     let state = hand(DVec3::new(0.3, -0.6, 1.2), DVec3::X * 0.5);
     let p = predict(&scene, &state, Some(gaze_at(DVec3::new(4.0, 0.0, 1.2)))).unwrap();
-    assert_eq!(
-        (p.source, p.surface),
-        (HandDirection, found(&scene, "panel"))
-    );
+    let panel = found(&scene, "panel");
+    assert_eq!((p.source, p.surface), (HandDirection, panel));
 }
 
 #[test]
 fn bad_numbers_predict_nothing_or_are_refused() {
-    let scene = scene(&[("wall", wall(1.0))], None);
+    let scene = plain_scene(&[("wall", wall(1.0))]);
     let good = hand(DVec3::new(0.4, 0.1, 1.2), DVec3::X);
     let nan = hand(DVec3::new(f64::NAN, 0.1, 1.2), DVec3::X);
     assert_eq!(predict(&scene, &nan, None), None);
@@ -208,7 +200,7 @@ fn random_hands_and_walls_agree_with_the_plane() {
         let (turn, middle) = (sampler.rotation(), sampler.unit_vector() * 2.0);
         let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
             .map(|[u, v]| (middle + turn * DVec3::new(4.0 * u, 4.0 * v, 0.0)).to_array());
-        let scene = scene(&[("wall", corners)], None);
+        let scene = plain_scene(&[("wall", corners)]);
         let side = turn.z_axis * if sampler.bool() { 1.0 } else { -1.0 };
         let inside =
             |s: &mut Sampler| turn * DVec3::new(s.uniform(-2.0, 2.0), s.uniform(-2.0, 2.0), 0.0);
@@ -230,34 +222,6 @@ fn random_hands_and_walls_agree_with_the_plane() {
     }
 }
 
-#[test]
-fn a_simulated_reach_is_predicted_before_it_arrives() {
-    let scene = scene(&[("wall", wall(1.0))], None);
-    let mut filter = HandFilter::new(HandFilterConfig::simulated()).unwrap();
-    let mut predictor = DeterministicPredictor::default();
-    let (start, target) = (DVec3::new(0.4, -0.1, 1.1), DVec3::new(1.0, 0.15, 1.3));
-    let mut errors = Vec::new();
-    for i in 0..=60 {
-        let t_s = 0.014 * f64::from(i);
-        let s = t_s / 0.84;
-        let index = start.lerp(target, minimum_jerk(s));
-        let mut frame = HandFrame {
-            head_m: Some(HEAD),
-            ..HandFrame::empty(t_s)
-        };
-        frame.gaze = Some(gaze_at(target).direction);
-        frame.tips_m[1] = Some(index);
-        if let Some(hand) = filter.step(&frame).state() {
-            let p = predict_with(&mut predictor, &scene, hand, frame.gaze_ray()).unwrap();
-            assert_eq!(p.source, Gaze);
-            errors.push((s, p.point_m.distance(target)));
-        }
-    }
-    let at = |share: f64| *errors.iter().find(|e| e.0 >= share).unwrap();
-    // The projection is off by the remaining distance along the wall.
-    assert!(at(0.5).1 < 0.20 && at(0.9).1 < 0.01);
-}
-
 fn predict_led(scene: &Scene, hand: &HandState, gaze: Option<GazeRay>) -> ContactPrediction {
     let mut predictor = DeterministicPredictor::new(DeterministicConfig::ray_led()).unwrap();
     predict_with(&mut predictor, scene, hand, gaze).unwrap()
@@ -265,7 +229,7 @@ fn predict_led(scene: &Scene, hand: &HandState, gaze: Option<GazeRay>) -> Contac
 
 #[test]
 fn led_by_the_ray_the_point_is_where_the_gaze_rests_until_the_hand_is_near() {
-    let scene = scene(&[("wall", wall(1.0))], None);
+    let scene = plain_scene(&[("wall", wall(1.0))]);
     let seen = DVec3::new(1.0, -0.4, 1.0);
     let state = hand(DVec3::new(0.4, 0.1, 1.2), DVec3::X);
     let far = predict_led(&scene, &state, Some(gaze_at(seen)));
@@ -284,7 +248,7 @@ fn led_by_the_ray_the_point_is_where_the_gaze_rests_until_the_hand_is_near() {
 
 #[test]
 fn led_by_the_ray_a_hand_at_a_slant_meets_the_wall_where_its_motion_leads() {
-    let scene = scene(&[("wall", wall(1.0))], None);
+    let scene = plain_scene(&[("wall", wall(1.0))]);
     let slanted = hand(DVec3::new(0.9, 0.1, 1.2), DVec3::new(0.5, 0.5, 0.0));
     // Without gaze the ray is the hand's direction of motion.
     let led = predict_led(&scene, &slanted, None);

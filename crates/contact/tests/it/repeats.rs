@@ -78,10 +78,8 @@ impl Person {
             let there = f64::from(k.clamp(40, 110) - 40) / 70.0;
             let back = f64::from(k.clamp(130, 190) - 130) / 60.0;
             let ease = |tau: f64| tau * tau * (3.0 - 2.0 * tau);
-            let ranked = self.step(
-                HOME.lerp(PLACE, share * (ease(there) - ease(back))),
-                looks_at_m,
-            );
+            let point_m = HOME.lerp(PLACE, share * (ease(there) - ease(back)));
+            let ranked = self.step(point_m, looks_at_m);
             if k == 85 {
                 early = ranked;
             }
@@ -137,10 +135,8 @@ fn who_comes_back_is_expected_at_the_place() {
     let other = ranked.iter().find(|p| p.source == PredictionSource::Motion);
     let wide = |p: &ContactPrediction| p.covariance_m2.expect("stated").y_axis.y;
     let (narrow, vague) = (wide(again), wide(other.expect("the motion")));
-    assert!(
-        narrow < 0.05 * 0.05 && vague > 10.0 * narrow,
-        "{narrow} {vague}"
-    );
+    let differ = narrow < 0.05 * 0.05 && vague > 10.0 * narrow;
+    assert!(differ, "{narrow} {vague}");
 }
 
 #[test]

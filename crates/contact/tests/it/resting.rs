@@ -110,15 +110,12 @@ fn a_hand_that_holds_on_a_wall_is_on_it_although_the_eyes_are_elsewhere() {
         .enumerate()
     {
         let x = stop_m.x + 1e-3 * behind_mm;
-        let scene = common::scene(
-            &[
-                ("wall", front(x, [-0.4, 0.4], [0.6, 1.8])),
-                ("picture", front(x - 0.02, [0.1, 0.3], [1.3, 1.5])),
-                ("next room", front(x + 0.5, [-1.0, 1.0], [0.3, 2.0])),
-                ("post", side(-0.5, [0.0, 0.4], [0.6, 1.8])),
-            ],
-            None,
-        );
+        let scene = common::plain_scene(&[
+            ("wall", front(x, [-0.4, 0.4], [0.6, 1.8])),
+            ("picture", front(x - 0.02, [0.1, 0.3], [1.3, 1.5])),
+            ("next room", front(x + 0.5, [-1.0, 1.0], [0.3, 2.0])),
+            ("post", side(-0.5, [0.0, 0.4], [0.6, 1.8])),
+        ]);
         let predictions = follow(&scene, way, DVec3::new(x - 0.02, 0.2, 1.4), seed as u64);
         holds(&scene, "wall", way, &predictions);
         // The prediction follows as soon as the hand leaves at the onset speed of a reach.
@@ -149,7 +146,7 @@ fn in_a_corner_the_hand_is_on_the_wall_it_came_towards() {
                 ("front", front(x, [-1.0, y], [0.0, 2.0])),
                 ("side", side(y, [-0.5, x], [0.0, 2.0])),
             ];
-            let scene = common::scene(&quads, None);
+            let scene = common::plain_scene(&quads);
             let way = there_and_back(start_m, stop_m);
             let predictions = follow(&scene, way, DVec3::new(x, 0.0, 0.8), 5);
             holds(&scene, name, way, &predictions);
@@ -159,7 +156,7 @@ fn in_a_corner_the_hand_is_on_the_wall_it_came_towards() {
 
 #[test]
 fn beside_nothing_a_hand_at_rest_touches_nothing() {
-    let scene = common::scene(&[("wall", front(0.76, [-0.4, 0.4], [0.6, 1.8]))], None);
+    let scene = common::plain_scene(&[("wall", front(0.76, [-0.4, 0.4], [0.6, 1.8]))]);
     let stop_m = DVec3::new(0.7, 0.0, 1.2);
     let start_m = DVec3::new(0.2, 0.0, 1.2);
     let way = there_and_back(start_m, stop_m);

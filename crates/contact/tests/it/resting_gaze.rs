@@ -1,12 +1,12 @@
 //! Effect of fixations while a hand rests or moves on, and during saccades.
 
 use crate::common::{
-    self, EYE, Fused, ball, blurred, front, fused, gaze_at, hand as hand_at, scene, side,
+    self, EYE, Fused, ball, blurred, front, fused, gaze_at, hand as hand_at, plain_scene, see, side,
 };
 use crate::gaze_evidence::Vague;
 use glam::DVec3;
 use hwall_contact::*;
-use hwall_hand::{Fixation, Gaze, GazeRay, HandFrame, HandState};
+use hwall_hand::{Fixation, Gaze, GazeRay, HandFrame};
 use hwall_scene::Scene;
 use hwall_testkit::{Sampler, Tol, assert_close};
 
@@ -14,13 +14,10 @@ const REST: DVec3 = DVec3::new(0.0, 0.0, 1.2);
 
 /// A wall, with a door next to it that is seen at a slant.
 fn with_a_door() -> Scene {
-    scene(
-        &[
-            ("wall", front(0.7, [-1.0, 0.45], [0.0, 2.0])),
-            ("door", side(0.45, [0.0, 0.7], [0.0, 2.0])),
-        ],
-        None,
-    )
+    plain_scene(&[
+        ("wall", front(0.7, [-1.0, 0.45], [0.0, 2.0])),
+        ("door", side(0.45, [0.0, 0.7], [0.0, 2.0])),
+    ])
 }
 
 #[test]
@@ -95,21 +92,6 @@ fn fixed(t_s: f64, ray: GazeRay) -> Gaze {
     common::fixed(t_s, Some(ray))
 }
 
-fn see<'a>(
-    predictor: &'a mut (impl Predictor + ?Sized),
-    scene: &Scene,
-    hand: &HandState,
-    gaze: Gaze,
-) -> &'a [ContactPrediction] {
-    let frame = HandFrame::empty(hand.t_s);
-    let input = PredictorInput {
-        frame: &frame,
-        hand: Some(hand),
-        gaze,
-    };
-    predictor.predict(scene, &input)
-}
-
 #[test]
 fn in_flight_and_lost_for_a_moment_the_last_prediction_holds() {
     let scene = with_a_door();
@@ -134,10 +116,9 @@ fn in_flight_and_lost_for_a_moment_the_last_prediction_holds() {
         // A saccade, then a blink, then the gaze returns: no prediction moves.
         for i in 40..65 {
             let t_s = 0.01 * f64::from(i);
-            let gaze = if i < 48 {
-                Gaze::InFlight { since_s: 0.4 }
-            } else {
-                Gaze::Lost
+            let gaze = match i < 48 {
+                true => Gaze::InFlight { since_s: 0.4 },
+                false => Gaze::Lost,
             };
             let p = at(t_s, gaze).unwrap();
             assert_eq!(p.surface, before.surface, "{t_s}");
@@ -179,8 +160,7 @@ fn where_too_little_was_learnt_the_ray_leads() {
     let mut few = FusedPredictor::new(LearntFrom(10), config.clone()).unwrap();
     let enough = FusedPredictor::new(LearntFrom(needed), config).unwrap();
     let reaches = 10;
-    let too_little = Experience::TooLittle { reaches, needed };
-    assert_eq!(few.experience(), too_little);
+    assert_eq!(few.experience(), Experience::TooLittle { reaches, needed });
     assert_eq!(enough.experience(), Experience::Enough);
     let mut led = ray_led();
     for i in 0..80 {
@@ -194,13 +174,10 @@ fn where_too_little_was_learnt_the_ray_leads() {
 
 #[test]
 fn without_a_gaze_a_fingertip_past_the_wall_touches_it_from_its_own_side() {
-    let scene = scene(
-        &[
-            ("wall", common::WALL),
-            ("next room", front(1.2, [-1.0, 1.0], [0.0, 2.0])),
-        ],
-        None,
-    );
+    let scene = plain_scene(&[
+        ("wall", common::WALL),
+        ("next room", front(1.2, [-1.0, 1.0], [0.0, 2.0])),
+    ]);
     let mut led = ray_led();
     for i in 0..60 {
         let x = 0.5 + 0.004 * f64::from(i);

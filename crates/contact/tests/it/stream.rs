@@ -8,6 +8,7 @@ use hwall_contact::{
 };
 use hwall_hand::{HandFilter, HandFilterConfig, HandFrame, HandPoint, WatchConfig};
 use hwall_testkit::{Sampler, minimum_jerk};
+use std::sync::LazyLock;
 
 /// Records its input.
 #[derive(Debug, Default)]
@@ -122,9 +123,8 @@ fn session(tremor_m: f64) -> Vec<HandFrame> {
 
 #[test]
 fn an_estimator_that_gets_ahead_of_an_onset_says_the_same_without_a_long_step() {
-    let model = model();
     for tremor_m in [0.0, 5e-4, 3e-3] {
-        let [mut ahead, mut replayed] = streams(&model);
+        let [mut ahead, mut replayed] = streams();
         let mut filter = HandFilter::new(HandFilterConfig::simulated()).unwrap();
         let frames = session(tremor_m);
         let mut longest = [0, 0];
@@ -154,10 +154,13 @@ fn an_estimator_that_gets_ahead_of_an_onset_says_the_same_without_a_long_step() 
 }
 
 /// Streams of one model, with an estimator that supports tentative beginnings and with one that does not.
-fn streams(model: &LearnedModel) -> [StreamEstimator<Counted>; 2] {
+fn streams() -> [StreamEstimator<Counted>; 2] {
+    static MODEL: LazyLock<LearnedModel> = LazyLock::new(|| {
+        LearnedModel::train(&reaches(1, 3, 12), &LearnedConfig::default()).unwrap()
+    });
     [true, false].map(|gets_ahead| {
         let counted = Counted {
-            estimator: model.estimator(),
+            estimator: MODEL.estimator(),
             gets_ahead,
             steps: 0,
         };
@@ -165,15 +168,11 @@ fn streams(model: &LearnedModel) -> [StreamEstimator<Counted>; 2] {
     })
 }
 
-fn model() -> LearnedModel {
-    LearnedModel::train(&reaches(1, 3, 12), &LearnedConfig::default()).unwrap()
-}
+/// An estimate and the beginning of its reach.
+type Answer = (Option<ContactEstimate>, Option<ReachBeginning>);
 
-/// The answers of the streams, sample by sample: the estimate and the beginning of its reach.
-fn answers<'a>(
-    streams: &mut [StreamEstimator<Counted>; 2],
-    frames: impl IntoIterator<Item = &'a HandFrame>,
-) -> Vec<(Option<ContactEstimate>, Option<ReachBeginning>)> {
+/// The answers of the streams, sample by sample.
+fn answers(streams: &mut [StreamEstimator<Counted>; 2], frames: &[HandFrame]) -> Vec<Answer> {
     let mut filter = HandFilter::new(HandFilterConfig::simulated()).unwrap();
     let mut said = Vec::new();
     for frame in frames {
@@ -189,42 +188,38 @@ fn answers<'a>(
     said
 }
 
-fn under_way(said: &[(Option<ContactEstimate>, Option<ReachBeginning>)]) -> usize {
-    said.iter()
-        .filter(|(estimate, _)| estimate.is_some())
-        .count()
+fn under_way(said: &[Answer]) -> usize {
+    said.iter().filter(|said| said.0.is_some()).count()
 }
 
 #[test]
 fn a_clock_that_is_set_back_starts_the_stream_anew() {
-    let (model, mut frames) = (model(), session(0.0));
+    let mut frames = session(0.0);
     frames.truncate(800);
-    let fresh = answers(&mut streams(&model), &frames);
+    let fresh = answers(&mut streams(), &frames);
     let reach = (1..frames.len()).find(|&i| fresh[i].0.is_some()).unwrap();
     // At rest, where a reach may have begun, in its middle and after it.
     for set_back in [20, reach - 2, reach + 10, reach + 80] {
-        let mut streams = streams(&model);
+        let mut streams = streams();
         let before = answers(&mut streams, &frames[..set_back]);
         assert_eq!(before, fresh[..set_back]);
         assert_eq!(answers(&mut streams, &frames), fresh, "{set_back}");
     }
     // A hand that moves during a clock reset has not turned.
-    let mut streams = streams(&model);
+    let mut streams = streams();
     answers(&mut streams, &frames[..reach + 10]);
     let said = answers(&mut streams, &frames[reach + 5..reach + 30]);
-    assert!(
-        said.iter()
-            .all(|(_, began)| began.is_none_or(|b| !b.turned))
-    );
+    let mut began = said.iter().filter_map(|(_, began)| began.as_ref());
+    assert!(began.all(|began| !began.turned));
 }
 
 /// Regression test: a reach forgot its beginning at a sample without a time.
 #[test]
 fn samples_without_a_time_change_nothing_of_the_others() {
-    let (model, frames) = (model(), session(5e-4));
-    let fresh = answers(&mut streams(&model), &frames);
+    let frames = session(5e-4);
+    let fresh = answers(&mut streams(), &frames);
     assert!(under_way(&fresh) > 100);
-    let mut streams = streams(&model);
+    let mut streams = streams();
     let mut filter = HandFilter::new(HandFilterConfig::simulated()).unwrap();
     for (i, (frame, said)) in frames.iter().zip(&fresh).enumerate() {
         let tracking = filter.step(frame);
@@ -244,14 +239,14 @@ fn samples_without_a_time_change_nothing_of_the_others() {
 
 #[test]
 fn after_a_reset_a_stream_is_a_new_one() {
-    let (model, mut frames) = (model(), session(0.0));
+    let mut frames = session(0.0);
     frames.truncate(800);
-    let fresh = answers(&mut streams(&model), &frames);
+    let fresh = answers(&mut streams(), &frames);
     let ends = (1..frames.len()).find(|&i| fresh[i - 1].0.is_some() && fresh[i].0.is_none());
     // Between reaches, and during one; later times, and repeated ones.
     for at in [ends.unwrap() + 5, ends.unwrap() - 5] {
         for later_s in [0.0, 100.0] {
-            let mut streams = streams(&model);
+            let mut streams = streams();
             answers(&mut streams, &frames[..at]);
             for stream in &mut streams {
                 stream.touched(DVec3::new(0.2, 0.3, 1.1), frames[at].t_s);
@@ -267,7 +262,7 @@ fn after_a_reset_a_stream_is_a_new_one() {
             };
             let frames: Vec<HandFrame> = frames.iter().map(later).collect();
             let again = answers(&mut streams, &frames);
-            let expected = answers(&mut self::streams(&model), &frames);
+            let expected = answers(&mut self::streams(), &frames);
             assert_eq!(again, expected);
             assert!(under_way(&again) > 100);
         }

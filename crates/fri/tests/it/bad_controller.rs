@@ -14,6 +14,7 @@ use std::time::Duration;
 const PATIENT: Duration = Duration::from_secs(60);
 
 /// The result of a minute of moving the first joint back and forth, at up to 0.79 rad/s, with rests between.
+#[derive(Default)]
 struct Minute {
     /// Largest commanded speed in the controller, as a share of the joint's limit.
     speed_share: f64,
@@ -51,14 +52,7 @@ fn minute(faults: FaultConfig, send_period_ms: u32) -> Minute {
     let mut start = arm.state().expect("a state").q;
     let most_rad_per_s = model.max_velocity_rad_per_s()[0];
     let period_s = 1e-3 * f64::from(send_period_ms);
-    let mut minute = Minute {
-        speed_share: 0.0,
-        velocity_off_rad_per_s: 0.0,
-        refused: 0,
-        leaps: 0,
-        ends_active: false,
-        controller: ControllerStatistics::default(),
-    };
+    let mut minute = Minute::default();
     let (mut last_rad, mut last_true_rad) = (None, None);
     let mut pause_s = 0.0;
     for _ in 0..(60.0 / period_s) as u32 {
@@ -121,11 +115,8 @@ fn bursts_that_the_client_cannot_see_throw_nothing() {
         };
         let minute = minute(faults, send_period_ms);
         // The path itself takes 0.46 of the joint's speed, catching up 15 % more.
-        assert!(
-            minute.speed_share < 0.54,
-            "{bursts}: {}",
-            minute.speed_share
-        );
+        let share = minute.speed_share;
+        assert!(share < 0.54, "{bursts}: {share}");
         assert_eq!((minute.refused, minute.ends_active), (0, true), "{bursts}");
     }
 }
@@ -199,10 +190,7 @@ fn a_session_goes_on_whatever_the_controller_does() {
         assert!(minute.ends_active, "{name}");
         assert_eq!(minute.leaps, 0, "{name}");
         assert_eq!(counted.late > 100, faults.late > 0.0, "{name}: {counted}");
-        assert_eq!(
-            counted.activations > 5,
-            faults.leaves > 0.0,
-            "{name}: {counted}"
-        );
+        let (began_again, leaves) = (counted.activations > 5, faults.leaves > 0.0);
+        assert_eq!(began_again, leaves, "{name}: {counted}");
     }
 }

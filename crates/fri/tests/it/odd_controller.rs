@@ -54,16 +54,13 @@ impl Setup {
     /// Angles of the next answer, rad.
     fn answer_rad(&self) -> [f64; 7] {
         let mut datagram: Datagram = [0; DATAGRAM_BYTES];
-        self.socket
-            .set_read_timeout(Some(PATIENT))
-            .expect("a time-out");
-        let length = self.socket.recv(&mut datagram).expect("an answer");
+        let socket = &self.socket;
+        socket.set_read_timeout(Some(PATIENT)).expect("a time-out");
+        let length = socket.recv(&mut datagram).expect("an answer");
         let codec = Codec::new(FriVersion::V1_15);
         let answer = codec.decode_command(&datagram[..length]).expect("bytes");
-        answer
-            .data
-            .and_then(|data| data.position_rad)
-            .expect("angles")
+        let data = answer.data.expect("data");
+        data.position_rad.expect("angles")
     }
 
     /// Sends a message; whether the client takes the command, and the angles of its answer, rad.
@@ -109,15 +106,27 @@ fn message(sequence: u32) -> MonitorMessage {
     }
 }
 
+fn data(message: &mut MonitorMessage) -> &mut MonitorData {
+    message.data.as_mut().expect("data")
+}
+
+fn interpolator(message: &mut MonitorMessage) -> &mut InterpolatorData {
+    message.interpolator.as_mut().expect("an interpolator")
+}
+
+fn robot(message: &mut MonitorMessage) -> &mut RobotInfo {
+    message.robot.as_mut().expect("a robot")
+}
+
 /// NaN would be mirrored, and a step from NaN passes every limit.
 #[test]
 fn nan_of_the_controller_is_no_message() {
     let mut setup = Setup::new(20.0);
     let spoilt: [fn(&mut MonitorMessage); 4] = [
-        |m| m.data.as_mut().expect("data").position_rad = Some([f64::NAN; 7]),
-        |m| m.data.as_mut().expect("data").commanded_position_rad = Some([f64::INFINITY; 7]),
-        |m| m.data.as_mut().expect("data").external_torque_n_m = Some([f64::NAN; 7]),
-        |m| m.interpolator.as_mut().expect("one").position_rad = Some([f64::NAN; 7]),
+        |m| data(m).position_rad = Some([f64::NAN; 7]),
+        |m| data(m).commanded_position_rad = Some([f64::INFINITY; 7]),
+        |m| data(m).external_torque_n_m = Some([f64::NAN; 7]),
+        |m| interpolator(m).position_rad = Some([f64::NAN; 7]),
     ];
     for (n, spoil) in (1..).zip(spoilt) {
         let mut wrong = message(n);
@@ -189,34 +198,28 @@ type Wrong = (fn(&mut MonitorMessage), &'static str);
 
 const WRONG: [Wrong; 7] = [
     (
-        |m| m.robot.as_mut().expect("one").safety = Some(SafetyState::StopLevel1),
+        |m| robot(m).safety = Some(SafetyState::StopLevel1),
         "SAFETY_STOP_LEVEL_1",
     ),
+    (|m| robot(m).drives = Some([DriveState::Off; 7]), "OFF"),
     (
-        |m| m.robot.as_mut().expect("one").drives = Some([DriveState::Off; 7]),
-        "OFF",
-    ),
-    (
-        |m| m.robot.as_mut().expect("one").control = Some(ControlMode::NoControl),
+        |m| robot(m).control = Some(ControlMode::NoControl),
         "NO_CONTROL",
     ),
     (
-        |m| m.robot.as_mut().expect("one").control = Some(ControlMode::CartesianImpedance),
+        |m| robot(m).control = Some(ControlMode::CartesianImpedance),
         "CART_IMP_CONTROL_MODE",
     ),
     (
-        |m| m.interpolator.as_mut().expect("one").command_mode = Some(ClientCommandMode::None),
+        |m| interpolator(m).command_mode = Some(ClientCommandMode::None),
         "NO_COMMAND_MODE",
     ),
     (
-        |m| {
-            m.interpolator.as_mut().expect("one").command_mode =
-                Some(ClientCommandMode::CartesianPose);
-        },
+        |m| interpolator(m).command_mode = Some(ClientCommandMode::CartesianPose),
         "CARTESIAN_POSE",
     ),
     (
-        |m| m.interpolator.as_mut().expect("one").overlay = Some(OverlayType::Cartesian),
+        |m| interpolator(m).overlay = Some(OverlayType::Cartesian),
         "CARTESIAN",
     ),
 ];
@@ -279,8 +282,8 @@ fn what_a_controller_does_not_say_refuses_nothing() {
     let silent: [fn(&mut MonitorMessage); 5] = [
         |m| m.robot = None,
         |m| m.robot = Some(RobotInfo::default()),
-        |m| m.interpolator.as_mut().expect("one").command_mode = None,
-        |m| m.interpolator.as_mut().expect("one").overlay = Some(OverlayType::None),
+        |m| interpolator(m).command_mode = None,
+        |m| interpolator(m).overlay = Some(OverlayType::None),
         |m| m.interpolator = None,
     ];
     for (n, omit) in silent.into_iter().enumerate() {
@@ -323,8 +326,7 @@ fn a_second_command_for_one_message_moves_nothing() {
 fn loaded(sequence: u32) -> MonitorMessage {
     let mut message = active(sequence);
     message.connection.send_period_ms = Some(10);
-    let interpolator = message.interpolator.as_mut().expect("one");
-    interpolator.position_rad = Some([0.105; 7]);
+    interpolator(&mut message).position_rad = Some([0.105; 7]);
     message
 }
 
@@ -411,25 +413,20 @@ fn an_arm_that_stood_during_a_long_gap_begins_from_rest() {
             arrived = if told { ms } else { 0 };
         }
         // 100 ms without a command, or without one that arrives; then the motion continues at 1.6 rad/s, or the arm has to hold.
-        let stands_rad = match told {
-            true => {
-                let mut stands_rad = rad;
-                for ms in 600..700 {
-                    stands_rad = rad;
-                    let _ = command(ms, arrived, to(1, rad + 1.6e-3 * f64::from(ms - 599)));
-                }
-                stands_rad
+        let moves_on = |ms: u32| to(1, rad + 1.6e-3 * f64::from(ms - 599));
+        if told {
+            for ms in 600..700 {
+                let _ = command(ms, arrived, moves_on(ms));
             }
-            false => rad,
-        };
+        }
         for ms in 700..900 {
             let wanted = match then_holds {
                 true => ArmCommand::Hold,
-                false => to(1, rad + 1.6e-3 * f64::from(ms - 599)),
+                false => moves_on(ms),
             };
             let (taken, sent_rad) = command(ms, if told { arrived.max(ms) } else { 0 }, wanted);
             if then_holds || ms == 700 {
-                let off_rad = sent_rad - stands_rad;
+                let off_rad = sent_rad - rad;
                 assert!(off_rad.abs() < 1e-9, "{told} {ms}: {off_rad} rad");
             }
             if !then_holds && ms == 700 {
@@ -445,9 +442,8 @@ fn a_client_that_begins_while_commands_are_taken_begins_where_the_arm_is() {
     for said in [true, false] {
         let mut setup = Setup::new(20.0);
         let mut active = active(0);
-        let data = active.data.as_mut().expect("data");
-        data.position_rad = Some([0.899; 7]);
-        data.commanded_position_rad = said.then_some([0.9; 7]);
+        data(&mut active).position_rad = Some([0.899; 7]);
+        data(&mut active).commanded_position_rad = said.then_some([0.9; 7]);
         let answered = setup.exchange(&active, ArmCommand::Hold);
         assert_eq!(answered, (Ok(()), [if said { 0.9 } else { 0.899 }; 7]));
     }
@@ -463,8 +459,8 @@ fn a_controller_that_was_restarted_takes_no_commands_until_commanding_begins() {
     // Its arm is elsewhere.
     let mut anew = message(0);
     anew.connection.state = SessionState::MonitoringReady;
-    anew.data.as_mut().expect("data").position_rad = Some([0.7; 7]);
-    anew.interpolator.as_mut().expect("one").position_rad = Some([0.7; 7]);
+    data(&mut anew).position_rad = Some([0.7; 7]);
+    interpolator(&mut anew).position_rad = Some([0.7; 7]);
     let (taken, _) = command(&anew);
     assert!(matches!(taken, Err(FriError::CommandingEnded { .. })));
     anew.header.sequence = 1;
@@ -482,7 +478,7 @@ fn a_period_that_is_stated_too_long_is_refused() {
         // The first half states 10 ms; the second half states the true period.
         active.connection.send_period_ms = Some(if n < 500 { 10 } else { 5 });
         let ns = 5_000_000 * u64::from(n);
-        active.data.as_mut().expect("data").time = Some(TimeStamp::from_ns(ns));
+        data(&mut active).time = Some(TimeStamp::from_ns(ns));
         setup.hear(&active);
         let unfit = setup.client.unfit();
         assert!(unfit.is_none() || unfit == Some(Unfit::Period { said_ms: 10 }) || n >= 500);
@@ -545,10 +541,8 @@ fn only_the_named_controller_is_listened_to() {
     assert_eq!(setup.client.controller(), None);
     setup.socket = UdpSocket::bind((named, 0)).expect("a socket");
     setup.hear(&message(0));
-    assert_eq!(
-        setup.client.controller().map(|c| c.ip()),
-        Some(named.into())
-    );
+    let heard = setup.client.controller().expect("the named one");
+    assert_eq!(heard.ip(), named);
     let told = setup.client.statistics().to_string();
     assert!(told.contains("1 from others"), "{told}");
 }

@@ -13,6 +13,7 @@ use hwall_fri::{
 };
 use hwall_haptics::{Arm, ArmCommand};
 use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, SrsArm};
+use hwall_testkit::refused;
 use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -118,15 +119,10 @@ fn check_counts(outcome: &Outcome) {
     assert_eq!(controller.malformed + controller.repeated, 0, "{counts}");
     // Messages in transit at the end, and the idle messages of the beginning and the end.
     let received = client.answered + client.unanswered + client.skipped;
-    assert!(
-        received <= client.received && client.received - received <= 60,
-        "{counts}"
-    );
     let came = controller.in_time + controller.late;
-    assert!(
-        client.answered >= came && client.answered - came <= 60,
-        "{counts}"
-    );
+    for (some, all) in [(received, client.received), (came, client.answered)] {
+        assert!(some <= all && all - some <= 60, "{counts}");
+    }
 }
 
 #[test]
@@ -181,23 +177,17 @@ fn commands_outside_the_limits_are_refused_here() {
         let speed = |e| matches!(e, FriError::Limit(LimitViolation::Speed { joint: 1, .. }));
         assert!(command(leap).is_err_and(speed));
         let beyond = JointPositions([0.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        let position = |e| {
+        let place = |e| {
             matches!(
                 e,
                 FriError::Limit(LimitViolation::Position { joint: 1, .. })
             )
         };
-        assert!(command(beyond).is_err_and(position));
+        assert!(command(beyond).is_err_and(place));
         assert!(command(q0).is_ok());
         let torque = client.command(ArmCommand::Torque(JointTorques([0.0; 7])));
-        let mode = ClientCommandMode::Position;
-        assert_eq!(
-            torque,
-            Err(FriError::OtherMode {
-                asked: "torque",
-                mode
-            })
-        );
+        let (asked, mode) = ("torque", ClientCommandMode::Position);
+        assert_eq!(torque, Err(FriError::OtherMode { asked, mode }));
         for _ in 0..100 {
             client.wait_for_message(TIMEOUT).expect("a message");
             client.command(ArmCommand::Hold).expect("held");
@@ -206,11 +196,8 @@ fn commands_outside_the_limits_are_refused_here() {
     });
     check_counts(&outcome);
     assert_eq!(outcome.client.refused, 4);
-    assert_eq!(
-        outcome.ended,
-        Some(EndReason::Closed),
-        "the controller saw none of them"
-    );
+    // The controller saw none of them.
+    assert_eq!(outcome.ended, Some(EndReason::Closed));
 }
 
 #[test]
@@ -234,21 +221,17 @@ fn loss_ends_commanding_and_the_client_says_so() {
                 break client.command(ArmCommand::Hold);
             }
         };
-        assert!(
-            matches!(ended, Err(FriError::CommandingEnded { .. })),
-            "{ended:?}"
-        );
+        let is_said = |e| matches!(e, FriError::CommandingEnded { .. });
+        assert!(ended.is_err_and(is_said));
         // Answers continue, so commanding can begin again.
         client.begin_again();
         client.wait_for_commanding(TIMEOUT).expect("commanding");
         client.command(ArmCommand::Hold).expect("held");
     });
     assert!(outcome.client.unanswered > 100, "{:?}", outcome.client);
-    let began = outcome
-        .states
-        .iter()
-        .filter(|&&s| s == SessionState::CommandingActive);
-    assert_eq!(began.count(), 2, "{:?}", outcome.states);
+    let is_active = |state: &&SessionState| **state == SessionState::CommandingActive;
+    let began = outcome.states.iter().filter(is_active).count();
+    assert_eq!(began, 2, "{:?}", outcome.states);
 }
 
 /// Regression: the client waited without naming the version.
@@ -286,9 +269,8 @@ fn strangers_and_noise_are_counted_and_silence_is_an_error() {
     assert_eq!(client.command(ArmCommand::Hold), Err(FriError::NoMessage));
     let stranger = UdpSocket::bind(any_port()).expect("a socket");
     for length in [0, 1, 20, 600, 1500] {
-        stranger
-            .send_to(&vec![0xa5; length], address)
-            .expect("sent");
+        let noise = vec![0xa5; length];
+        stranger.send_to(&noise, address).expect("sent");
     }
     let silent = client.wait_for_message(Duration::from_millis(50));
     assert!(silent.is_err());
@@ -323,18 +305,12 @@ fn settings_are_checked() {
         listen: any_port(),
         ..FriClientConfig::default()
     };
-    let wrong: [fn(&mut FriClientConfig); 4] = [
-        |c| c.silence_s = 0.0,
-        |c| c.velocity_hz = f64::NAN,
-        |c| c.max_torque_n_m = [-1.0; 7],
-        |c| c.braking_rad_per_s2 = [0.0; 7],
-    ];
-    for spoil in wrong {
-        let mut config = local;
-        spoil(&mut config);
-        let refused = FriClient::bind(&model, config).err();
-        assert!(matches!(refused, Some(FriError::Argument(_))), "{config:?}");
-    }
+    refused!(local, |config| FriClient::bind(&model, config), {
+        silence_s = 0.0;
+        velocity_hz = f64::NAN;
+        max_torque_n_m = [-1.0; 7];
+        braking_rad_per_s2 = [0.0; 7];
+    });
     let first = FriClient::bind(&model, local).expect("a client");
     let taken = FriClientConfig {
         listen: first.local_address().expect("one"),

@@ -35,11 +35,8 @@ fn a_wrench_is_judged_where_it_acts() {
         found[axis] = torques.iter().zip(limits).any(|(t, most)| t.abs() > most);
         let [x, y, z] = (300.0 * direction).to_array();
         let ended = ended([x, y, z, 0.0, 0.0, 0.0]);
-        assert_eq!(
-            is_torque(ended),
-            found[axis],
-            "axis {axis}: {torques:?}, {ended:?}"
-        );
+        let expected = found[axis];
+        assert_eq!(is_torque(ended), expected, "{axis}: {torques:?} {ended:?}");
     }
     assert!(found.contains(&true) && found.contains(&false), "{found:?}");
 }

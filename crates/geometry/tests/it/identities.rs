@@ -21,33 +21,19 @@ fn composition_inverse_and_points_agree() {
     for _ in 0..200 {
         let (a, b) = (random_pose(&mut sampler), random_pose(&mut sampler));
         let p = sampler.unit_vector();
-        let tol = Tol::abs(1e-14);
-        assert_close!(
-            (a * b).transform_point(p),
-            a.transform_point(b.transform_point(p)),
-            tol
-        );
-        assert_close!(
-            a.inverse().transform_point(p),
-            a.inverse_transform_point(p),
-            tol
-        );
-        assert_close!(
-            a.inverse().transform_vector(p),
-            a.inverse_transform_vector(p),
-            tol
-        );
-        let back = (a * a.inverse()).distance(&Pose::IDENTITY);
+        let (tol, ab, inverse) = (Tol::abs(1e-14), a * b, a.inverse());
+        let in_steps = a.transform_point(b.transform_point(p));
+        assert_close!(ab.transform_point(p), in_steps, tol);
+        let (point, vector) = (a.inverse_transform_point(p), a.inverse_transform_vector(p));
+        assert_close!(inverse.transform_point(p), point, tol);
+        assert_close!(inverse.transform_vector(p), vector, tol);
+        let back = (a * inverse).distance(&Pose::IDENTITY);
         assert!(back.position_m < 1e-14 && back.angle_rad < 1e-14);
         assert_eq!(Pose::from_affine(&a.to_affine()).unwrap(), a);
         let there = Pose::from_quat(a.to_quat() * 3.0, a.position_m()).unwrap();
         assert!(there.distance(&a).angle_rad < 1e-14);
-        let affine = a.to_affine() * b.to_affine();
-        assert_close!(
-            (a * b).to_affine().transform_point3(p),
-            affine.transform_point3(p),
-            tol
-        );
+        let affine = (a.to_affine() * b.to_affine()).transform_point3(p);
+        assert_close!(ab.to_affine().transform_point3(p), affine, tol);
     }
     assert_eq!(Pose::IDENTITY.transform_point(DVec3::ONE), DVec3::ONE);
 }
@@ -56,16 +42,10 @@ fn composition_inverse_and_points_agree() {
 fn a_turn_about_a_line_keeps_the_line() {
     let (point, axis) = (DVec3::new(1.0, -2.0, 0.5), DVec3::new(0.0, 3.0, 4.0));
     let turned = Pose::from_rotation_about(point, axis, 1.2).unwrap();
-    assert_close!(
-        turned.transform_point(point + axis),
-        point + axis,
-        Tol::abs(1e-14)
-    );
-    assert_close!(
-        rotation_vector(turned.rotation()),
-        axis * (1.2 / 5.0),
-        Tol::abs(1e-14)
-    );
+    let on_line = turned.transform_point(point + axis);
+    assert_close!(on_line, point + axis, Tol::abs(1e-14));
+    let vector = rotation_vector(turned.rotation());
+    assert_close!(vector, axis * (1.2 / 5.0), Tol::abs(1e-14));
     let yaw = Pose::from_yaw(0.7, DVec3::X).unwrap();
     let about = Pose::from_rotation_about(DVec3::ZERO, DVec3::Z, 0.7).unwrap();
     assert_close!(yaw.rotation(), about.rotation(), Tol::abs(1e-15));
@@ -92,14 +72,9 @@ fn small_noise_is_repaired_and_more_is_refused() {
     let mut sampler = Sampler::new(3);
     for _ in 0..100 {
         let rotation = sampler.rotation();
-        let noise = |size: f64, sampler: &mut Sampler| {
-            let mut noisy = rotation.to_cols_array();
-            for x in &mut noisy {
-                *x += size * sampler.uniform(-1.0, 1.0);
-            }
-            DMat3::from_cols_array(&noisy)
-        };
-        let repaired = Pose::new(noise(1e-6, &mut sampler), DVec3::ZERO).unwrap();
+        let noisy = rotation.to_cols_array();
+        let noisy = noisy.map(|x| x + 1e-6 * sampler.uniform(-1.0, 1.0));
+        let repaired = Pose::new(DMat3::from_cols_array(&noisy), DVec3::ZERO).unwrap();
         assert!(deviation(repaired.rotation()) < 1e-15);
         let there = Pose::new(rotation, DVec3::ZERO).unwrap();
         assert!(repaired.distance(&there).angle_rad < 4e-6);

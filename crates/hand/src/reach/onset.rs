@@ -91,10 +91,8 @@ mod tests {
         assert_eq!(ReachOnset::of_peak(2.0), ReachOnset::default());
         assert_eq!(ReachOnset::of_peak(f64::NAN), ReachOnset::default());
         let slow = ReachOnset::of_peak(0.4);
-        assert!(
-            (slow.clear_m_per_s - 0.1).abs() < 1e-12
-                && (slow.slow_m_per_s - 1.0 / 30.0).abs() < 1e-12
-        );
+        assert!((slow.clear_m_per_s - 0.1).abs() < 1e-12);
+        assert!((slow.slow_m_per_s - 1.0 / 30.0).abs() < 1e-12);
         assert!(slow.find(&[0.0, 0.02, 0.4]).is_some());
         // Tremor alone is no onset.
         assert_eq!(ReachOnset::of_peak(0.0).find(&[0.0, 0.02, 0.0]), None);

@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 use hwall_hand::{
-    FreezeConfig, HandFilter, HandFilterConfig, HandFrame, HandPoint, LostReason, ReachEnd,
+    FreezeConfig, HandFilter, HandFilterConfig, HandFrame, HandPoint, LostReason, Reach, ReachEnd,
     Recording, Sample, SegmentConfig, Tracking, UnitHint, reaches,
 };
 use hwall_testkit::{Sampler, minimum_jerk};
@@ -71,10 +71,8 @@ fn tracked(recording: &Recording, value_step_m: f64) -> (f64, Vec<LostReason>) {
 
 fn complete(recording: &Recording) -> usize {
     let found = reaches(recording, &SegmentConfig::default()).unwrap();
-    found
-        .iter()
-        .filter(|reach| reach.end != ReachEnd::TrackingLost)
-        .count()
+    let is_whole = |reach: &&Reach| reach.end != ReachEnd::TrackingLost;
+    found.iter().filter(is_whole).count()
 }
 
 /// Regression test: only one of six reaches was kept, without any report.
@@ -193,20 +191,17 @@ fn a_slow_tracker_in_a_fast_log_makes_no_jumps() {
                 let t_s = row as f64 / log_hz;
                 let jitter_s = late_s * (0.7 * row as f64).sin();
                 let seen_s = 0.1 * ((t_s + jitter_s).max(0.0) / 0.1).floor();
-                let seen =
-                    plain.samples[((seen_s * 72.0) as usize).min(plain.samples.len() - 1)].frame;
+                let newest = ((seen_s * 72.0) as usize).min(plain.samples.len() - 1);
+                let seen = plain.samples[newest].frame;
                 HandFrame { t_s, ..seen }
             });
             let slow = Recording::from_frames(rows).unwrap();
             let (share, reasons) = tracked(&slow, 0.0);
-            let jumps = reasons
-                .iter()
-                .any(|why| matches!(why, LostReason::Jump { .. }));
-            assert!(
-                !jumps && share > 0.95,
-                "{log_hz} Hz, {late_s} s: {share} {reasons:?}"
-            );
-            assert_eq!(complete(&slow), complete(&plain), "{log_hz} Hz, {late_s} s");
+            let name = format!("{log_hz} Hz, {late_s} s");
+            let is_jump = |why: &LostReason| matches!(why, LostReason::Jump { .. });
+            let jumps = reasons.iter().any(is_jump);
+            assert!(!jumps && share > 0.95, "{name}: {share} {reasons:?}");
+            assert_eq!(complete(&slow), complete(&plain), "{name}");
             let found = reaches(&slow, &SegmentConfig::default()).unwrap();
             let fastest = found.iter().map(|reach| reach.peak_speed_m_per_s);
             let fastest = fastest.fold(0.0, f64::max);
@@ -233,12 +228,8 @@ fn each_channel_has_its_own_rate() {
     });
     assert_eq!(slow.fill_slow_channels(), 398);
     for (i, sample) in slow.samples.iter().enumerate() {
-        let off = sample.frame.head_m.map(|at| at.distance(head(i)));
-        assert_eq!(
-            off.map(|off| off < 1e-12),
-            (i <= 597).then_some(true),
-            "row {i}"
-        );
+        let is_right = sample.frame.head_m.map(|m| m.distance(head(i)) < 1e-12);
+        assert_eq!(is_right, (i <= 597).then_some(true), "row {i}");
     }
     for (i, sample) in slow.samples[..120].iter().enumerate() {
         assert_eq!(sample.frame.gaze.is_some(), i < 88, "row {i}");

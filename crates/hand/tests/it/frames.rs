@@ -20,21 +20,16 @@ fn a_frame_is_mapped_whole() {
     };
     let mapped = frame.transformed(&map);
     assert_eq!(mapped.t_s, 4.5);
+    let moved = |m: Option<DVec3>| m.map(|m| map.transform_point(m));
     for which in HandPoint::ALL {
-        assert_eq!(
-            mapped.point(which),
-            frame.point(which).map(|p| map.transform_point(p))
-        );
+        assert_eq!(mapped.point(which), moved(frame.point(which)));
     }
-    assert_eq!(mapped.head_m, frame.head_m.map(|p| map.transform_point(p)));
+    assert_eq!(mapped.head_m, moved(frame.head_m));
     let heads_m: Vec<_> = mapped.bystanders.unwrap().heads_m().collect();
-    assert_eq!(heads_m, [Some(map.transform_point(DVec3::Y)), None]);
+    assert_eq!(heads_m, [moved(Some(DVec3::Y)), None]);
     // A direction is rotated but not translated.
-    assert_close!(
-        mapped.gaze.unwrap(),
-        DVec3::new(0.3_f64.cos(), 0.3_f64.sin(), 0.0),
-        Tol::abs(1e-15)
-    );
+    let ahead = DVec3::new(0.3_f64.cos(), 0.3_f64.sin(), 0.0);
+    assert_close!(mapped.gaze.unwrap(), ahead, Tol::abs(1e-15));
 }
 
 #[test]
@@ -44,14 +39,11 @@ fn points_that_are_no_numbers_count_as_missing() {
     frame.palm_m = Some(DVec3::ZERO);
     frame.tips_m[1] = Some(DVec3::new(0.0, f64::NAN, 0.0));
     frame.tips_m[4] = Some(DVec3::new(1e7, 0.0, 0.0));
-    assert_eq!(
-        frame.contact_point(),
-        Some(TrackedPoint {
-            point: HandPoint::Palm,
-            position_m: DVec3::ZERO
-        }),
-        "the index is not a number"
-    );
+    let palm = TrackedPoint {
+        point: HandPoint::Palm,
+        position_m: DVec3::ZERO,
+    };
+    assert_eq!(frame.contact_point(), Some(palm));
     frame.tips_m[1] = Some(DVec3::new(0.1, 0.0, 0.0));
     frame.tips_m[2] = Some(DVec3::new(0.12, 0.0, 0.0));
     assert_eq!(frame.contact_point().unwrap().point, HandPoint::Index);

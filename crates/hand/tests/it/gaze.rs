@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use hwall_hand::{Fixation, Gaze, GazeFilter, GazeFilterConfig, GazeRay};
-use hwall_testkit::{ErrorStats, Sampler, minimum_jerk};
+use hwall_testkit::{ErrorStats, Sampler, minimum_jerk, refused};
 use proptest::prelude::*;
 
 const EYE: DVec3 = DVec3::new(0.0, 0.0, 1.6);
@@ -100,6 +100,7 @@ fn a_saccade_gives_no_line_of_sight_until_it_has_landed() {
     ] {
         for rate_hz in rates_hz {
             for to_deg in [8.0, 15.0, 40.0, 90.0_f64] {
+                let name = format!("{rate_hz} Hz, {to_deg} degrees");
                 let mut sampler = Sampler::new(7);
                 for phase in 0..20 {
                     let mut filter = GazeFilter::default();
@@ -118,24 +119,16 @@ fn a_saccade_gives_no_line_of_sight_until_it_has_landed() {
                         let left_deg = off_deg(f.ray.direction, at(to_deg));
                         // The line of sight is never in between.
                         let near = 1.0 + 2.0 * noise_deg + 0.03 * to_deg;
-                        assert!(
-                            from_deg.min(left_deg) < near || t_s < 0.05,
-                            "{rate_hz} Hz, {to_deg}: {from_deg} {left_deg} at {t_s}"
-                        );
+                        let is_near = from_deg.min(left_deg) < near;
+                        assert!(is_near || t_s < 0.05, "{name}: {left_deg} at {t_s}");
                         if left_deg < near && landed_s.is_none() {
                             landed_s = Some(t_s);
                             let early_s = leave_s + SACCADE_S - f.since_s;
-                            assert!(
-                                early_s.abs() < 0.02 + 1.0 / rate_hz,
-                                "{rate_hz} Hz, {to_deg}: {early_s}"
-                            );
+                            assert!(early_s.abs() < 0.02 + 1.0 / rate_hz, "{name}: {early_s}");
                         }
                     }
                     let late_s = landed_s.unwrap() - (leave_s + SACCADE_S);
-                    assert!(
-                        late_s < 0.02 + 2.0 / rate_hz,
-                        "{rate_hz} Hz, {to_deg}: {late_s}"
-                    );
+                    assert!(late_s < 0.02 + 2.0 / rate_hz, "{name}: {late_s}");
                 }
             }
         }
@@ -235,20 +228,13 @@ fn other_places_are_fixations_of_their_own_and_a_single_sample_far_away_is_noise
         0.435..0.655 => None,
         _ => Some(5.0),
     });
-    assert!(
-        blink[0] < 0.03 && (blink[1] - 0.66).abs() < 0.02,
-        "{blink:?}"
-    );
+    let moved_s = (blink[1] - 0.66).abs();
+    assert!(blink[0] < 0.03 && moved_s < 0.02, "{blink:?}");
     // A glance and the return.
     let glance = |t_s: f64| Some(if (0.4..0.6).contains(&t_s) { 20.0 } else { 0.0 });
     assert_eq!(begun_s(100, glance).len(), 3);
-    let stray = |t_s: f64| {
-        Some(if (0.545..0.555).contains(&t_s) {
-            25.0
-        } else {
-            0.0
-        })
-    };
+    let is_stray = |t_s: f64| (0.545..0.555).contains(&t_s);
+    let stray = |t_s: f64| Some(if is_stray(t_s) { 25.0 } else { 0.0 });
     assert_eq!(begun_s(100, stray), [0.0]);
 }
 
@@ -273,18 +259,12 @@ fn bad_samples_and_clocks_do_no_harm() {
     // A clock reset restarts the filter.
     let anew = filter.step(0.1, Some(&ray(DVec3::Y)));
     assert_eq!(anew, Gaze::InFlight { since_s: 0.1 });
-    for field in 0..4 {
-        for bad in [f64::NAN, f64::INFINITY, -1.0] {
-            let mut config = GazeFilterConfig::default();
-            *[
-                &mut config.saccade_rad_per_s,
-                &mut config.least_shift_rad,
-                &mut config.noise_rad,
-                &mut config.max_gap_s,
-            ][field] = bad;
-            assert!(GazeFilter::new(config).is_err(), "{config:?}");
-        }
-    }
+    refused!(GazeFilterConfig::default(), GazeFilter::new, {
+        saccade_rad_per_s = f64::NAN, f64::INFINITY, -1.0;
+        least_shift_rad = f64::NAN, f64::INFINITY, -1.0;
+        noise_rad = f64::NAN, f64::INFINITY, -1.0;
+        max_gap_s = f64::NAN, f64::INFINITY, -1.0;
+    });
 }
 
 proptest! {

@@ -5,7 +5,7 @@ use hwall_hand::{
     HandError, HandFrame, HandPoint, LabelConfig, Labelled, LabelledReach, ReachCut, Recording,
     Sample, labelled_reaches,
 };
-use hwall_testkit::{minimum_jerk, shared};
+use hwall_testkit::{minimum_jerk, refused, shared};
 
 const FROM: DVec3 = DVec3::new(0.1, -0.2, 1.0);
 const TO: DVec3 = DVec3::new(0.7, 0.1, 1.3);
@@ -172,23 +172,20 @@ fn the_palm_touches_where_the_finger_is_rarely_seen() {
 
 #[test]
 fn what_is_no_reach_is_listed_with_the_reason() {
-    let mut trial = recording(0.2, 0.2);
-    let rest_m = trial.samples[0].frame.point(HandPoint::Index);
-    for sample in &mut trial.samples {
-        sample.frame.set_point(HandPoint::Index, rest_m);
-    }
-    assert_eq!(reason(&trial), "the hand does not move");
+    let spoilt = |spoil: &dyn Fn(&mut HandFrame)| {
+        let mut trial = recording(0.2, 0.2);
+        trial.samples.iter_mut().for_each(|s| spoil(&mut s.frame));
+        reason(&trial)
+    };
+    let still = spoilt(&|frame| frame.set_point(HandPoint::Index, Some(FROM)));
+    assert_eq!(still, "the hand does not move");
+    let unseen = spoilt(&|frame| *frame = HandFrame::empty(frame.t_s));
+    assert_eq!(unseen, "no point of the hand is seen");
 
     let mut trial = recording(0.2, 0.2);
     let frame = &mut trial.samples[60].frame;
     frame.set_point(HandPoint::Index, Some(DVec3::splat(5.0)));
     assert_eq!(reason(&trial), "the tracker jumps");
-
-    let mut trial = recording(0.2, 0.2);
-    for sample in &mut trial.samples {
-        sample.frame = HandFrame::empty(sample.frame.t_s);
-    }
-    assert_eq!(reason(&trial), "no point of the hand is seen");
 
     let mut trial = recording(0.0, 0.0);
     trial.samples = trial.samples[40..43].to_vec();
@@ -245,14 +242,12 @@ fn a_remainder_of_the_trial_before_is_dropped_and_listed() {
 
 #[test]
 fn a_configuration_out_of_range_is_refused() {
-    let changes: [fn(&mut LabelConfig); 2] =
-        [|c| c.slow_m_per_s = -0.1, |c| c.min_length_m = f64::NAN];
-    for change in changes {
-        let mut config = LabelConfig::default();
-        change(&mut config);
-        let refused = labelled_reaches(&[recording(0.0, 0.0)], &config);
-        assert!(matches!(refused, Err(HandError::Argument(_))));
-    }
+    let recordings = [recording(0.0, 0.0)];
+    let with = |config| labelled_reaches(&recordings, &config);
+    refused!(LabelConfig::default(), with, {
+        slow_m_per_s = -0.1;
+        min_length_m = f64::NAN;
+    });
 }
 
 #[test]

@@ -1,10 +1,8 @@
 //! Reaches with known start and end.
 
 use glam::DVec3;
-use hwall_hand::{
-    HandError, HandFrame, HandPoint, Reach, ReachEnd, Recording, SegmentConfig, reaches,
-};
-use hwall_testkit::{Sampler, minimum_jerk};
+use hwall_hand::{HandFrame, HandPoint, Reach, ReachEnd, Recording, SegmentConfig, reaches};
+use hwall_testkit::{Sampler, minimum_jerk, refused};
 
 /// A palm that moves out at 1 s and back at 3 s, 0.8 s each, in uneven steps with noise.
 fn out_and_back(sampler: &mut Sampler, noise_m: f64, a_m: DVec3, b_m: DVec3) -> Vec<HandFrame> {
@@ -144,14 +142,11 @@ fn a_still_an_empty_and_a_lone_sample_have_no_reach() {
 
 #[test]
 fn impossible_thresholds_are_refused() {
-    let refused = |change: &dyn Fn(&mut SegmentConfig)| {
-        let mut config = SegmentConfig::default();
-        change(&mut config);
-        let found = reaches(&Recording::default(), &config);
-        matches!(found, Err(HandError::Argument(_)))
-    };
-    assert!(refused(&|c| c.onset_m_per_s = f64::NAN));
-    assert!(refused(&|c| c.offset_m_per_s = 0.5));
-    assert!(refused(&|c| c.min_length_m = 0.0));
-    assert!(!refused(&|_| ()));
+    let with = |config| reaches(&Recording::default(), &config);
+    assert_eq!(with(SegmentConfig::default()), Ok(vec![]));
+    refused!(SegmentConfig::default(), with, {
+        onset_m_per_s = f64::NAN;
+        offset_m_per_s = 0.5;
+        min_length_m = 0.0;
+    });
 }

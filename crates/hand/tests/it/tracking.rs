@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 use hwall_hand::{
-    FreezeKind, HandError, HandFilter, HandFilterConfig, HandFrame, HandPoint, HandState,
+    FreezeConfig, FreezeKind, HandFilter, HandFilterConfig, HandFrame, HandPoint, HandState,
     LostReason, Tracking,
 };
-use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close, minimum_jerk};
+use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close, minimum_jerk, refused};
 use proptest::prelude::*;
 
 fn filter() -> HandFilter {
@@ -84,11 +84,8 @@ fn the_window_is_two_rounds_of_midpoints() {
     let hand = state(feed(&mut filter(), xs.into_iter().enumerate().map(frame)));
     let expected = [[4.0, 8.0, 16.0], [8.0, 16.0, 32.0]];
     for (smoothed_m, [a, b, c]) in hand.smoothed_m.into_iter().zip(expected) {
-        assert_close!(
-            smoothed_m.x,
-            (a + 2.0 * b + c) / 4.0 * 1e-3,
-            Tol::abs(1e-15)
-        );
+        let weighted_mm = (a + 2.0 * b + c) / 4.0;
+        assert_close!(smoothed_m.x, weighted_mm * 1e-3, Tol::abs(1e-15));
     }
     // At regular steps the newer of them is one step old.
     assert_close!(hand.delay_s, 0.02, Tol::abs(1e-12));
@@ -290,17 +287,19 @@ fn clocks_that_stop_or_run_backwards() {
 
 #[test]
 fn impossible_parameters_are_refused() {
-    let refused = |change: &dyn Fn(&mut HandFilterConfig)| {
-        let mut config = HandFilterConfig::default();
-        change(&mut config);
-        matches!(HandFilter::new(config), Err(HandError::Argument(_)))
+    let frozen = |rigid_after_s| {
+        Some(FreezeConfig {
+            rigid_after_s,
+            ..FreezeConfig::default()
+        })
     };
-    assert!(refused(&|c| c.max_gap_s = 0.0));
-    assert!(refused(&|c| c.max_speed_m_per_s = f64::NAN));
-    assert!(refused(&|c| c.jump_slack_m = -0.1));
-    assert!(refused(&|c| c.recover_after_s = f64::INFINITY));
-    assert!(refused(&|c| c.freeze.as_mut().unwrap().rigid_after_s = -1.0));
-    assert!(!refused(&|_| ()));
+    refused!(HandFilterConfig::default(), HandFilter::new, {
+        max_gap_s = 0.0;
+        max_speed_m_per_s = f64::NAN;
+        jump_slack_m = -0.1;
+        recover_after_s = f64::INFINITY;
+        freeze = frozen(-1.0) => "rigid_after_s";
+    });
 }
 
 /// Any number, often a special one.
@@ -384,15 +383,10 @@ fn a_lost_palm_goes_along_with_the_finger_for_a_moment() {
     assert_eq!(unseen.palm_m, None);
     // A finger that jumped belongs to another hand, whose palm was never seen.
     let _ = feed(&mut filter, times(142, 200).map(both));
-    let far = |t_s: f64| HandFrame {
-        tips_m: [
-            None,
-            Some(DVec3::Y * 3.0 + DVec3::X * t_s),
-            None,
-            None,
-            None,
-        ],
-        ..without(t_s)
+    let far = |t_s: f64| {
+        let mut frame = without(t_s);
+        frame.tips_m[1] = Some(DVec3::Y * 3.0 + DVec3::X * t_s);
+        frame
     };
     let other = state(feed(&mut filter, times(200, 260).map(far)));
     assert!(other.point_m.y > 2.9);

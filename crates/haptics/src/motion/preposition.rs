@@ -104,10 +104,8 @@ mod tests {
         // Walls that half the path would cross, up to one in front of the waiting posture.
         for share in [0.35, 0.25, 0.15] {
             let (leant, protrusion_m) = leans(face(share) + BEHIND_M);
-            assert!(
-                leant < last && leant <= share && leant >= share - 0.1,
-                "{leant}"
-            );
+            let near = leant <= share && leant >= share - 0.1;
+            assert!(near && leant < last, "{leant}");
             assert!(protrusion_m <= -BEHIND_M);
             last = leant;
         }
@@ -117,15 +115,10 @@ mod tests {
     #[test]
     fn a_wall_that_comes_nearer_is_noticed() {
         let mut preposition = Preposition::default();
-        let far = preposition.towards(&waiting(), &to(), before_wall(2.0));
-        assert_eq!(
-            preposition.towards(&waiting(), &to(), before_wall(2.0)),
-            far
-        );
+        let mut towards = |x_m| preposition.towards(&waiting(), &to(), before_wall(x_m));
+        let far = towards(2.0);
+        assert_eq!(towards(2.0), far);
         let reach_m = arm().forward(&far).position_m().x;
-        assert_ne!(
-            preposition.towards(&waiting(), &to(), before_wall(reach_m)),
-            far
-        );
+        assert_ne!(towards(reach_m), far);
     }
 }

@@ -130,21 +130,22 @@ mod tests {
         acceleration_rad_per_s2: 10.0,
     };
 
-    const fn at_rest(q_rad: f64) -> JointMotion {
+    const fn moving(q_rad: f64, qd_rad_per_s: f64) -> JointMotion {
         JointMotion {
             q_rad,
-            qd_rad_per_s: 0.0,
+            qd_rad_per_s,
         }
+    }
+
+    const fn at_rest(q_rad: f64) -> JointMotion {
+        moving(q_rad, 0.0)
     }
 
     #[test]
     fn the_way_does_not_depend_on_the_steps() {
         let mut s = Sampler::new(12);
         for _ in 0..2000 {
-            let start = JointMotion {
-                q_rad: s.uniform(-2.0, 2.0),
-                qd_rad_per_s: s.uniform(-1.5, 1.5),
-            };
+            let start = moving(s.uniform(-2.0, 2.0), s.uniform(-1.5, 1.5));
             let (goal, dt) = (s.uniform(-2.0, 2.0), s.uniform(0.0, 2.0));
             let once = start.towards(goal, &BOUNDS, dt);
             let mut many = start;
@@ -153,10 +154,8 @@ mod tests {
             }
             assert!((once.q_rad - many.q_rad).abs() < 1e-13, "{once:?} {many:?}");
             // Near rest the speed is the root of a distance known to 1e-16.
-            assert!(
-                (once.qd_rad_per_s - many.qd_rad_per_s).abs() < 1e-6,
-                "{once:?} {many:?}"
-            );
+            let off = (once.qd_rad_per_s - many.qd_rad_per_s).abs();
+            assert!(off < 1e-6, "{once:?} {many:?}");
         }
     }
 
@@ -165,19 +164,16 @@ mod tests {
         let mut s = Sampler::new(13);
         let mut motion = at_rest(0.0);
         for _ in 0..100_000 {
-            let goal = if s.bool() {
-                s.uniform(-0.3, 0.3)
-            } else {
-                [-0.3, 0.3][s.index(2)]
+            let goal = match s.bool() {
+                true => s.uniform(-0.3, 0.3),
+                false => [-0.3, 0.3][s.index(2)],
             };
             let (before, dt) = (motion, s.uniform(1e-4, 0.02));
             motion = motion.towards(goal, &BOUNDS, dt);
             assert!(motion.q_rad.abs() <= 0.3 + 1e-15);
             assert!(motion.qd_rad_per_s.abs() <= BOUNDS.velocity_rad_per_s + 1e-12);
-            assert!(
-                (motion.qd_rad_per_s - before.qd_rad_per_s).abs()
-                    <= BOUNDS.acceleration_rad_per_s2 * dt + 1e-9
-            );
+            let change = (motion.qd_rad_per_s - before.qd_rad_per_s).abs();
+            assert!(change <= BOUNDS.acceleration_rad_per_s2 * dt + 1e-9);
             assert!((motion.q_rad - before.q_rad).abs() <= BOUNDS.velocity_rad_per_s * dt + 1e-12);
         }
     }
@@ -192,7 +188,7 @@ mod tests {
             acceleration in 0.1..100.0, dt in (-20.0..0.0).prop_map(f64::exp),
         ) {
             let bounds = JointBounds { velocity_rad_per_s: 2.0, acceleration_rad_per_s2: acceleration };
-            let before = JointMotion { q_rad, qd_rad_per_s };
+            let before = moving(q_rad, qd_rad_per_s);
             let after = before.towards(goal, &bounds, dt);
             let stop = before.stopping_point_rad(&bounds);
             let (lo, hi) = (stop.min(goal), stop.max(goal));
@@ -209,19 +205,17 @@ mod tests {
     fn run(mut joint: JointMotion, goal: f64, bounds: &JointBounds) -> f64 {
         let ahead = (goal - joint.q_rad).signum();
         let brakes = (joint.stopping_point_rad(bounds) - goal) * ahead;
-        let most = if brakes > 0.0 { brakes + 1e-11 } else { 1e-14 };
+        let furthest = if brakes > 0.0 { brakes + 1e-11 } else { 1e-14 };
         let (mut t, mut i) = (0.0, 0);
         while joint != at_rest(goal) {
             let dt = [1e-3, 3e-4, 1e-9, 7e-4, 9e-6][i % 5];
             let next = joint.towards(goal, bounds, dt);
             let change = (next.qd_rad_per_s - joint.qd_rad_per_s).abs();
-            assert!(
-                change <= bounds.acceleration_rad_per_s2 * dt * (1.0 + 1e-8) + 1e-15,
-                "{joint:?} {next:?} {dt}"
-            );
+            let most = bounds.acceleration_rad_per_s2 * dt * (1.0 + 1e-8) + 1e-15;
+            assert!(change <= most, "{joint:?} {next:?} {dt}");
             assert!(next.qd_rad_per_s.abs() <= bounds.velocity_rad_per_s);
             let over = (next.q_rad - goal) * ahead;
-            assert!(over <= most, "overshot by {over}");
+            assert!(over <= furthest, "overshot by {over}");
             (joint, t, i) = (next, t + dt, i + 1);
             assert!(i < 1_000_000, "never arrives: {joint:?}");
         }
@@ -258,10 +252,7 @@ mod tests {
     fn brakes_and_returns_whatever_the_speed_at_first() {
         let mut s = Sampler::new(11);
         for _ in 0..200 {
-            let start = JointMotion {
-                q_rad: s.uniform(-2.0, 2.0),
-                qd_rad_per_s: s.uniform(-1.5, 1.5),
-            };
+            let start = moving(s.uniform(-2.0, 2.0), s.uniform(-1.5, 1.5));
             run(start, s.uniform(-2.0, 2.0), &BOUNDS);
         }
     }
@@ -269,43 +260,28 @@ mod tests {
     #[test]
     fn above_the_velocity_limit_it_brakes_down_to_it() {
         for sign in [-1.0, 1.0] {
-            let fast = JointMotion {
-                q_rad: 0.0,
-                qd_rad_per_s: 3.0 * sign,
-            };
-            let next = fast.towards(100.0 * sign, &BOUNDS, 0.01);
+            let after = |dt_s: f64| moving(0.0, 3.0 * sign).towards(100.0 * sign, &BOUNDS, dt_s);
+            let next = after(0.01);
             assert!((next.qd_rad_per_s - 2.9 * sign).abs() < 1e-15);
             assert!((next.q_rad - 0.0295 * sign).abs() < 1e-15);
-            assert_eq!(
-                fast.towards(100.0 * sign, &BOUNDS, 1.0).qd_rad_per_s,
-                1.5 * sign
-            );
+            assert_eq!(after(1.0).qd_rad_per_s, 1.5 * sign);
         }
     }
 
     #[test]
     fn nan_comes_out_where_nan_goes_in_and_no_step_changes_nothing() {
-        let joint = JointMotion {
-            q_rad: 0.1,
-            qd_rad_per_s: -0.4,
-        };
+        let (joint, nan) = (moving(0.1, -0.4), f64::NAN);
         assert_eq!(joint.towards(1.0, &BOUNDS, 0.0), joint);
         assert_eq!(joint.towards(1.0, &BOUNDS, -1.0), joint);
-        for nan in [
-            joint.towards(f64::NAN, &BOUNDS, 1e-3),
-            joint.towards(1.0, &BOUNDS, f64::NAN),
-            JointMotion {
-                q_rad: f64::NAN,
-                ..joint
-            }
-            .towards(1.0, &BOUNDS, 1e-3),
-            JointMotion {
-                qd_rad_per_s: f64::NAN,
-                ..joint
-            }
-            .towards(1.0, &BOUNDS, 1e-3),
+        for (joint, goal, dt_s) in [
+            (joint, nan, 1e-3),
+            (joint, 1.0, nan),
+            (moving(nan, -0.4), 1.0, 1e-3),
+            (moving(0.1, nan), 1.0, 1e-3),
         ] {
-            assert!(nan.q_rad.is_nan() && nan.qd_rad_per_s.is_nan(), "{nan:?}");
+            let next = joint.towards(goal, &BOUNDS, dt_s);
+            assert!(next.q_rad.is_nan(), "{next:?}");
+            assert!(next.qd_rad_per_s.is_nan(), "{next:?}");
         }
     }
 }

@@ -177,21 +177,25 @@ fn nearest_m(board: &Board, base_from_board: &Pose, point_m: DVec3) -> DVec3 {
 mod tests {
     use super::*;
 
-    /// The share for a face at the origin that moves along its normal towards a finger, m/s and m.
-    fn share(closing_m_per_s: f64, distance_m: f64, in_force: f64) -> f64 {
+    /// The share for a face at the origin that moves, m/s, and a finger on its normal, m.
+    fn share_of(
+        config: &ProximityConfig,
+        linear_m_per_s: DVec3,
+        distance_m: f64,
+        in_force: f64,
+    ) -> f64 {
         let twist = Twist {
-            linear_m_per_s: DVec3::Z * closing_m_per_s,
+            linear_m_per_s,
             angular_rad_per_s: DVec3::ZERO,
         };
-        let finger_m = [DVec3::Z * distance_m];
-        let board = Board::default();
-        ProximityConfig::default().speed_share(
-            &board,
-            &Pose::IDENTITY,
-            (&twist, 0.0),
-            &finger_m,
-            in_force,
-        )
+        let (board, moves, finger_m) = (Board::default(), (&twist, 0.0), [DVec3::Z * distance_m]);
+        config.speed_share(&board, &Pose::IDENTITY, moves, &finger_m, in_force)
+    }
+
+    /// The same for a face that moves along its normal.
+    fn share(closing_m_per_s: f64, distance_m: f64, in_force: f64) -> f64 {
+        let closing = DVec3::Z * closing_m_per_s;
+        share_of(&ProximityConfig::default(), closing, distance_m, in_force)
     }
 
     #[test]
@@ -221,26 +225,22 @@ mod tests {
 
     #[test]
     fn close_to_the_face_its_speed_along_itself_counts() {
-        let twist = Twist {
-            linear_m_per_s: DVec3::X,
-            angular_rad_per_s: DVec3::ZERO,
-        };
-        let share = |distance_m: f64, along_m: f64| {
+        for (distance_m, along_m, wanted) in [
+            (0.01, 0.0, 1.0),
+            (0.01, 0.03, SHARES[0]),
+            (0.04, 0.03, 1.0),
+            (0.0, 0.03, SHARES[0]),
+            // A point that is no number is not left out.
+            (f64::NAN, 0.03, SHARES[0]),
+            (f64::INFINITY, 0.03, SHARES[0]),
+        ] {
             let config = ProximityConfig {
                 along_m,
                 ..ProximityConfig::default()
             };
-            let finger_m = [DVec3::Z * distance_m];
-            let moves = (&twist, 0.0);
-            config.speed_share(&Board::default(), &Pose::IDENTITY, moves, &finger_m, 1.0)
-        };
-        assert_eq!(share(0.01, 0.0), 1.0);
-        assert_eq!(share(0.01, 0.03), SHARES[0]);
-        assert_eq!(share(0.04, 0.03), 1.0);
-        assert_eq!(share(0.0, 0.03), SHARES[0]);
-        // A point that is no number is not left out.
-        assert_eq!(share(f64::NAN, 0.03), SHARES[0]);
-        assert_eq!(share(f64::INFINITY, 0.03), SHARES[0]);
+            let share = share_of(&config, DVec3::X, distance_m, 1.0);
+            assert_eq!(share, wanted, "{distance_m} m, {along_m} m");
+        }
     }
 
     #[test]

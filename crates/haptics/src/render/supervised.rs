@@ -226,18 +226,13 @@ mod tests {
                 follower.step(DT_S).unwrap();
             }
             let (mut cap, mut share) = (SpeedCap::default(), 0.5);
-            for k in 0..20 {
+            for k in 0..420 {
                 share = cap.step(0.5, share, follower.has_slowed(), DT_S);
                 follower.set_speed_share(share).unwrap();
                 follower.step(DT_S).unwrap();
-                assert!(share >= 0.35, "{steps} steps, {k}: {share}");
+                assert!(k >= 20 || share >= 0.35, "{steps} steps, {k}: {share}");
             }
             // Repeated cuts slow it down further.
-            for _ in 0..400 {
-                share = cap.step(0.5, share, follower.has_slowed(), DT_S);
-                follower.set_speed_share(share).unwrap();
-                follower.step(DT_S).unwrap();
-            }
             assert!(share < 0.2, "{steps} steps: {share}");
         }
     }

@@ -372,11 +372,8 @@ mod tests {
             let mut run = Run::new();
             assert_eq!(run.go(3000, Some(before)), Some(Stage::Stop));
             run.arm.is_pushed = true;
-            assert_eq!(
-                run.go(300, Some(Unsure)),
-                Some(Stage::Retreat),
-                "{before:?}"
-            );
+            let stage = run.go(300, Some(Unsure));
+            assert_eq!(stage, Some(Stage::Retreat), "{before:?}");
         }
         // Somebody wants it to stand.
         let mut run = pushed();
@@ -562,18 +559,6 @@ mod tests {
         // An arm whose state was always known may continue in motion.
         run.arm.rests = false;
         run.go(5, Some(Unsure));
-        assert_eq!(run.go(260, None), None);
-    }
-
-    #[test]
-    fn a_stop_that_was_asked_for_needs_a_person_whatever_the_rule() {
-        let mut run = Run::new();
-        run.latch = Latch::Nothing;
-        run.machine.stop(SafeReason::Requested, run.now_s);
-        run.go(10, Some(Unsure));
-        assert_eq!(run.go(5000, None), Some(Stage::Stop));
-        assert!(run.is_latched());
-        run.machine.reset(run.now_s);
         assert_eq!(run.go(260, None), None);
     }
 }

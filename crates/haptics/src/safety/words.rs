@@ -165,28 +165,22 @@ mod tests {
     fn states_are_told_in_words() {
         let said = |reason| SafeState::Holding { reason }.to_string();
         let channel = Channel::Position;
+        let stale = SafeReason::Stale {
+            channel: Channel::Head,
+            age_s: 0.25,
+        };
+        let leapt = SafeReason::Jump { channel, by: 1.0 };
+        let beyond = SafeReason::JointLimit {
+            channel,
+            joint: 6,
+            value: 3.1,
+        };
         for (reason, words) in [
-            (
-                SafeReason::Stale {
-                    channel: Channel::Head,
-                    age_s: 0.25,
-                },
-                "holding: the head is 0.25 s old",
-            ),
-            (
-                SafeReason::Jump { channel, by: 1.0 },
-                "holding: an angle of the arm leapt by 1.000 rad",
-            ),
-            (
-                SafeReason::JointLimit {
-                    channel,
-                    joint: 6,
-                    value: 3.1,
-                },
-                "holding: joint 7 is beyond its limit: angle 3.100 rad",
-            ),
+            (stale, "the head is 0.25 s old"),
+            (leapt, "an angle of the arm leapt by 1.000 rad"),
+            (beyond, "joint 7 is beyond its limit: angle 3.100 rad"),
         ] {
-            assert_eq!(said(reason), words);
+            assert_eq!(said(reason), format!("holding: {words}"));
         }
         assert_eq!(SafeState::Normal.to_string(), "free to move");
     }

@@ -78,12 +78,19 @@ fn place(sampler: &mut Sampler, shelf: bool) -> (DVec3, DVec3) {
 }
 
 /// The result of many targets, most of them changed before they were reached.
+#[derive(Default)]
 struct Outcome {
     /// How far the face came in front of a surface in each step, m, in ascending order.
     in_front_m: Vec<f64>,
     /// Targets that were not changed meanwhile, and how many of them were reached.
     wanted: usize,
     reached: usize,
+}
+
+impl Outcome {
+    fn most_m(&self) -> f64 {
+        self.in_front_m[self.in_front_m.len() - 1]
+    }
 }
 
 fn random_targets(
@@ -95,11 +102,7 @@ fn random_targets(
 ) -> Outcome {
     let mut follower = follower(barriers);
     let mut sampler = Sampler::new(seed);
-    let mut outcome = Outcome {
-        in_front_m: Vec::new(),
-        wanted: 0,
-        reached: 0,
-    };
+    let mut outcome = Outcome::default();
     for _ in 0..count {
         let (point_m, normal) = place(&mut sampler, shelf);
         let target = BoardTarget {
@@ -112,10 +115,9 @@ fn random_targets(
             continue;
         }
         let stays = sampler.uniform(0.0, 1.0) < 0.5;
-        let for_s = if stays {
-            4.0
-        } else {
-            sampler.uniform(0.05, 0.6)
+        let for_s = match stays {
+            true => 4.0,
+            false => sampler.uniform(0.05, 0.6),
         };
         for _ in 0..(for_s / DT_S) as usize {
             if slows && sampler.uniform(0.0, 1.0) < 0.01 {
@@ -148,13 +150,10 @@ fn random_targets_on_walls_keep_the_board_behind_them() {
         seeds.map(run).map(|outcome| outcome.join().unwrap())
     });
     for (seed, outcome) in seeds.into_iter().zip(outcomes) {
-        let most_m = outcome.in_front_m[outcome.in_front_m.len() - 1];
-        println!(
-            "seed {seed}: {most_m} m, {} of {}",
-            outcome.reached, outcome.wanted
-        );
+        let (most_m, reached, wanted) = (outcome.most_m(), outcome.reached, outcome.wanted);
+        println!("seed {seed}: {most_m} m, {reached} of {wanted}");
         assert!(most_m <= BOUND_M, "seed {seed}: {most_m} m before a wall");
-        assert!(outcome.reached * 100 >= outcome.wanted * 97);
+        assert!(reached * 100 >= wanted * 97, "{reached} of {wanted}");
     }
 }
 
@@ -162,7 +161,7 @@ fn random_targets_on_walls_keep_the_board_behind_them() {
 fn slowing_down_on_the_way_keeps_the_board_behind_walls() {
     for seed in [1, 2, 3, 4] {
         let outcome = random_targets(&barriers()[..2], seed, false, 400, true);
-        let most_m = outcome.in_front_m[outcome.in_front_m.len() - 1];
+        let most_m = outcome.most_m();
         println!("seed {seed}: {most_m} m");
         assert!(most_m <= BOUND_M, "seed {seed}: {most_m} m before a wall");
     }
@@ -173,14 +172,12 @@ fn slowing_down_on_the_way_keeps_the_board_behind_walls() {
 fn random_targets_on_a_box_are_nearly_as_well_kept() {
     let outcome = random_targets(&barriers(), 42, true, 1000, false);
     let n = outcome.in_front_m.len();
-    let [most_m, most_of_100_m] = [n - 1, n - n / 100].map(|i| outcome.in_front_m[i]);
-    println!(
-        "{most_m} {most_of_100_m} {} of {}",
-        outcome.reached, outcome.wanted
-    );
+    let (most_m, most_of_100_m) = (outcome.most_m(), outcome.in_front_m[n - n / 100]);
+    let (reached, wanted) = (outcome.reached, outcome.wanted);
+    println!("{most_m} {most_of_100_m} {reached} of {wanted}");
     assert!(most_of_100_m <= 5e-3, "{most_of_100_m} m before a surface");
     assert!(most_m <= 0.1, "{most_m} m before a surface");
-    assert!(outcome.reached * 100 >= outcome.wanted * 95);
+    assert!(reached * 100 >= wanted * 95, "{reached} of {wanted}");
 }
 
 #[test]
@@ -191,14 +188,10 @@ fn a_free_way_is_straight_and_least_in_time() {
     follower.step(1e-3).unwrap();
     follower.plan();
     assert!(!follower.is_detour() && follower.by_way_of().is_none() && !follower.is_blocked());
-    let least_s = follower
-        .limits()
-        .travel_time_s(&waiting(), &follower.goal().unwrap());
+    let goal = follower.goal().unwrap();
+    let least_s = follower.limits().travel_time_s(&waiting(), &goal);
     let left_s = follower.left_s().unwrap() + 1e-3;
-    assert!(
-        (left_s - least_s).abs() < 1e-3,
-        "{left_s} instead of {least_s}"
-    );
+    assert!((left_s - least_s).abs() < 1e-3, "{left_s} for {least_s}");
 }
 
 #[test]
@@ -255,11 +248,8 @@ fn arrivals_after_a_change_s(retry_s: f64) -> Vec<Option<f64>> {
 fn a_way_that_is_looked_at_again_is_shorter() {
     let once = arrivals_after_a_change_s(1e3);
     let again = arrivals_after_a_change_s(ApproachConfig::default().retry_s);
-    let both: Vec<[f64; 2]> = once
-        .iter()
-        .zip(&again)
-        .filter_map(|(once, again)| Some([(*once)?, (*again)?]))
-        .collect();
+    let both = once.into_iter().zip(again);
+    let both: Vec<[f64; 2]> = both.filter_map(|(a, b)| Some([a?, b?])).collect();
     let mean_s = |i: usize| both.iter().map(|s| s[i]).sum::<f64>() / both.len() as f64;
     assert!(both.len() > 100, "{}", both.len());
     println!("{} {} {}", both.len(), mean_s(0), mean_s(1));
@@ -309,11 +299,8 @@ fn a_board_that_was_stopped_in_a_shelf_comes_out_of_it() {
         for _ in steps(4.0) {
             go_on(&mut follower);
             // What was allowed on the way in, no more.
-            let in_front_m = follower.protrusion_m();
-            assert!(
-                in_front_m.is_none_or(|m| m <= 5e-3),
-                "{number}: {in_front_m:?}"
-            );
+            let in_front_m = follower.protrusion_m().unwrap_or(0.0);
+            assert!(in_front_m <= 5e-3, "{number}: {in_front_m}");
         }
         assert_eq!(follower.commanded(), waiting(), "{number}: from {point_m}");
     }
@@ -363,10 +350,8 @@ fn steps_of_a_search(share: f64, restless: bool) -> (usize, usize) {
             break;
         }
     }
-    assert!(
-        follower.commanded() != waiting(),
-        "{steps} steps, at most {most} samples"
-    );
+    let begun = follower.commanded() != waiting();
+    assert!(begun, "{steps} steps, at most {most} samples");
     // At full speed it arrives, on paths that were found meanwhile.
     follower.set_speed_share(1.0).unwrap();
     for _ in 0..2000 {
@@ -400,14 +385,10 @@ fn what_is_before_a_surface_is_told() {
     assert!(follower.protrusion_m().unwrap() < -0.05);
     let arm = arm();
     let before = board_pose(DVec3::new(WALL_X_M + 0.03, -0.2, 0.65), DVec3::X, 0.0).unwrap();
-    let q = arm
-        .nearest_solution(&before, &waiting(), &Default::default())
-        .unwrap()
-        .q;
+    let found = arm.nearest_solution(&before, &waiting(), &Default::default());
+    let face = arm.forward(&found.unwrap().q);
     let tree = BarrierTree::from(barriers().as_slice());
-    let told_m = tree
-        .protrusion_m(&Board::default(), &arm.forward(&q))
-        .unwrap();
+    let told_m = tree.protrusion_m(&Board::default(), &face).unwrap();
     assert!((told_m - 0.03).abs() < 1e-9, "{told_m}");
 }
 

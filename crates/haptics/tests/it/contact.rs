@@ -67,11 +67,8 @@ fn the_onset_is_the_first_sample_above_and_a_release_takes_the_whole_dwell() {
             let state = since_s.map_or(ContactState::NonContact, |since_s| ContactState::Contact {
                 since_s,
             });
-            assert_eq!(
-                d.step(t_s, force_n).unwrap(),
-                state,
-                "{t_s} s of {script:?}"
-            );
+            let found = d.step(t_s, force_n).unwrap();
+            assert_eq!(found, state, "{t_s} s of {script:?}");
         }
     }
 }

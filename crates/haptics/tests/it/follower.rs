@@ -1,9 +1,9 @@
-//! The follower: limits at every step, exact arrival, branches kept, unreachable targets.
+//! The follower: exact arrival, branches kept, slack used.
 
 use crate::support::{DT_S, home as start, iiwa as arm};
 use glam::DVec3;
 use hwall_haptics::{BoardTarget, Follower, FollowerConfig};
-use hwall_kinematics::{JointPositions, SrsArm, Unreachable};
+use hwall_kinematics::{JointPositions, SrsArm};
 use hwall_testkit::{Sampler, refusal, refused};
 use std::sync::Arc;
 
@@ -15,10 +15,14 @@ fn target(point_m: DVec3, normal: DVec3) -> BoardTarget {
     BoardTarget::new(point_m, normal, 0.0)
 }
 
+fn anywhere(s: &mut Sampler, arm: &SrsArm) -> JointPositions {
+    let ranges = arm.limits().map(|limit| (limit.min_rad, limit.max_rad));
+    JointPositions(s.array_within(ranges))
+}
+
 /// A random start, and a target that names its configuration.
 fn way_to_anywhere(s: &mut Sampler, arm: &SrsArm) -> (JointPositions, BoardTarget) {
-    let ranges = arm.limits().map(|limit| (limit.min_rad, limit.max_rad));
-    let [from, near] = [(); 2].map(|()| JointPositions(s.array_within(ranges)));
+    let [from, near] = [(); 2].map(|()| anywhere(s, arm));
     let face = arm.forward(&near);
     let exact = BoardTarget {
         near: Some(near),
@@ -29,51 +33,8 @@ fn way_to_anywhere(s: &mut Sampler, arm: &SrsArm) -> (JointPositions, BoardTarge
 
 /// The board's pose in a random configuration: reachable, anywhere within the limits.
 fn reachable(s: &mut Sampler, arm: &SrsArm) -> BoardTarget {
-    let ranges = arm.limits().map(|limit| (limit.min_rad, limit.max_rad));
-    let pose = arm.forward(&JointPositions(s.array_within(ranges)));
+    let pose = arm.forward(&anywhere(s, arm));
     target(pose.position_m(), pose.rotation().z_axis)
-}
-
-#[test]
-fn limits_hold_at_each_of_100_000_steps_while_the_goal_moves() {
-    let mut s = Sampler::new(21);
-    let mut f = follower(FollowerConfig::default());
-    let arm = arm();
-    let limits = *f.limits();
-    let most_speed = limits.velocity_rad_per_s;
-    let mut aim = reachable(&mut s, &arm);
-    let (mut before, mut speed_before, mut fastest) = (start(), [0.0; 7], 0.0_f64);
-    for i in 0..100_000 {
-        if s.uniform(0.0, 1.0) < 0.01 {
-            aim = reachable(&mut s, &arm);
-        } else if i % 8 == 0 {
-            aim.point_m += s.unit_vector() * 0.01;
-        }
-        f.aim(&aim).unwrap();
-        let q = f.step(DT_S).unwrap();
-        for j in 0..7 {
-            let speed = (q[j] - before[j]) / DT_S;
-            assert!(
-                // Differences over a millisecond of positions with an error of 1e-11 rad.
-                speed.abs() <= most_speed[j] + 1e-8,
-                "step {i} joint {j}: {speed} rad/s"
-            );
-            let acceleration = (speed - speed_before[j]) / DT_S;
-            assert!(
-                acceleration.abs() <= limits.acceleration_rad_per_s2[j] + 1e-6,
-                "step {i} joint {j}: {acceleration} rad/s²"
-            );
-            assert!(
-                arm.limits()[j].contains(q[j]),
-                "step {i} joint {j}: {} rad",
-                q[j]
-            );
-            fastest = fastest.max(speed.abs() / most_speed[j]);
-            speed_before[j] = speed;
-        }
-        before = q;
-    }
-    assert!(fastest > 0.99, "the test must reach the limits");
 }
 
 #[test]
@@ -91,10 +52,8 @@ fn arrives_exactly_and_stays() {
             let q = f.step(0.01).unwrap();
             for j in 0..7 {
                 let (lo, hi) = (from[j].min(goal[j]), from[j].max(goal[j]));
-                assert!(
-                    (lo - 1e-14..=hi + 1e-14).contains(&q[j]),
-                    "overshoot of joint {j}"
-                );
+                let between = (lo - 1e-14..=hi + 1e-14).contains(&q[j]);
+                assert!(between, "overshoot of joint {j}");
             }
         }
         assert_eq!((f.commanded(), f.goal().unwrap()), (goal, goal));
@@ -147,17 +106,14 @@ fn quarter_turns_reduce_the_travel() {
     };
     let (mut sum_fixed, mut sum_turning, mut compared, mut rescued) = (0.0, 0.0, 0, 0);
     for _ in 0..500 {
-        let ranges = arm.limits().map(|limit| (limit.min_rad, limit.max_rad));
-        let from = JointPositions(s.array_within(ranges));
+        let from = anywhere(&mut s, &arm);
         let aim = reachable(&mut s, &arm);
-        match (
-            time(&mut fixed, &from, &aim),
-            time(&mut turning, &from, &aim),
-        ) {
+        let [one, four] = [&mut fixed, &mut turning].map(|f| time(f, &from, &aim));
+        match (one, four) {
             (Ok(one), Ok(four)) => {
                 assert!(four <= one + 1e-12, "{four} s against {one} s");
-                (sum_fixed, sum_turning, compared) =
-                    (sum_fixed + one, sum_turning + four, compared + 1);
+                (sum_fixed, sum_turning) = (sum_fixed + one, sum_turning + four);
+                compared += 1;
             }
             (Err(_), Ok(_)) => rescued += 1,
             // A pose reachable at some roll may be unreachable at the four rolls tried.
@@ -165,7 +121,7 @@ fn quarter_turns_reduce_the_travel() {
         }
     }
     println!(
-        "{compared} targets: {sum_fixed:.1} s at roll 0, {sum_turning:.1} s with quarter turns; {rescued} only so"
+        "{compared} targets in {sum_fixed:.1} s, turning {sum_turning:.1} s; {rescued} only so"
     );
     assert!(compared > 300 && sum_turning < 0.95 * sum_fixed);
 }
@@ -274,19 +230,6 @@ fn a_goal_moves_within_a_grown_slack_only_for_a_hand_that_is_first() {
     assert!(sum_sooner_s < 0.98 * sum_kept_s);
 }
 
-#[test]
-fn a_slack_for_a_hand_that_is_first_is_checked() {
-    let mut f = follower(FollowerConfig::default());
-    for bad in [f64::NAN, f64::INFINITY, -0.01] {
-        let aim = BoardTarget {
-            sooner_within_m: Some([0.02, bad]),
-            ..target(DVec3::new(0.6, 0.1, 0.6), DVec3::X)
-        };
-        assert!(f.set_target(&aim).is_err(), "{bad}");
-        assert_eq!(f.goal(), None);
-    }
-}
-
 /// A place out of reach is served by a nearby centre of the board, if the slack contains one that can be presented.
 #[test]
 fn slack_serves_a_place_that_cannot_be_held_itself() {
@@ -325,45 +268,6 @@ fn slack_serves_a_place_that_cannot_be_held_itself() {
 }
 
 #[test]
-fn an_unreachable_target_keeps_the_goal_and_says_why() {
-    let mut f = follower(FollowerConfig::default());
-    let wall = DVec3::X;
-    let far = target(DVec3::new(2.0, 0.0, 0.6), wall);
-    assert!(matches!(
-        f.aim(&far).unwrap(),
-        Some(Unreachable::TooFar { .. })
-    ));
-    assert_eq!(f.goal(), None);
-    assert_eq!(
-        f.step(0.1).unwrap(),
-        start(),
-        "without a goal nothing moves"
-    );
-
-    assert_eq!(
-        f.aim(&target(DVec3::new(0.55, 0.1, 0.6), wall)).unwrap(),
-        None
-    );
-    let goal = f.goal().unwrap();
-    for _ in 0..2 {
-        assert!(matches!(f.aim(&far).unwrap(), Some(Unreachable::TooFar { gap_m }) if gap_m > 0.5));
-    }
-    assert_eq!(f.goal(), Some(goal));
-    let inside = target(DVec3::new(0.0, 0.0, 0.34), DVec3::X);
-    assert!(f.aim(&inside).unwrap().is_some());
-    for _ in 0..600 {
-        f.step(0.01).unwrap();
-    }
-    assert_eq!(f.commanded(), goal);
-
-    assert_eq!(
-        f.aim(&target(DVec3::new(0.55, 0.0, 0.6), wall)).unwrap(),
-        None
-    );
-    assert_ne!(f.goal(), Some(goal));
-}
-
-#[test]
 fn bad_targets_and_steps_are_named_and_change_nothing() {
     let mut f = follower(FollowerConfig::default());
     f.aim(&target(DVec3::new(0.55, 0.1, 0.6), DVec3::X))
@@ -378,13 +282,18 @@ fn bad_targets_and_steps_are_named_and_change_nothing() {
         let said = refusal(f.set_target(&target(point_m, normal)));
         assert!(said.contains(named), "{said}");
     }
+    for bad in [f64::NAN, f64::INFINITY, -0.01] {
+        let aim = BoardTarget {
+            sooner_within_m: Some([0.02, bad]),
+            ..target(DVec3::new(0.6, 0.1, 0.6), DVec3::X)
+        };
+        assert!(f.set_target(&aim).is_err(), "{bad}");
+    }
     for dt_s in [-1e-3, f64::NAN, f64::INFINITY] {
         assert!(f.step(dt_s).is_err() && f.brake(dt_s).is_err());
     }
-    assert!(
-        f.restart(&JointPositions([f64::NAN; 7]), &Default::default())
-            .is_err()
-    );
+    let nowhere = JointPositions([f64::NAN; 7]);
+    assert!(f.restart(&nowhere, &Default::default()).is_err());
     assert_eq!((f.goal(), f.commanded()), (goal, commanded));
 }
 

@@ -1,7 +1,7 @@
 //! The filtered normal force: its delay, and the effect of torque sensor noise.
 
 use crate::support::{DT_S, at_rest, pressed};
-use hwall_haptics::{ArmState, Board, ForceConfig, Phase, RenderStep, Renderer, RendererConfig};
+use hwall_haptics::{ArmState, Board, Phase, RenderStep, Renderer, RendererConfig};
 use hwall_kinematics::{JointPositions, JointTorques, SrsArm};
 use hwall_testkit::Sampler;
 
@@ -18,6 +18,10 @@ const NOISIEST: [f64; 7] = [
     2.85692, -0.03683, 1.48077, -0.52941, -0.0833, 0.02302, -2.10833,
 ];
 
+fn is_touched(step: &RenderStep) -> bool {
+    matches!(step.phase, Phase::Contact { .. })
+}
+
 /// An arm at rest under noise and a force, step by step.
 struct Pressed {
     renderer: Renderer,
@@ -28,14 +32,8 @@ struct Pressed {
 
 impl Pressed {
     fn new(q: [f64; 7], filter_s: f64) -> Self {
-        let force = ForceConfig {
-            filter_s,
-            ..Default::default()
-        };
-        let config = RendererConfig {
-            force,
-            ..Default::default()
-        };
+        let mut config = RendererConfig::default();
+        config.force.filter_s = filter_s;
         let renderer = Renderer::new(&SrsArm::iiwa7(), &Board::default(), config).unwrap();
         Self {
             renderer,
@@ -88,17 +86,15 @@ fn a_step_of_force_is_felt_after_the_time_constant_says() {
             let elapsed_s = f64::from(k) * DT_S;
             let wanted_n = whole_n * -(-elapsed_s / filter_s).exp_m1();
             assert!((step.normal_force_n.unwrap() - wanted_n).abs() < 1e-9 * whole_n);
-            if felt_s.is_none() && matches!(step.phase, Phase::Contact { .. }) {
+            if felt_s.is_none() && is_touched(&step) {
                 felt_s = Some(elapsed_s);
             }
         }
         // 3 of 10 N: 0.36 time constants, seen at the next sample.
         let delay_s = -filter_s * (-3.0 / whole_n).ln_1p();
         let felt_s = felt_s.unwrap();
-        assert!(
-            (delay_s..=delay_s + DT_S + 1e-9).contains(&felt_s),
-            "{filter_s}: {felt_s} {delay_s}"
-        );
+        let in_time = (delay_s..=delay_s + DT_S + 1e-9).contains(&felt_s);
+        assert!(in_time, "{filter_s}: {felt_s} {delay_s}");
     }
 }
 
@@ -107,10 +103,7 @@ fn a_step_of_force_is_felt_after_the_time_constant_says() {
 fn noise_at_a_nearly_singular_wall_pose_is_no_contact() {
     assert_eq!(Pressed::new(NOISY_GOAL, 0.01).false_contacts(120_000), []);
     let raw = Pressed::new(NOISY_GOAL, 0.0).false_contacts(5_000);
-    assert!(
-        !raw.is_empty(),
-        "the test must be hard enough to need the filter"
-    );
+    assert!(!raw.is_empty(), "not hard enough to need the filter");
 }
 
 #[test]
@@ -121,14 +114,9 @@ fn a_single_noisy_state_after_a_fault_is_no_contact() {
             external_torque: None,
             ..at_rest(f64::NAN, pressed.q)
         };
-        assert!(matches!(
-            pressed.renderer.step(pressed.now_s, &blind, None).phase,
-            Phase::Hold(_)
-        ));
-        assert!(!matches!(
-            pressed.step(0.0, NOISE_N_M).phase,
-            Phase::Contact { .. }
-        ));
+        let step = pressed.renderer.step(pressed.now_s, &blind, None);
+        assert!(matches!(step.phase, Phase::Hold(_)));
+        assert!(!is_touched(&pressed.step(0.0, NOISE_N_M)));
     }
 }
 
@@ -141,10 +129,8 @@ fn noise_in_the_worst_direction_of_all_holds_no_contact_endlessly() {
     assert!(filtered.iter().all(|steps| *steps < 1000), "{filtered:?}");
     let share = filtered.iter().sum::<usize>() as f64 / 60_000.0;
     assert!(share < 0.25, "{share}");
-    assert!(
-        raw.iter().sum::<usize>() > 60_000 / 2,
-        "unfiltered it is in contact most of the time"
-    );
+    // Unfiltered it is in contact most of the time.
+    assert!(raw.iter().sum::<usize>() > 60_000 / 2);
 }
 
 #[test]
@@ -157,9 +143,9 @@ fn a_touch_at_a_nearly_singular_pose_ends_when_the_hand_leaves() {
         pressed.step(30.0, NOISE_N_M);
     }
     let held = pressed.step(30.0, NOISE_N_M);
-    assert!(matches!(held.phase, Phase::Contact { .. }), "{held:?}");
+    assert!(is_touched(&held), "{held:?}");
     let steps = (0..1000)
-        .position(|_| !matches!(pressed.step(0.0, NOISE_N_M).phase, Phase::Contact { .. }))
+        .position(|_| !is_touched(&pressed.step(0.0, NOISE_N_M)))
         .expect("endless contact");
     assert!((50..500).contains(&steps), "{steps} ms");
 }

@@ -1,13 +1,11 @@
 //! A person where the arm can just stop in time: the arm continues more slowly, without chatter.
 
-use crate::support::{DT_S, at_rest, iiwa, rates};
+use crate::support::{DT_S, at_rest, iiwa, person_at, rates, unpressed};
 use glam::DVec3;
 use hwall_haptics::body::{ArmBody, BodyConfig};
-use hwall_haptics::safety::{
-    PersonPart, PersonPoint, Supervisor, SupervisorConfig, SupervisorInput,
-};
+use hwall_haptics::safety::{Supervisor, SupervisorConfig};
 use hwall_haptics::{ArmCommand, Board, PostureTarget, RenderInput, Renderer, RendererConfig};
-use hwall_kinematics::{JointPositions, SrsArm, Wrench};
+use hwall_kinematics::{JointPositions, SrsArm};
 use std::sync::Arc;
 
 /// Speeds of the fastest part, m/s, of an arm that turns back and forth past a head at this distance from its path, m.
@@ -33,15 +31,8 @@ fn speeds(beside_m: f64) -> Vec<f64> {
         let now_s = f64::from(cycle) * DT_S;
         let turn_deg = if (cycle / 3000) % 2 == 0 { 80.0 } else { -80.0 };
         let trembles_m = DVec3::Z * if cycle % 2 == 0 { 1e-5 } else { -1e-5 };
-        let point = |part, position_m: DVec3| PersonPoint {
-            part,
-            position_m: position_m + trembles_m,
-            stamp_s: now_s,
-        };
-        let person = [
-            point(PersonPart::Fingertip, head_m + DVec3::X),
-            point(PersonPart::Head, head_m),
-        ];
+        let mut person = person_at(head_m + trembles_m, now_s);
+        person[0].position_m += DVec3::X;
         let target = PostureTarget {
             q: posture(turn_deg),
             prepositions_to: None,
@@ -56,14 +47,7 @@ fn speeds(beside_m: f64) -> Vec<f64> {
         };
         let step = renderer.step_with(now_s, &state, &input);
         renderer.plan();
-        let said = supervisor.step(&SupervisorInput {
-            now_s,
-            state: &state,
-            person: &person,
-            target: None,
-            force: Some(Wrench::default()),
-            command: step.command,
-        });
+        let said = supervisor.step(&unpressed(now_s, &state, &person, step.command));
         request = Some(said.request);
         let q = match said.command {
             ArmCommand::Position(q) => q,

@@ -5,6 +5,7 @@ use crate::support::{DT_S, home};
 use hwall_haptics::ArmCommand;
 use hwall_haptics::safety::{ObedienceConfig, SafeReason, SafeState, SupervisorConfig};
 use hwall_kinematics::{JointPositions, JointTorques};
+use hwall_testkit::refused;
 
 fn turned(by_rad: f64) -> JointPositions {
     let mut q = home();
@@ -20,62 +21,57 @@ fn measured(bench: &mut Bench, q: JointPositions) {
     bench.state.qd[0] = (bench.state.q[0] - last) / DT_S;
 }
 
+/// When an arm is noticed that is sent one way for 4 s and goes another, s; nothing disturbs it up to a time, s.
+fn noticed_s(
+    sent: impl Fn(f64) -> JointPositions,
+    goes: impl Fn(f64) -> JointPositions,
+    undisturbed_s: f64,
+) -> Option<f64> {
+    let mut bench = Bench::new();
+    let mut times_s = (0..4000).map(|step| f64::from(step) * DT_S);
+    times_s.find(|&t_s| {
+        bench.command = ArmCommand::Position(sent(t_s));
+        measured(&mut bench, goes(t_s));
+        let said = bench.step();
+        assert!(
+            t_s >= undisturbed_s || said.state == SafeState::Normal,
+            "{t_s} s"
+        );
+        let is_noticed = said.state.reason() == Some(SafeReason::NotObeyed);
+        assert!(!is_noticed || said.latched && said.command == ArmCommand::Hold);
+        is_noticed
+    })
+}
+
 #[test]
 fn positions_that_are_not_followed() {
-    let mut bench = Bench::new();
-    for step in 0..2000 {
-        let t_s = f64::from(step) * DT_S;
-        bench.command = ArmCommand::Position(turned(0.5 * t_s));
-        measured(&mut bench, home());
-        let said = bench.step();
-        // 0.2 s until it is 0.1 rad off, and 0.15 s of delay in which it stood still.
-        if t_s < 0.35 {
-            assert_eq!(said.state, SafeState::Normal, "{t_s}");
-        } else if said.state.reason() == Some(SafeReason::NotObeyed) {
-            assert!(said.latched && said.command == ArmCommand::Hold);
-            assert!(t_s < 0.4, "{t_s} s");
-            return;
-        }
-    }
-    panic!("never noticed");
+    // 0.2 s until it is 0.1 rad off, and 0.15 s of delay in which it stood still.
+    let t_s = noticed_s(|t_s| turned(0.5 * t_s), |_| home(), 0.35);
+    assert!(t_s.is_some_and(|t_s| t_s < 0.4), "{t_s:?}");
 }
 
 #[test]
 fn positions_that_are_followed_at_half_the_speed() {
-    let mut bench = Bench::new();
-    for step in 0..4000 {
-        let t_s = f64::from(step) * DT_S;
-        bench.command = ArmCommand::Position(turned(0.5 * t_s));
-        measured(&mut bench, turned(0.25 * t_s));
-        if bench.step().state.reason() == Some(SafeReason::NotObeyed) {
-            // 0.3 rad off 0.15 s ago, plus 0.1 s of confirmation.
-            assert!((1.5..1.7).contains(&t_s), "{t_s} s");
-            return;
-        }
-    }
-    panic!("never noticed");
+    // 0.3 rad off 0.15 s ago, plus 0.1 s of confirmation.
+    let t_s = noticed_s(|t_s| turned(0.5 * t_s), |t_s| turned(0.25 * t_s), 0.0);
+    assert!(t_s.is_some_and(|t_s| (1.5..1.7).contains(&t_s)), "{t_s:?}");
 }
 
 #[test]
 fn positions_that_are_followed_late_or_bent_by_a_push() {
-    let mut bench = Bench::new();
     let way = |t_s: f64| turned(0.7 * (1.0 - (2.0 * t_s).cos()) + 0.06 * (5.0 * t_s).sin());
-    for step in 0..4000 {
-        let t_s = f64::from(step) * DT_S;
-        bench.command = ArmCommand::Position(way(t_s));
+    let goes = |t_s: f64| {
         let mut q = way((t_s - 0.06).max(0.0));
         q[3] += 0.08 * (t_s / 0.5).min(1.0);
-        measured(&mut bench, q);
-        let state = bench.step().state;
-        assert_eq!(state, SafeState::Normal, "{t_s} s");
-    }
+        q
+    };
+    assert_eq!(noticed_s(way, goes, 4.0), None);
 }
 
 #[test]
 fn a_hold_that_drifts() {
     for (rate_rad_per_s, noticed) in [(0.3, true), (-0.3, true), (0.02, false)] {
-        let mut bench = Bench::new();
-        bench.run(50);
+        let mut bench = Bench::after(50);
         bench.supervisor.stop();
         let mut first_s = None;
         for step in 0..1500 {
@@ -88,10 +84,8 @@ fn a_hold_that_drifts() {
             }
         }
         assert_eq!(first_s.is_some(), noticed, "{rate_rad_per_s}");
-        assert!(
-            first_s.is_none_or(|at_s| (0.4..0.65).contains(&at_s)),
-            "{first_s:?}"
-        );
+        let in_time = first_s.is_none_or(|at_s| (0.4..0.65).contains(&at_s));
+        assert!(in_time, "{first_s:?}");
         // It obeys again: a reset leaves no trace.
         bench.command = ArmCommand::Position(bench.state.q);
         bench.supervisor.reset();
@@ -108,7 +102,7 @@ fn a_hold_that_drifts() {
 fn under_torques_an_arm_goes_where_it_is_pushed() {
     let mut bench = Bench::new();
     bench.command = ArmCommand::Torque(JointTorques::default());
-    bench.run_with(50, |_, _| {});
+    bench.run(50);
     for step in 0..2000 {
         let t_s = f64::from(step) * DT_S;
         measured(&mut bench, turned(0.3 * t_s));
@@ -127,16 +121,10 @@ fn it_can_be_left_out_and_settings_are_checked() {
         measured(&mut bench, home());
         assert_eq!(bench.step().state, SafeState::Normal);
     }
-    let settings: [fn(&mut ObedienceConfig, f64); 3] = [
-        |config, bad| config.delay_s = bad,
-        |config, bad| config.tolerance_rad = bad,
-        |config, bad| config.drift_rad = bad,
-    ];
-    for bad in [f64::NAN, -1.0, f64::INFINITY] {
-        for set in settings {
-            let mut config = ObedienceConfig::default();
-            set(&mut config, bad);
-            assert!(config.validate().is_err());
-        }
-    }
+    let checked = |config: ObedienceConfig| config.validate();
+    refused!(ObedienceConfig::default(), checked, {
+        delay_s = f64::NAN, -1.0, f64::INFINITY;
+        tolerance_rad = f64::NAN, -1.0, f64::INFINITY;
+        drift_rad = f64::NAN, -1.0, f64::INFINITY;
+    });
 }

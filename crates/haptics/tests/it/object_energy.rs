@@ -11,12 +11,9 @@ fn object(config: ObjectConfig) -> MovingObject {
 /// Any valid configuration, from feathers to safes.
 fn random_config(sampler: &mut Sampler) -> ObjectConfig {
     let power = |sampler: &mut Sampler, low, high| 10_f64.powf(sampler.uniform(low, high));
-    let maybe = |sampler: &mut Sampler, low, high| {
-        if sampler.bool() {
-            10_f64.powf(sampler.uniform(low, high))
-        } else {
-            0.0
-        }
+    let maybe = |sampler: &mut Sampler, low, high| match sampler.bool() {
+        true => power(sampler, low, high),
+        false => 0.0,
     };
     let start = sampler.uniform(-0.5, 0.5);
     let width = power(sampler, -3.0, -0.5);
@@ -40,10 +37,9 @@ fn random_config(sampler: &mut Sampler) -> ObjectConfig {
             1 => [0.0, f64::INFINITY],
             _ => [sampler.uniform(-1.0, 0.0), sampler.uniform(0.0, 1.0)],
         },
-        restitution: if sampler.bool() {
-            sampler.uniform(0.0, 0.95)
-        } else {
-            0.0
+        restitution: match sampler.bool() {
+            true => sampler.uniform(0.0, 0.95),
+            false => 0.0,
         },
         click: sampler.bool().then(|| Click {
             start,
@@ -135,14 +131,9 @@ fn a_step_is_the_sum_of_its_parts() {
     }
     differences.sort_by(f64::total_cmp);
     let at = |share: f64| differences[(share * (differences.len() - 1) as f64) as usize];
-    println!(
-        "differences: median {:.1e}, q99 {:.1e}, q999 {:.1e}, max {:.1e}",
-        at(0.5),
-        at(0.99),
-        at(0.999),
-        at(1.0)
-    );
-    assert!(at(0.999) < 1e-12, "{:.1e}", at(0.999));
+    let (q999, most) = (at(0.999), at(1.0));
+    println!("q999 {q999:.1e}, at most {most:.1e}");
+    assert!(q999 < 1e-12, "{q999:.1e}");
 }
 
 proptest! {
@@ -244,11 +235,8 @@ fn on_the_crest_between_two_wells_a_step_ends() {
     moving.step(0.0, 10.0).unwrap();
     // Down one side and up again, without loss.
     assert!(moving.position() <= 0.0);
-    assert_close!(
-        moving.energy_j(),
-        LATCH.force * LATCH.half_width,
-        Tol::rel(1e-14)
-    );
+    let crest_j = LATCH.force * LATCH.half_width;
+    assert_close!(moving.energy_j(), crest_j, Tol::rel(1e-14));
 }
 
 fn button(release: f64) -> (ObjectConfig, Click) {
@@ -281,13 +269,10 @@ fn a_click_costs_what_it_says() {
         // Above the energy of spring and click at the snap.
         moving.set_state(0.0, 0.9).unwrap();
         let first_j = moving.energy_j();
-        let mut clicks = 0;
-        let mut was = false;
+        let (mut clicks, mut was) = (0, false);
         for _ in 0..200 {
             moving.step(0.0, 1e-4).unwrap();
-            if moving.clicked() && !was {
-                clicks += 1;
-            }
+            clicks += u32::from(moving.clicked() && !was);
             was = moving.clicked();
         }
         let pressed = |at: f64| (at - click.start).powi(2) / (2.0 * (click.snap - click.start));
@@ -311,9 +296,8 @@ fn a_click_is_felt_on_the_way_in_and_armed_again_on_the_way_out() {
     moving.step(before, 10.0).unwrap();
     assert_close!(moving.position(), 0.0029, Tol::abs(1e-12));
     assert!(!moving.clicked());
-    moving
-        .step(500.0 * 0.003 + 1.001 * click.force, 10.0)
-        .unwrap();
+    let more = 500.0 * 0.003 + click.force * 1.001;
+    moving.step(more, 10.0).unwrap();
     assert_eq!(moving.position(), 0.006);
     assert!(moving.clicked());
     // On the way back only the spring acts.

@@ -1,7 +1,7 @@
 //! Invalid configurations and steps of objects are refused by name.
 
 use hwall_haptics::{Click, Detent, MovingObject, ObjectConfig};
-use hwall_testkit::refused;
+use hwall_testkit::{refusal, refused};
 
 #[test]
 fn bad_configurations_are_named() {
@@ -17,11 +17,11 @@ fn bad_configurations_are_named() {
         half_width: 0.1,
         force: 2.0,
     };
-    let with_click = || ObjectConfig {
+    let with_click = |click| ObjectConfig {
         click: Some(click),
         ..good()
     };
-    let with_detent = || ObjectConfig {
+    let with_detent = |detent| ObjectConfig {
         detents: vec![detent],
         ..good()
     };
@@ -43,26 +43,18 @@ fn bad_configurations_are_named() {
     refused!(light, MovingObject::new, {
         stiffness = 1e300;
     });
-    let with = |detent| ObjectConfig {
-        detents: vec![detent],
-        ..good()
-    };
-    refused!(detent, |detent| MovingObject::new(with(detent)), {
+    refused!(detent, |detent| MovingObject::new(with_detent(detent)), {
         position = NAN => "detent position";
         half_width = 0.0 => "detent half_width";
         force = -1.0 => "detent force";
     });
-    let with = |click| ObjectConfig {
-        click: Some(click),
-        ..good()
-    };
-    refused!(click, |click| MovingObject::new(with(click)), {
+    refused!(click, |click| MovingObject::new(with_click(click)), {
         start = NAN => "click start";
         snap = 0.001 => "click snap";
         release = 0.004, 0.0 => "click release";
         force = NAN => "click force";
     });
-    for config in [good(), with_click(), with_detent()] {
+    for config in [good(), with_click(click), with_detent(detent)] {
         assert!(config.validate().is_ok());
     }
 }
@@ -83,7 +75,7 @@ fn bad_steps_change_nothing() {
         (1.0, -1e-3, "dt_s"),
         (1.0, f64::INFINITY, "dt_s"),
     ] {
-        let message = moving.step(force, dt_s).unwrap_err().to_string();
+        let message = refusal(moving.step(force, dt_s));
         assert!(message.starts_with(name), "{message}");
     }
     for (position, velocity, name) in [
@@ -91,10 +83,7 @@ fn bad_steps_change_nothing() {
         (1.1, 0.0, "position"),
         (0.0, nan, "velocity"),
     ] {
-        let message = moving
-            .set_state(position, velocity)
-            .unwrap_err()
-            .to_string();
+        let message = refusal(moving.set_state(position, velocity));
         assert!(message.starts_with(name), "{message}");
     }
     assert_eq!((moving.position(), moving.velocity()), (0.25, 0.5));

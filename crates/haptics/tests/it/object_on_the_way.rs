@@ -1,6 +1,6 @@
 //! A hand that meets the board on its path to a door.
 
-use crate::support::{DT_S, at_rest, before_door, force, positions};
+use crate::support::{DT_S, at_rest, before_door, force, positions, slide};
 use hwall_haptics::glam::DVec3;
 use hwall_haptics::{
     Board, BoardTarget, MotionConfig, MotionLimits, MovingObject, ObjectCommand, ObjectConfig,
@@ -18,10 +18,7 @@ fn a_board_that_is_met_at_speed_brakes_before_it_goes_along_with_the_door() {
 #[test]
 fn a_slide_waits_until_the_board_has_braked() {
     for speed_m_per_s in [0.05, 0.3] {
-        met_on_the_way(Some(Slide {
-            velocity_m_per_s: DVec3::Y * speed_m_per_s,
-            turn_rad_per_s: 0.0,
-        }));
+        met_on_the_way(Some(slide(DVec3::Y * speed_m_per_s)));
     }
 }
 
@@ -36,17 +33,13 @@ fn met_on_the_way(slide: Option<Slide>) {
             direction: -first.rotation().z_axis,
         },
     };
+    let config = ObjectRenderingConfig::default();
     renderer
-        .set_objects(
-            ObjectCommand::Position,
-            ObjectRenderingConfig::default(),
-            vec![door],
-        )
+        .set_objects(ObjectCommand::Position, config, vec![door])
         .unwrap();
     let mut state = at_rest(0.0, q);
-    let most = MotionLimits::of_arm(&arm, &MotionConfig::default())
-        .unwrap()
-        .acceleration_rad_per_s2;
+    let limits = MotionLimits::of_arm(&arm, &MotionConfig::default()).unwrap();
+    let most = limits.acceleration_rad_per_s2;
     let mut last_qd = [0.0; 7];
     let (mut fastest, mut began_s) = (0.0_f64, None);
     for step in 0..1500 {

@@ -91,11 +91,8 @@ fn a_board_on_a_door_turns_with_it() {
     let handle_m = DVec3::new(1.0, -0.6, 0.4);
     let board = board_pose(handle_m, DVec3::X, 0.0).unwrap();
     let quarter = door.moved(&board, std::f64::consts::FRAC_PI_2);
-    assert_close!(
-        quarter.position_m(),
-        DVec3::new(1.8, 0.2, 0.4),
-        Tol::abs(1e-15)
-    );
+    let turned_m = DVec3::new(1.8, 0.2, 0.4);
+    assert_close!(quarter.position_m(), turned_m, Tol::abs(1e-15));
     assert_close!(quarter.rotation().z_axis, DVec3::Y, Tol::abs(1e-15));
     let expected = DMat3::from_rotation_z(std::f64::consts::FRAC_PI_2) * board.rotation();
     assert_close!(quarter.rotation(), expected, Tol::abs(1e-15));
@@ -104,16 +101,10 @@ fn a_board_on_a_door_turns_with_it() {
         force_n: DVec3::NEG_X * 10.0,
         moment_n_m: DVec3::ZERO,
     };
-    assert_close!(
-        door.generalized_force(handle_m, &push),
-        -8.0,
-        Tol::abs(1e-14)
-    );
-    assert_close!(
-        door.velocity_at(handle_m, -0.5).linear_m_per_s,
-        DVec3::NEG_X * 0.4,
-        Tol::abs(1e-15)
-    );
+    let moment_n_m = door.generalized_force(handle_m, &push);
+    assert_close!(moment_n_m, -8.0, Tol::abs(1e-14));
+    let velocity = door.velocity_at(handle_m, -0.5).linear_m_per_s;
+    assert_close!(velocity, DVec3::NEG_X * 0.4, Tol::abs(1e-15));
 }
 
 #[test]

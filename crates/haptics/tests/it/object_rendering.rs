@@ -51,6 +51,13 @@ fn push(q: &JointPositions, force_n: f64) -> Wrench {
     force(-arm().forward(q).rotation().z_axis * force_n)
 }
 
+/// One period of an arm at rest at the start, pushed there.
+fn pushed(rendering: &mut ObjectRendering, rendered: &mut RenderedObject) -> Option<f64> {
+    let (state, wrench) = (at_rest(0.0, start()), push(&start(), 1.0));
+    let step = rendering.step(rendered, &state, &wrench, PERIOD_S).unwrap();
+    step.raised_inertia
+}
+
 /// Positions of the face, one for each period, of an arm that executes commands at once.
 fn followed(rendered: &mut RenderedObject, force_n: f64, steps: usize) -> Vec<JointPositions> {
     let mut rendering = rendering(ObjectCommand::Position);
@@ -85,17 +92,12 @@ fn the_face_stays_on_the_path_and_ends_where_the_spring_holds() {
         let now = arm().forward(q);
         let along = (now.position_m() - first.position_m()).dot(-first.rotation().z_axis);
         let apart = path.moved(&first, along).distance(&now);
-        assert!(
-            apart.position_m < 1e-6 && apart.angle_rad < 1e-6,
-            "{apart:?}"
-        );
+        let on_path = apart.position_m < 1e-6 && apart.angle_rad < 1e-6;
+        assert!(on_path, "{apart:?}");
     }
-    let last = arm().forward(way.last().unwrap()).position_m();
-    assert_close!(
-        last.distance(first.position_m()),
-        12.0 / 300.0,
-        Tol::abs(1e-4)
-    );
+    let last_m = arm().forward(way.last().unwrap()).position_m();
+    let way_m = last_m.distance(first.position_m());
+    assert_close!(way_m, 12.0 / 300.0, Tol::abs(1e-4));
 }
 
 #[test]
@@ -109,17 +111,11 @@ fn a_door_turns_the_board() {
     let first = arm().forward(&start());
     let way = followed(&mut rendered, 10.0, 6000);
     let now = arm().forward(way.last().unwrap());
-    assert_close!(
-        rendered.object.position(),
-        10.0 * 0.6 / 30.0,
-        Tol::abs(1e-4)
-    );
-    let there = rendered.path.moved(&first, rendered.object.position());
-    let apart = there.distance(&now);
-    assert!(
-        apart.position_m < 1e-4 && apart.angle_rad < 1e-4,
-        "{apart:?}"
-    );
+    let angle_rad = rendered.object.position();
+    assert_close!(angle_rad, 10.0 * 0.6 / 30.0, Tol::abs(1e-4));
+    let apart = rendered.path.moved(&first, angle_rad).distance(&now);
+    let turned = apart.position_m < 1e-4 && apart.angle_rad < 1e-4;
+    assert!(turned, "{apart:?}");
 }
 
 #[test]
@@ -150,15 +146,14 @@ fn what_the_arm_cannot_reach_holds_the_object_back() {
     let mut rendering = rendering(ObjectCommand::Position);
     rendering.begin(&mut rendered, &start()).unwrap();
     let (mut q, mut reasons) = (start(), Vec::<Unreachable>::new());
-    let energy_j = |r: &RenderedObject| r.object.energy_j();
     for _ in 0..5000 {
-        let before_j = energy_j(&rendered);
+        let before_j = rendered.object.energy_j();
         let wrench = push(&q, -15.0);
         let step = rendering
             .step(&mut rendered, &at_rest(0.0, q), &wrench, PERIOD_S)
             .unwrap();
         if let Some(reason) = step.unreachable {
-            assert!(energy_j(&rendered) <= before_j);
+            assert!(rendered.object.energy_j() <= before_j);
             reasons.push(reason);
         }
         let next = positions(step.command);
@@ -173,33 +168,17 @@ fn what_the_arm_cannot_reach_holds_the_object_back() {
 fn light_objects_are_made_heavier_and_the_step_says_so() {
     for (command, least, most) in [(ObjectCommand::Position, 2.0, 5.0), (torque(), 0.5, 3.0)] {
         let mut rendered = panel(ObjectConfig::new(0.05));
-        let mut rendering = rendering(command.clone());
+        let mut rendering = rendering(command);
         rendering.begin(&mut rendered, &start()).unwrap();
         let bound = rendering.least_inertia(&rendered);
         assert!((least..most).contains(&bound), "{bound}");
-        let step = rendering
-            .step(
-                &mut rendered,
-                &at_rest(0.0, start()),
-                &push(&start(), 1.0),
-                PERIOD_S,
-            )
-            .unwrap();
-        assert_eq!(step.raised_inertia, Some(bound));
+        assert_eq!(pushed(&mut rendering, &mut rendered), Some(bound));
         assert_eq!(rendered.object.inertia(), bound);
         assert_eq!(rendered.object.config().inertia, 0.05);
 
         let mut heavy = panel(ObjectConfig::new(10.0));
         rendering.begin(&mut heavy, &start()).unwrap();
-        let step = rendering
-            .step(
-                &mut heavy,
-                &at_rest(0.0, start()),
-                &push(&start(), 1.0),
-                PERIOD_S,
-            )
-            .unwrap();
-        assert_eq!(step.raised_inertia, None);
+        assert_eq!(pushed(&mut rendering, &mut heavy), None);
         assert_eq!(heavy.object.inertia(), 10.0);
     }
 }
@@ -264,16 +243,9 @@ fn bad_input_is_named_and_changes_nothing() {
             assert_eq!(rendered.object.position(), before);
             assert_eq!(rendered.object.velocity(), 0.0);
         }
-        assert!(
-            rendering
-                .begin(&mut rendered, &JointPositions([f64::NAN; 7]))
-                .is_err()
-        );
-        assert!(
-            rendering
-                .step(&mut rendered, &at_rest(0.0, start()), &good, PERIOD_S)
-                .is_ok()
-        );
+        let nowhere = JointPositions([f64::NAN; 7]);
+        assert!(rendering.begin(&mut rendered, &nowhere).is_err());
+        pushed(&mut rendering, &mut rendered);
     }
     let make = |config| ObjectRendering::new(arm(), ObjectCommand::Position, config);
     refused!(ObjectRenderingConfig::default(), make, {

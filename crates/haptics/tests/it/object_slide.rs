@@ -1,11 +1,11 @@
 //! A board that slides within the face of an object while the object yields.
 
-use crate::support::{DT_S, at_rest, before_door, force, positions};
+use crate::support::{DT_S, at_rest, before_door, force, positions, slide};
 use hwall_haptics::glam::DVec3;
 use hwall_haptics::{
-    ArmState, Board, BoardTarget, ForceConfig, MovingObject, ObjectCommand, ObjectConfig,
-    ObjectPath, ObjectRenderingConfig, RenderInput, RenderStep, RenderedObject, Renderer,
-    RendererConfig, Slide,
+    ArmState, Board, BoardTarget, MovingObject, ObjectCommand, ObjectConfig, ObjectPath,
+    ObjectRenderingConfig, RenderInput, RenderStep, RenderedObject, Renderer, RendererConfig,
+    Slide,
 };
 use hwall_kinematics::{Pose, SrsArm};
 
@@ -24,13 +24,8 @@ struct Rig {
 impl Rig {
     fn new(path: impl Fn(&Pose) -> ObjectPath, config: ObjectConfig) -> Self {
         let q = before_door();
-        let settings = RendererConfig {
-            force: ForceConfig {
-                filter_s: 0.0,
-                ..ForceConfig::default()
-            },
-            ..RendererConfig::default()
-        };
+        let mut settings = RendererConfig::default();
+        settings.force.filter_s = 0.0;
         let mut renderer = Renderer::new(&SrsArm::iiwa7(), &Board::default(), settings).unwrap();
         let first = renderer.arm().forward(&q);
         let object = RenderedObject {
@@ -58,6 +53,16 @@ impl Rig {
 
     fn face(&self) -> Pose {
         self.renderer.arm().forward(&self.state.q)
+    }
+
+    /// How far the face has moved, m.
+    fn moved_m(&self) -> DVec3 {
+        self.face().position_m() - self.first.position_m()
+    }
+
+    /// The position of the object.
+    fn opened(&self) -> f64 {
+        self.renderer.objects()[0].object.position()
     }
 
     fn step(&mut self, slide: Option<Slide>) -> RenderStep {
@@ -108,7 +113,7 @@ fn a_textured_panel_yields_as_its_closed_form_and_scans_with_the_speed_of_its_te
             let step = rig.step(Some(slide));
             assert!(step.sliding && step.unreachable.is_none(), "{k}: {step:?}");
             ideal.step(PUSH_N, DT_S).unwrap();
-            let by_m = rig.face().position_m() - rig.first.position_m();
+            let by_m = rig.moved_m();
             // The face catches up with motion beyond its limits.
             let along_m = -by_m.dot(z);
             let off_m = (along_m - ideal.position()).abs();
@@ -155,45 +160,34 @@ fn on_a_door_the_slide_turns_with_it() {
         // As a texture does: along the current surface.
         let y = rig.face().rotation().y_axis;
         let before = rig.face();
-        let slide = Slide {
-            velocity_m_per_s: y * 0.05,
-            turn_rad_per_s: 0.0,
-        };
-        let step = rig.step(Some(slide));
+        let step = rig.step(Some(slide(y * 0.05)));
         assert!(step.sliding, "{k}: {step:?}");
         let scans = (rig.face().position_m() - before.position_m()).dot(y) / DT_S;
         if k > 100 {
             assert!((scans / 0.05 - 1.0).abs() < 0.05, "{k}: {scans} m/s");
         }
     }
-    assert!(rig.renderer.objects()[0].object.position().abs() > 0.05);
+    assert!(rig.opened().abs() > 0.05);
 }
 
 #[test]
 fn a_drawer_does_not_slide_along_its_own_path_and_bad_slides_are_none() {
-    let along = |face: &Pose| ObjectPath::sliding(face.rotation().x_axis).unwrap();
-    let mut rig = Rig::new(along, spring());
+    let mut rig = panel(spring());
     let x = rig.first.rotation().x_axis;
     for velocity_m_per_s in [x * 0.1, DVec3::NAN] {
         for _ in 0..100 {
-            let slide = Slide {
-                velocity_m_per_s,
-                turn_rad_per_s: 0.0,
-            };
-            let step = rig.step(Some(slide));
+            let step = rig.step(Some(slide(velocity_m_per_s)));
             assert_eq!(step.sliding, velocity_m_per_s.is_finite());
         }
-        let by_m = rig.face().position_m() - rig.first.position_m();
+        let by_m = rig.moved_m();
         assert!(by_m.length() < 1e-5, "{by_m}");
     }
 }
 
 /// A sliding panel: its path lies in its face.
 fn panel(config: ObjectConfig) -> Rig {
-    Rig::new(
-        |face: &Pose| ObjectPath::sliding(face.rotation().x_axis).unwrap(),
-        config,
-    )
+    let along = |face: &Pose| ObjectPath::sliding(face.rotation().x_axis).unwrap();
+    Rig::new(along, config)
 }
 
 #[test]
@@ -205,17 +199,14 @@ fn a_panel_that_is_dragged_along_its_face_scans_across_its_path() {
     let mut rig = panel(config.clone());
     let [x, y] = [rig.first.rotation().x_axis, rig.first.rotation().y_axis];
     rig.drag_n = x * 1.5;
-    let slide = Slide {
-        velocity_m_per_s: x * 0.03 + y * 0.05,
-        turn_rad_per_s: 0.0,
-    };
+    let slide = slide(x * 0.03 + y * 0.05);
     let mut ideal = MovingObject::new(config).unwrap();
     let (mut before_m, mut off_m, mut off) = (0.0, 0.0_f64, 0.0_f64);
     for k in 0..700 {
         let step = rig.step(Some(slide));
         assert!(step.sliding && step.unreachable.is_none(), "{k}: {step:?}");
         ideal.step(1.5, DT_S).unwrap();
-        let by_m = rig.face().position_m() - rig.first.position_m();
+        let by_m = rig.moved_m();
         off_m = off_m.max((by_m.dot(x) - ideal.position()).abs());
         if k > 100 {
             off = off.max(((by_m.dot(y) - before_m) / DT_S / 0.05 - 1.0).abs());
@@ -249,20 +240,17 @@ fn a_panel_that_is_held_scans_along_its_path_until_it_gives_way() {
         let x = rig.first.rotation().x_axis;
         // Against the finger that drags it, and for any duration of touch.
         let speed = 0.04 * -f64::signum(holds_n);
-        let slide = Some(Slide {
-            velocity_m_per_s: x * speed,
-            turn_rad_per_s: 0.0,
-        });
+        let slide = Some(slide(x * speed));
         rig.drag_n = x * holds_n;
         let (mut before_m, mut off) = (0.0, 0.0_f64);
         for k in 0..1500 {
             rig.step(slide);
-            let along_m = (rig.face().position_m() - rig.first.position_m()).dot(x);
+            let along_m = rig.moved_m().dot(x);
             if k > 200 {
                 off = off.max(((along_m - before_m) / DT_S / speed - 1.0).abs());
             }
             before_m = along_m;
-            assert_eq!(rig.renderer.objects()[0].object.position(), 0.0, "{name}");
+            assert_eq!(rig.opened(), 0.0, "{name}");
         }
         assert!(off < 0.02, "{name}: {off}");
         // The panel moves: the board moves with it, and stops sliding.
@@ -273,9 +261,9 @@ fn a_panel_that_is_held_scans_along_its_path_until_it_gives_way() {
         for k in 0..300 {
             rig.step(slide);
             ideal.step(moves_n, DT_S).unwrap();
-            let at_m = rig.renderer.objects()[0].object.position();
+            let at_m = rig.opened();
             position_off_m = position_off_m.max((at_m - ideal.position()).abs());
-            let along_m = (rig.face().position_m() - rig.first.position_m()).dot(x) - at_m;
+            let along_m = rig.moved_m().dot(x) - at_m;
             // The remaining slide needs its braking time.
             if k == 100 {
                 rests_m = Some(along_m);
@@ -284,9 +272,6 @@ fn a_panel_that_is_held_scans_along_its_path_until_it_gives_way() {
                 board_off_m = board_off_m.max((along_m - rests_m).abs());
             }
         }
-        println!(
-            "{name}: {off} of the speed off; then {position_off_m} m off the closed form, the board {board_off_m} m off its panel"
-        );
         assert!(ideal.position() > 0.02, "{name}: {}", ideal.position());
         assert!(position_off_m < 2e-4, "{name}: {position_off_m} m");
         assert!(board_off_m < 2e-4, "{name}: {board_off_m} m");
@@ -300,8 +285,7 @@ fn a_door_that_is_let_go_is_left_without_a_leap() {
     for _ in 0..600 {
         rig.step(None);
     }
-    let opened_m = rig.renderer.objects()[0].object.position();
-    assert!(opened_m > 0.08, "{opened_m}");
+    assert!(rig.opened() > 0.08, "{}", rig.opened());
     // The finger disappears within one cycle; the board would be at its goal where the door was.
     rig.push_n = 0.0;
     let most = rig.renderer.follower().limits().velocity_rad_per_s;
@@ -326,8 +310,8 @@ fn a_slide_on_an_object_brakes_before_a_joint_meets_its_limit() {
         for k in 0..9000 {
             let before = rig.state.q;
             let slide = Slide {
-                velocity_m_per_s: DVec3::ZERO,
                 turn_rad_per_s: turn,
+                ..Slide::default()
             };
             let step = rig.step(Some(slide));
             ideal.step(PUSH_N, DT_S).unwrap();
@@ -340,7 +324,7 @@ fn a_slide_on_an_object_brakes_before_a_joint_meets_its_limit() {
                 qd[j] = now;
             }
             // Whatever happens to the slide, the panel yields.
-            let at = rig.renderer.objects()[0].object.position();
+            let at = rig.opened();
             assert!((at - ideal.position()).abs() < 2e-4, "{k}: {at}");
         }
         println!("turn {turn}: {worst} of the accelerations, stopped for {stopped} steps");

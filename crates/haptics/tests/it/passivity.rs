@@ -11,6 +11,16 @@ const FAST: Sampling = Sampling {
     delay_s: 0.0,
 };
 
+/// A port at a place, whose controller wants a force or a velocity there.
+fn at(position_m: f64, wanted: f64) -> PortInput {
+    PortInput {
+        position_m,
+        hand_force_n: 0.0,
+        wanted,
+        stored_j: None,
+    }
+}
+
 /// A closed path through a spring returns what it took; the mean of a linear force is exact.
 #[test]
 fn a_spring_conserves() {
@@ -68,12 +78,7 @@ fn bad_numbers_are_named_and_change_nothing() {
     assert!(EnergyTank::new(-1.0, 1.0).is_err());
 
     let mut port = PassivePort::new(PortConfig::impedance(FAST, 1.0)).unwrap();
-    let good = PortInput {
-        position_m: 0.0,
-        hand_force_n: 0.0,
-        wanted: 0.0,
-        stored_j: None,
-    };
+    let good = at(0.0, 0.0);
     let before = format!("{port:?}");
     refused!(good, |input| port.step(&input), {
         position_m = f64::NAN, f64::INFINITY;
@@ -158,13 +163,7 @@ fn active_spring(method: PassivityMethod) -> (f64, f64) {
         let stiffness = if x > last_m { 500.0 } else { 1000.0 };
         last_m = x;
         let wanted = if x > 0.0 { -stiffness * x } else { 0.0 };
-        let input = PortInput {
-            position_m: x,
-            hand_force_n: 0.0,
-            wanted,
-            stored_j: None,
-        };
-        let force = port.step(&input).unwrap().command;
+        let force = port.step(&at(x, wanted)).unwrap().command;
         // A hand throws it back every time it comes.
         if x < -0.05 && v < 0.0 {
             v = 0.5;
@@ -206,21 +205,13 @@ fn a_still_wall_keeps_its_account() {
         let position_m = depth_m + noise.uniform(-1e-5, 1e-5);
         let wanted = -2000.0 * position_m.max(0.0);
         let input = PortInput {
-            position_m,
-            hand_force_n: 0.0,
-            wanted,
             stored_j: Some(0.5 * 2000.0 * position_m * position_m),
+            ..at(position_m, wanted)
         };
-        let out = port.step(&input).unwrap();
-        if i == 1000 {
-            first = Some(out.command);
-        }
-        if i > 1000 {
-            assert!(
-                (out.command - first.unwrap()).abs() < 0.15,
-                "{i}: {}",
-                out.command
-            );
+        let force_n = port.step(&input).unwrap().command;
+        if i >= 1000 {
+            let first_n: f64 = *first.get_or_insert(force_n);
+            assert!((force_n - first_n).abs() < 0.15, "{i}: {force_n}");
         }
     }
 }
@@ -233,24 +224,17 @@ fn a_hand_that_pushes_is_yielded_to_at_once() {
     };
     let mut port = PassivePort::new(PortConfig::admittance(sampling, 1.0)).unwrap();
     assert_eq!(port.config().causality, Causality::Admittance);
-    let input = PortInput {
-        position_m: 0.0,
-        hand_force_n: 10.0,
-        wanted: 0.3,
-        stored_j: None,
+    let mut pushed = |wanted: f64| {
+        let input = PortInput {
+            hand_force_n: 10.0,
+            ..at(0.0, wanted)
+        };
+        port.step(&input).unwrap().command
     };
-    assert_eq!(port.step(&input).unwrap().command, 0.3);
+    assert_eq!(pushed(0.3), 0.3);
     // Nothing moves against the hand before energy has gone in.
-    let back = PortInput {
-        wanted: -0.3,
-        ..input
-    };
-    assert!(port.step(&back).unwrap().command > -0.01);
-    let fast = PortInput {
-        wanted: 9.0,
-        ..input
-    };
-    assert_eq!(port.step(&fast).unwrap().command, 1.0);
+    assert!(pushed(-0.3) > -0.01);
+    assert_eq!(pushed(9.0), 1.0);
 }
 
 #[test]
@@ -271,10 +255,9 @@ fn no_step_allocates() {
                 for i in 0..300 {
                     let x = 0.01 * (f64::from(i) * 0.1).sin();
                     let input = PortInput {
-                        position_m: x,
                         hand_force_n: 5.0,
-                        wanted: -1000.0 * x,
                         stored_j: Some(0.1),
+                        ..at(x, -1000.0 * x)
                     };
                     assert!(port.step(&input).is_ok());
                 }

@@ -1,13 +1,11 @@
 //! No moving part meets head or torso of people who stand in the path or walk into it. Nor does the arm move when blind.
 
-use crate::support::{DT_S, at_rest, iiwa, rates};
+use crate::support::{DT_S, at_rest, iiwa, rates, unpressed};
 use glam::DVec3;
 use hwall_haptics::body::{ArmBody, ArmCapsules, BodyConfig, Capsule, Room};
-use hwall_haptics::safety::{
-    GuardLimits, PersonPart, PersonPoint, Supervisor, SupervisorConfig, SupervisorInput,
-};
-use hwall_haptics::{ArmCommand, Board, Follower, FollowerConfig, SafeRequest, SafeState};
-use hwall_kinematics::{ArmKinematics, JointPositions, JointVelocities, SrsArm, Wrench};
+use hwall_haptics::safety::{GuardLimits, PersonPart, PersonPoint, Supervisor, SupervisorConfig};
+use hwall_haptics::{ArmCommand, Board, Follower, FollowerConfig, SafeRequest};
+use hwall_kinematics::{ArmKinematics, JointPositions, JointVelocities, SrsArm};
 use hwall_testkit::{Sampler, seeds};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -23,13 +21,6 @@ const FRAME_S: f64 = 1.0 / 90.0;
 const HEAD_M: f64 = 0.10;
 const TORSO_M: f64 = 0.15;
 
-struct Met {
-    at_s: f64,
-    speed_m_per_s: f64,
-    part: usize,
-    state: SafeState,
-}
-
 /// The motion of a person.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Person {
@@ -44,7 +35,8 @@ enum Person {
 /// The result for a person in front of the arm.
 #[derive(Default)]
 struct Found {
-    met: Option<Met>,
+    /// Which part met the person, how fast, and when.
+    met: Option<String>,
     /// Distance that the arm has moved, m.
     way_m: f64,
     /// Number of checks whether the arm can stop in time, and how often it could not.
@@ -78,12 +70,8 @@ fn run(seed: u64, person: Person, who: PersonPart, gone_s: &[std::ops::Range<f64
         ..SupervisorConfig::default()
     };
     let mut supervisor = Supervisor::new(&SrsArm::iiwa7(), &board, config).unwrap();
-    let posture = |random: &mut Sampler| {
-        let q = arm
-            .limits()
-            .map(|l| random.uniform(0.7 * l.min_rad, 0.7 * l.max_rad));
-        JointPositions(q)
-    };
+    let ranges = arm.limits().map(|l| (0.7 * l.min_rad, 0.7 * l.max_rad));
+    let posture = |random: &mut Sampler| JointPositions(random.array_within(ranges));
     let free = |random: &mut Sampler| loop {
         let q = posture(random);
         if body.nearest(&q).distance_m > 0.05 {
@@ -161,15 +149,9 @@ fn run(seed: u64, person: Person, who: PersonPart, gone_s: &[std::ops::Range<f64
         for (i, seen_s) in seen_s.iter_mut().enumerate().filter(|(i, _)| is_there(*i)) {
             *seen_s = both[i].stamp_s;
         }
-        let step = supervisor.step(&SupervisorInput {
-            now_s,
-            state: &state,
-            person: &sent_now,
-            target: None,
-            force: Some(Wrench::default()),
-            // An arm that is asked to withdraw goes on along its random way, which the supervisor has to keep clear.
-            command: ArmCommand::Position(wanted),
-        });
+        // An arm that is asked to withdraw goes on along its random way, which the supervisor has to keep clear.
+        let command = ArmCommand::Position(wanted);
+        let step = supervisor.step(&unpressed(now_s, &state, &sent_now, command));
         let withdraws = matches!(step.request, SafeRequest::Retreat { .. });
         share = match step.request {
             SafeRequest::Go { speed_share } => speed_share.max(0.05),
@@ -187,15 +169,13 @@ fn run(seed: u64, person: Person, who: PersonPart, gone_s: &[std::ops::Range<f64
         sent.push_back(next);
         let q = sent.pop_front().unwrap();
         let now = body.at(&q);
-        let met = meets(&last, &now, head_m);
         found.way_m += last.all()[3].to_m.distance(now.all()[3].to_m);
-        if let Some((part, speed_m_per_s)) = met {
-            found.met = Some(Met {
-                at_s: now_s,
-                speed_m_per_s,
-                part,
-                state: step.state,
-            });
+        if let Some((part, m_per_s)) = meets(&last, &now, head_m) {
+            let met = format!(
+                "part {part} at {now_s:.3} s, {m_per_s:.3} m/s, {}",
+                step.state
+            );
+            found.met = Some(met);
             return found;
         }
         if cycle % SAMPLED_EVERY == 0 {
@@ -289,13 +269,11 @@ fn all(seeds: std::ops::Range<u64>, who: PersonPart) {
     let (mut samples, mut violations) = (0_u64, 0);
     for seed in seeds {
         let mut random = Sampler::new(seed ^ 0x5eed);
-        for person in [
-            Person::Stands,
-            Person::Walks {
-                m_per_s: random.uniform(0.2, 1.6),
-                from_s: random.uniform(0.0, 2.0),
-            },
-        ] {
+        let walks = Person::Walks {
+            m_per_s: random.uniform(0.2, 1.6),
+            from_s: random.uniform(0.0, 2.0),
+        };
+        for person in [Person::Stands, walks] {
             let found = run(seed, person, who, &[0.0..0.0, 0.0..0.0]);
             way_m += found.way_m;
             count += 1;
@@ -306,10 +284,7 @@ fn all(seeds: std::ops::Range<u64>, who: PersonPart) {
             }
             if let Some(found) = found.met {
                 met += 1;
-                println!(
-                    "seed {seed} {person:?}: part {} at {:.3} s, {:.3} m/s, {:?}",
-                    found.part, found.at_s, found.speed_m_per_s, found.state
-                );
+                println!("seed {seed} {person:?}: {found}");
             }
         }
     }
@@ -340,10 +315,8 @@ fn all_blind(seeds: std::ops::Range<u64>, who: PersonPart) {
         blind += u64::from(found.blind);
         moved += found.moved_blind;
         if found.moved_blind > 0 {
-            println!(
-                "seed {seed} {gone_s:?}: moved in {} cycles",
-                found.moved_blind
-            );
+            let cycles = found.moved_blind;
+            println!("seed {seed} {gone_s:?}: moved in {cycles} cycles");
         }
     }
     println!(
@@ -360,7 +333,7 @@ fn no_head_or_torso_is_met_by_a_part_that_moves() {
 
 #[test]
 fn no_bystander_is_met_by_a_part_that_moves() {
-    all(0..30, PersonPart::Bystander2);
+    all(0..10, PersonPart::Bystander2);
 }
 
 #[test]

@@ -3,8 +3,8 @@
 use crate::support::{DT_S, at_rest, home, positions, pressed, rates};
 use glam::DVec3;
 use hwall_haptics::{
-    ArmCommand, ArmState, Board, BoardTarget, ForceConfig, HoldReason, Phase, RenderStep, Renderer,
-    RendererConfig, WatchdogConfig,
+    ArmCommand, ArmState, Board, BoardTarget, HoldReason, Phase, RenderStep, Renderer,
+    RendererConfig,
 };
 use hwall_kinematics::{JointTorques, JointVelocities, SrsArm, Unreachable, Wrench};
 use hwall_testkit::{ErrorStats, Sampler, refused};
@@ -20,13 +20,9 @@ struct Rig {
 
 /// Thresholds are tested to the sample here; force.rs tests the filter.
 fn unfiltered() -> RendererConfig {
-    RendererConfig {
-        force: ForceConfig {
-            filter_s: 0.0,
-            ..Default::default()
-        },
-        ..Default::default()
-    }
+    let mut config = RendererConfig::default();
+    config.force.filter_s = 0.0;
+    config
 }
 
 impl Rig {
@@ -92,15 +88,6 @@ impl Rig {
 }
 
 #[test]
-fn brings_the_board_to_the_target() {
-    let mut rig = Rig::new();
-    let step = rig.run(3000);
-    assert_eq!((step.phase, step.unreachable), (Phase::NonContact, None));
-    assert_eq!(step.command, ArmCommand::Position(step.goal.unwrap()));
-    assert!(rig.arrived());
-}
-
-#[test]
 fn a_touch_freezes_the_board_and_its_end_frees_it() {
     let mut rig = Rig::new();
     rig.run(3000);
@@ -109,17 +96,13 @@ fn a_touch_freezes_the_board_and_its_end_frees_it() {
     let step = rig.step();
     let since_s = rig.now_s;
     assert_eq!(step.phase, Phase::Contact { since_s });
-    assert!(
-        (step.normal_force_n.unwrap() - 10.0).abs() < 0.3,
-        "{step:?}"
-    );
+    let force_n = step.normal_force_n.unwrap();
+    assert!((force_n - 10.0).abs() < 0.3, "{step:?}");
     // The target drifts away, or is lost: a wall stays.
     rig.target.as_mut().unwrap().point_m.y += 0.1;
     assert_eq!(rig.run(500).phase, Phase::Contact { since_s });
-    assert_eq!(
-        rig.step_with(|_, _, target| *target = None).phase,
-        Phase::Contact { since_s }
-    );
+    let lost = rig.step_with(|_, _, target| *target = None);
+    assert_eq!(lost.phase, Phase::Contact { since_s });
     assert_eq!(rig.state.q, at);
     rig.press_n = 0.0;
     assert_eq!(rig.run(49).phase, Phase::Contact { since_s });
@@ -184,10 +167,8 @@ fn a_stale_target_holds_with_its_age_and_recovers() {
     }
     let at = rig.state.q;
     let step = rig.step_with(|_, _, target| *target = None);
-    assert_eq!(
-        (step.phase, step.command),
-        (Phase::Hold(HoldReason::NoTarget), ArmCommand::Position(at))
-    );
+    assert_eq!(step.phase, Phase::Hold(HoldReason::NoTarget));
+    assert_eq!(step.command, ArmCommand::Position(at));
     rig.recovers();
 }
 
@@ -239,18 +220,15 @@ fn a_nan_in_the_state_holds_and_names_it() {
     for (what, joint, spoil) in spoils {
         let step = rig.step_with(|_, state, _| spoil(state));
         assert_eq!(step.command, ArmCommand::Hold);
-        assert_eq!(
-            step.phase,
-            Phase::Hold(HoldReason::NonFiniteState { what, joint })
-        );
+        let reason = HoldReason::NonFiniteState { what, joint };
+        assert_eq!(step.phase, Phase::Hold(reason));
     }
     for torque_n_m in [1e6, 1e300, f64::MAX] {
-        let huge = rig
-            .step_with(|_, state, _| state.external_torque = Some(JointTorques([torque_n_m; 7])));
-        assert!(matches!(
-            huge.phase,
-            Phase::Hold(HoldReason::ImplausibleForce { .. })
-        ));
+        let huge = Some(JointTorques([torque_n_m; 7]));
+        let step = rig.step_with(|_, state, _| state.external_torque = huge);
+        let Phase::Hold(HoldReason::ImplausibleForce { .. }) = step.phase else {
+            panic!("{step:?}")
+        };
     }
     rig.recovers();
 }
@@ -261,10 +239,8 @@ fn a_bad_clock_holds_and_recovers() {
     rig.run(100);
     for bad in [f64::NAN, f64::INFINITY] {
         let step = rig.step_with(|now_s, _, _| *now_s = bad);
-        assert_eq!(
-            (step.command, step.phase),
-            (ArmCommand::Hold, Phase::Hold(HoldReason::NonFiniteTime))
-        );
+        assert_eq!(step.command, ArmCommand::Hold);
+        assert_eq!(step.phase, Phase::Hold(HoldReason::NonFiniteTime));
     }
     rig.now_s -= 50.0;
     let step = rig.step();
@@ -273,37 +249,22 @@ fn a_bad_clock_holds_and_recovers() {
 }
 
 #[test]
-fn a_stalled_loop_goes_on_where_it_was() {
-    let mut rig = Rig::new();
-    rig.run(150);
-    let before = rig.state.q;
-    rig.now_s += 10.0;
-    let q = positions(rig.step().command);
-    let most = WatchdogConfig::default().max_step_s * 0.9 * 180.0_f64.to_radians();
-    assert!(q.max_abs_difference(&before) <= most + 1e-9);
-}
-
-#[test]
 fn no_command_before_the_first_good_state_and_none_far_from_the_arm() {
     let mut rig = Rig::new();
     let first = rig.step_with(|_, state, _| state.q[0] = f64::NAN);
     assert_eq!(first.command, ArmCommand::Hold);
+    // It starts at the measured configuration.
     let q = positions(rig.step().command);
-    assert!(
-        q.max_abs_difference(&rig.state.q) < 1e-2,
-        "starts at the measured configuration"
-    );
+    assert!(q.max_abs_difference(&rig.state.q) < 1e-2);
     // The arm was moved by hand while there was no state.
     rig.run(200);
     rig.step_with(|_, state, _| state.t_s -= 1.0);
     rig.state.q[0] += 0.5;
     let moved = rig.state.q;
     // Until the arm has had time to stop.
-    let commands = std::iter::from_fn(|| Some(rig.step().command)).take(500);
-    let first = commands.skip_while(|command| *command == ArmCommand::Hold);
-    let Some(ArmCommand::Position(q)) = first.take(1).last() else {
-        panic!()
-    };
+    let mut commands = (0..500).map(|_| rig.step().command);
+    let first = commands.find(|command| *command != ArmCommand::Hold);
+    let q = positions(first.expect("a command"));
     assert!(q.max_abs_difference(&moved) < 1e-2);
 }
 
@@ -367,10 +328,8 @@ fn a_press_of_known_force_is_estimated() {
     }
     assert!(errors.len() > 400);
     let stats = ErrorStats::from_errors(errors);
-    assert!(
-        stats.median < 2e-3 && stats.q99 < 0.02 && stats.max < 0.05,
-        "{stats:?}"
-    );
+    let bounded = stats.median < 2e-3 && stats.q99 < 0.02 && stats.max < 0.05;
+    assert!(bounded, "{stats:?}");
 }
 
 #[test]

@@ -1,17 +1,13 @@
 //! Obstacles of the real room: their distances, and that no part of the arm meets them or another part.
 
-use crate::support::{DT_S, at_rest, home, iiwa, rates};
+use crate::support::{DT_S, at_rest, home, iiwa, person_at, rates, unpressed};
 use glam::{DQuat, DVec3};
 use hwall_geometry::Pose;
 use hwall_haptics::body::{ArmBody, BodyConfig, Capsule, Obstacle, PersonBody, Room};
-use hwall_haptics::safety::{
-    PersonPart, PersonPoint, Supervisor, SupervisorConfig, SupervisorInput,
-};
+use hwall_haptics::safety::{Supervisor, SupervisorConfig};
 use hwall_haptics::{ArmCommand, Board, Follower, FollowerConfig, SafeRequest, SafeState};
-use hwall_kinematics::{
-    ArmKinematics, Chain, ChainArm, JointPositions, JointVelocities, SrsArm, Wrench,
-};
-use hwall_testkit::{Sampler, seeds};
+use hwall_kinematics::{ArmKinematics, Chain, ChainArm, JointPositions, JointVelocities, SrsArm};
+use hwall_testkit::{Sampler, refusal, seeds};
 use std::sync::Arc;
 
 fn pose(random: &mut Sampler, within_m: f64) -> Pose {
@@ -95,9 +91,7 @@ fn what_is_no_obstacle_is_refused_and_nan_is_near() {
         radius_m: 0.1,
     };
     assert!(cuboid.distance_m(&lost).is_nan());
-    let (arm, board) = arm();
-    let body = ArmBody::new(arm, board, BodyConfig::default()).unwrap();
-    let body = body.in_room(Room::default()).unwrap();
+    let body = body_of(arm()).in_room(Room::default()).unwrap();
     let lost = JointPositions([f64::NAN; 7]);
     assert!(body.nearest(&lost).distance_m.is_nan());
     let rests = JointPositions::default();
@@ -107,8 +101,12 @@ fn what_is_no_obstacle_is_refused_and_nan_is_near() {
     assert!(body.meets(&rests, &unknown, &[5.0; 7]).is_some());
 }
 
-fn arm() -> (Arc<dyn ArmKinematics>, Board) {
-    (Arc::new(iiwa()), Board::default())
+fn arm() -> Arc<dyn ArmKinematics> {
+    Arc::new(iiwa())
+}
+
+fn body_of(arm: Arc<dyn ArmKinematics>) -> ArmBody {
+    ArmBody::new(arm, Board::default(), BodyConfig::default()).unwrap()
 }
 
 /// A floor and a box on the path of the arm, which moves between free postures for some seconds. Returns how often it arrived, and the least distance
@@ -124,7 +122,7 @@ fn run(bare: &Arc<dyn ArmKinematics>, seed: u64, plans: bool) -> (u32, f64) {
             middle + random.uniform(-0.7 * half, 0.7 * half)
         }))
     };
-    let free = ArmBody::new(Arc::clone(&arm), board, BodyConfig::default()).unwrap();
+    let free = body_of(Arc::clone(&arm));
     let (body, room, start) = loop {
         let on_way = free.at(&posture(&mut random));
         let part = on_way.all()[2 + (random.uniform(0.0, 4.0) as usize)];
@@ -146,9 +144,7 @@ fn run(bare: &Arc<dyn ArmKinematics>, seed: u64, plans: bool) -> (u32, f64) {
         ..SupervisorConfig::default()
     };
     let mut supervisor = Supervisor::new(&**bare, &board, config).unwrap();
-    let mut follower = Follower::new(Arc::clone(&arm), FollowerConfig::default(), &start)
-        .unwrap()
-        .with_board(Default::default(), board);
+    let mut follower = follower_at(&arm, &start);
     if plans {
         follower.keep_clear(supervisor.separation().clone());
     }
@@ -174,19 +170,9 @@ fn run(bare: &Arc<dyn ArmKinematics>, seed: u64, plans: bool) -> (u32, f64) {
         let wanted = follower.step(DT_S).unwrap();
         follower.plan();
         let trembles = DVec3::Z * random.uniform(-1e-4, 1e-4);
-        let person = [PersonPart::Fingertip, PersonPart::Head].map(|part| PersonPoint {
-            part,
-            position_m: DVec3::new(4.0, 4.0, 1.0) + trembles,
-            stamp_s: now_s,
-        });
-        let step = supervisor.step(&SupervisorInput {
-            now_s,
-            state: &state,
-            person: &person,
-            target: None,
-            force: Some(Wrench::default()),
-            command: ArmCommand::Position(wanted),
-        });
+        let person = person_at(DVec3::new(4.0, 4.0, 1.0) + trembles, now_s);
+        let command = ArmCommand::Position(wanted);
+        let step = supervisor.step(&unpressed(now_s, &state, &person, command));
         if let SafeRequest::Go { speed_share } = step.request {
             share = speed_share.max(0.05);
         }
@@ -199,11 +185,8 @@ fn run(bare: &Arc<dyn ArmKinematics>, seed: u64, plans: bool) -> (u32, f64) {
                 state.q
             }
         };
-        assert!(
-            !step.latched && !matches!(step.state, SafeState::Stopped { .. }),
-            "{:?}",
-            step.state
-        );
+        let stopped = matches!(step.state, SafeState::Stopped { .. });
+        assert!(!step.latched && !stopped, "{:?}", step.state);
         state.qd = rates(&state.q, &q);
         (state.q, state.t_s) = (q, now_s + DT_S);
         least_m = least_m.min(body.nearest(&q).distance_m);
@@ -246,6 +229,13 @@ fn nothing_is_met_in_many_rooms() {
     all(seeds(1000..1200));
 }
 
+/// A follower at rest there, with the board.
+fn follower_at(arm: &Arc<dyn ArmKinematics>, start: &JointPositions) -> Follower {
+    Follower::new(Arc::clone(arm), FollowerConfig::default(), start)
+        .unwrap()
+        .with_board(Default::default(), Board::default())
+}
+
 fn chain(urdf: &str) -> Arc<dyn ArmKinematics> {
     Arc::new(ChainArm::new(Chain::from_urdf_str(urdf, None, None).unwrap()).unwrap())
 }
@@ -261,8 +251,7 @@ fn other_arms(seeds: std::ops::Range<u64>) {
     let (mut count, mut active, mut met, mut nearest_m) = (0, 0, 0, f64::INFINITY);
     for seed in seeds {
         for (name, arm) in [("UR5", &ur5), ("Panda", &panda())] {
-            let carrying = arm.carrying(board.flange_from_board_face().unwrap());
-            let body = ArmBody::new(carrying, board, BodyConfig::default()).unwrap();
+            let body = body_of(arm.carrying(board.flange_from_board_face().unwrap()));
             // Two of its parts are checked against each other.
             let own_m = body.nearest(&JointPositions::default()).distance_m;
             let (_, least_m) = run(arm, seed, true);
@@ -296,7 +285,7 @@ fn other_arms_meet_nothing_in_many_rooms() {
 
 #[test]
 fn a_way_leads_around_a_head() {
-    let (arm, board) = arm();
+    let (arm, board) = (arm(), Board::default());
     let [from, to] =
         [-60.0, 60.0].map(|deg| JointPositions::from_deg([deg, 50.0, 0.0, -70.0, 0.0, 60.0, 0.0]));
     let supervisor =
@@ -305,18 +294,10 @@ fn a_way_leads_around_a_head() {
     let between = JointPositions::from_deg([0.0, 50.0, 0.0, -70.0, 0.0, 60.0, 0.0]);
     // At the face of the board, half way, and a little above.
     let head_m = arm.forward(&between).position_m() + DVec3::new(0.15, 0.0, 0.15);
-    let person = PersonBody::of(
-        &[PersonPoint {
-            part: PersonPart::Head,
-            position_m: head_m,
-            stamp_s: 0.0,
-        }],
-        &separation.config().person,
-    );
+    let [_, head] = person_at(head_m, 0.0);
+    let person = PersonBody::of(&[head], &separation.config().person);
     let most_short_m = |keeps_clear: bool| {
-        let mut follower = Follower::new(Arc::clone(&arm), FollowerConfig::default(), &from)
-            .unwrap()
-            .with_board(Default::default(), board);
+        let mut follower = follower_at(&arm, &from);
         if keeps_clear {
             follower.keep_clear(separation.clone());
         }
@@ -334,26 +315,22 @@ fn a_way_leads_around_a_head() {
         (most_m, follower.commanded().max_abs_difference(&to))
     };
     let (straight_m, left_rad) = most_short_m(false);
-    assert!(
-        straight_m > 0.05 && left_rad < 1e-9,
-        "{straight_m} {left_rad}"
-    );
+    assert!(straight_m > 0.05, "{straight_m}");
+    assert!(left_rad < 1e-9, "{left_rad}");
     let (around_m, left_rad) = most_short_m(true);
     println!("{straight_m:.3} m too near on the straight way, {around_m:.3} m around");
     assert!(around_m < 0.01 && left_rad < 1e-9, "{around_m} {left_rad}");
 }
 
-fn turned(deg: [f64; 7], by_deg: f64) -> JointPositions {
-    let mut deg = deg;
+fn turned(mut deg: [f64; 7], by_deg: f64) -> JointPositions {
     deg[0] += by_deg;
     JointPositions::from_deg(deg)
 }
 
 #[test]
 fn a_thing_that_is_too_near_already_hides_no_other() {
-    let (arm, board) = arm();
     let posture = [0.0, 60.0, 0.0, -60.0, 0.0, 60.0, 0.0];
-    let bare = ArmBody::new(Arc::clone(&arm), board, BodyConfig::default()).unwrap();
+    let bare = body_of(arm());
     let box_at = |deg: f64, joint: usize| {
         let at_m = bare.at(&turned(posture, deg)).all()[joint].to_m;
         let frame = Pose::from_yaw(0.0, at_m).unwrap();
@@ -374,15 +351,11 @@ fn a_thing_that_is_too_near_already_hides_no_other() {
 
 #[test]
 fn a_room_that_the_whole_arm_is_in_is_refused() {
-    let (arm, board) = arm();
-    let body = ArmBody::new(arm, board, BodyConfig::default()).unwrap();
-    let flipped = Obstacle::half_space(DVec3::Z * -0.6, DVec3::NEG_Z);
-    let flipped = Room::new(&[
-        Obstacle::half_space(DVec3::ZERO, DVec3::Z).unwrap(),
-        flipped.unwrap(),
-    ]);
-    let ceiling = body.clone().in_room(flipped.unwrap());
-    let error = ceiling.unwrap_err().to_string();
+    let body = body_of(arm());
+    let [floor, flipped] = [(DVec3::ZERO, DVec3::Z), (DVec3::Z * -0.6, DVec3::NEG_Z)]
+        .map(|(at_m, normal)| Obstacle::half_space(at_m, normal).unwrap());
+    let ceiling = Room::new(&[floor, flipped]).unwrap();
+    let error = refusal(body.clone().in_room(ceiling));
     assert!(error.contains('2') && error.contains("normal"), "{error}");
     // The base has to be in a box that is large enough; the rest of a waiting arm may not.
     let middle = Pose::from_yaw(0.0, DVec3::new(0.3, 0.0, 0.4)).unwrap();
@@ -407,24 +380,12 @@ fn a_planner_judges_the_parts_that_the_supervisor_judges() {
     let unfitted = supervisor.separation().clone();
     for cycle in 0..10 {
         let now_s = f64::from(cycle) * DT_S;
-        let person = [PersonPart::Fingertip, PersonPart::Head].map(|part| PersonPoint {
-            part,
-            position_m: DVec3::new(4.0, 4.0 + 1e-4 * now_s, 1.0),
-            stamp_s: now_s,
-        });
-        supervisor.step(&SupervisorInput {
-            now_s,
-            state: &at_rest(now_s, start),
-            person: &person,
-            target: None,
-            force: Some(Wrench::default()),
-            command: ArmCommand::Position(start),
-        });
+        let person = person_at(DVec3::new(4.0, 4.0 + 1e-4 * now_s, 1.0), now_s);
+        let (state, command) = (at_rest(now_s, start), ArmCommand::Position(start));
+        supervisor.step(&unpressed(now_s, &state, &person, command));
     }
     let comes_back = |began: Option<JointPositions>, is_told_before: bool| {
-        let mut follower = Follower::new(Arc::clone(&arm), FollowerConfig::default(), &start)
-            .unwrap()
-            .with_board(Default::default(), board);
+        let mut follower = follower_at(&arm, &start);
         follower.set_began(began);
         if is_told_before {
             follower.step(DT_S).unwrap();

@@ -5,7 +5,7 @@ use hwall_haptics::body::{ArmBody, ArmPart, BodyConfig, Capsule, LeftOut};
 use hwall_haptics::safety::{BoardLoad, ContactLimits, LoadLimits, WorkspaceBox};
 use hwall_haptics::{Board, board_pose};
 use hwall_kinematics::{ArmKinematics, Chain, ChainArm, JointPositions, SrsArm, Wrench};
-use hwall_testkit::{Sampler, refused};
+use hwall_testkit::{Sampler, Tol, assert_close, refused};
 use std::sync::Arc;
 
 fn capsule(from_m: DVec3, to_m: DVec3, radius_m: f64) -> Capsule {
@@ -21,12 +21,9 @@ fn searched_m(a: &Capsule, b: &Capsule) -> f64 {
     let to_b = |s: f64| {
         let p = a.from_m.lerp(a.to_m, s);
         let v = b.to_m - b.from_m;
-        let t = if v.length_squared() > 0.0 {
-            ((p - b.from_m).dot(v) / v.length_squared()).clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
-        p.distance(b.from_m + v * t)
+        // A point has no direction.
+        let t = (p - b.from_m).dot(v) / v.length_squared().max(f64::MIN_POSITIVE);
+        p.distance(b.from_m + v * t.clamp(0.0, 1.0))
     };
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..200 {
@@ -78,67 +75,46 @@ fn the_bodies_of_closed_form_and_chain_are_the_same() {
     let q = JointPositions::from_deg([20.0, 40.0, -10.0, -80.0, 30.0, 50.0, 15.0]);
     let srs = body(Arc::new(SrsArm::iiwa7()));
     let chain = body(Arc::new(ChainArm::new(Chain::iiwa7()).unwrap()));
-    let lengths: Vec<f64> = srs
-        .at(&q)
-        .links()
-        .iter()
-        .map(|c| c.from_m.distance(c.to_m))
-        .collect();
-    let tool_m = srs
-        .arm()
-        .forward(&q)
-        .position_m()
-        .distance(srs.at(&q).links()[3].from_m);
-    for (found, wanted) in lengths.iter().zip([0.34, 0.4, 0.4, tool_m]) {
-        assert!((found - wanted).abs() < 1e-9, "{lengths:?}");
-    }
-    assert_eq!(lengths.len(), 4);
+    let at = srs.at(&q);
+    let lengths_m = at.links().iter().map(|c| c.from_m.distance(c.to_m));
+    let lengths_m: Vec<f64> = lengths_m.collect();
+    let face_m = srs.arm().forward(&q).position_m();
+    let tool_m = face_m.distance(at.links()[3].from_m);
+    assert_close!(lengths_m, [0.34, 0.4, 0.4, tool_m], Tol::abs(1e-9));
     let mut sampler = Sampler::new(7);
     for _ in 0..200 {
-        let at_m = DVec3::from_array(std::array::from_fn(|_| sampler.uniform(-1.0, 1.0)));
+        let at_m = sampler.point_in_box(-DVec3::ONE, DVec3::ONE);
         let ball = capsule(at_m, at_m, 0.1);
         let [a, b] = [&srs, &chain].map(|body| body.at(&q).distance_m(&ball));
         assert!((a - b).abs() < 1e-6, "{a} {b}");
     }
 }
 
+const UR5: &str = include_str!("../../../kinematics/tests/data/ur5.urdf");
+const UR5_UPRIGHT: [f64; 7] = [0.0, -90.0, 60.0, 0.0, 90.0, 0.0, 0.0];
+const UR5_FOLDED: [f64; 7] = [0.0, -90.0, 165.0, 0.0, 90.0, 0.0, 0.0];
+
 /// The check must be able to run: it runs for all arms, and their nominal posture is free.
 #[test]
 fn a_folded_arm_meets_itself() {
     let urdf = |text: &str| Chain::from_urdf_str(text, None, None).unwrap();
-    let chains = [
-        Chain::iiwa7(),
-        urdf(include_str!("../../../kinematics/tests/data/ur5.urdf")),
-        urdf(include_str!("../../../kinematics/tests/data/panda.urdf")),
-        // Endless joints.
-        urdf(
-            &include_str!("../../../kinematics/tests/data/panda.urdf")
-                .replace("revolute", "continuous"),
-        ),
-    ];
-    let upright = [
-        [0.0; 7],
-        [0.0, -90.0, 60.0, 0.0, 90.0, 0.0, 0.0],
-        [0.0, -45.0, 0.0, -135.0, 0.0, 90.0, 45.0],
-        [0.0, -45.0, 0.0, -135.0, 0.0, 90.0, 45.0],
-    ];
-    let folded = [
-        [0.0, 100.0, 0.0, -119.0, 0.0, 115.0, 0.0],
-        [0.0, -90.0, 165.0, 0.0, 90.0, 0.0, 0.0],
-        [0.0, 80.0, 0.0, -174.0, 0.0, 90.0, 0.0],
-        [0.0, 80.0, 0.0, -174.0, 0.0, 90.0, 0.0],
-    ];
-    for ((chain, upright), folded) in chains.into_iter().zip(upright).zip(folded) {
+    let panda = include_str!("../../../kinematics/tests/data/panda.urdf");
+    let endless = panda.replace("revolute", "continuous");
+    let panda_upright = [0.0, -45.0, 0.0, -135.0, 0.0, 90.0, 45.0];
+    let panda_folded = [0.0, 80.0, 0.0, -174.0, 0.0, 90.0, 0.0];
+    let iiwa_folded = [0.0, 100.0, 0.0, -119.0, 0.0, 115.0, 0.0];
+    for (chain, upright, folded) in [
+        (Chain::iiwa7(), [0.0; 7], iiwa_folded),
+        (urdf(UR5), UR5_UPRIGHT, UR5_FOLDED),
+        (urdf(panda), panda_upright, panda_folded),
+        (urdf(&endless), panda_upright, panda_folded),
+    ] {
         let mut body = body(Arc::new(ChainArm::new(chain).unwrap()));
         body.fit(&JointPositions::from_deg(upright));
-        let apart_m = |deg| body.nearest(&JointPositions::from_deg(deg)).distance_m;
-        assert!(
-            apart_m(upright) > body.clearance_m(),
-            "{}",
-            apart_m(upright)
-        );
-        assert!(apart_m(folded) < body.clearance_m(), "{}", apart_m(folded));
-        assert!(apart_m(folded).is_finite());
+        let [free_m, met_m] =
+            [upright, folded].map(|deg| body.nearest(&JointPositions::from_deg(deg)).distance_m);
+        assert!(free_m > body.clearance_m(), "{free_m}");
+        assert!(met_m < body.clearance_m() && met_m.is_finite(), "{met_m}");
         let nowhere = body.nearest(&JointPositions([f64::NAN; 7]));
         assert!(nowhere.distance_m.is_nan());
     }
@@ -147,13 +123,8 @@ fn a_folded_arm_meets_itself() {
 /// A posture in which parts overlap is taken to be free: these parts, and no others, are left out, and that is told.
 #[test]
 fn parts_that_overlap_where_the_arm_begins_are_left_out_and_told() {
-    let text = include_str!("../../../kinematics/tests/data/ur5.urdf");
-    let arm = ChainArm::new(Chain::from_urdf_str(text, None, None).unwrap()).unwrap();
-    let [upright, folded] = [
-        [0.0, -90.0, 60.0, 0.0, 90.0, 0.0, 0.0],
-        [0.0, -90.0, 165.0, 0.0, 90.0, 0.0, 0.0],
-    ]
-    .map(JointPositions::from_deg);
+    let arm = ChainArm::new(Chain::from_urdf_str(UR5, None, None).unwrap()).unwrap();
+    let [upright, folded] = [UR5_UPRIGHT, UR5_FOLDED].map(JointPositions::from_deg);
     let mut body = body(Arc::new(arm));
     body.fit(&upright);
     assert_eq!(body.left_out().count(), 0);
@@ -172,10 +143,8 @@ fn parts_that_overlap_where_the_arm_begins_are_left_out_and_told() {
     // Everything else is still checked, and clear here.
     assert!(body.nearest(&folded).distance_m > body.clearance_m());
     let said = told[0].to_string();
-    assert!(
-        said.starts_with("link ") && said.contains(" and "),
-        "{said}"
-    );
+    let names_both = said.starts_with("link ") && said.contains(" and ");
+    assert!(names_both, "{said}");
 }
 
 #[test]

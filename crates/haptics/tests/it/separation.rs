@@ -15,6 +15,22 @@ fn body() -> ArmBody {
     ArmBody::new(Arc::new(iiwa()), Board::default(), BodyConfig::default()).unwrap()
 }
 
+fn separation() -> Separation {
+    Separation::new(body(), SeparationConfig::default(), BRAKING).unwrap()
+}
+
+/// The board ahead of the base.
+fn board_ahead() -> JointPositions {
+    JointPositions::from_deg([0.0, 50.0, 0.0, -70.0, 0.0, 60.0, 0.0])
+}
+
+/// Any posture and motion.
+fn any_motion(random: &mut Sampler) -> (JointPositions, JointVelocities) {
+    let q = random.array_within([(-1.5, 1.5); 7]);
+    let qd = random.array_within([(-1.0, 1.0); 7]);
+    (JointPositions(q), JointVelocities(qd))
+}
+
 fn person(points: &[(PersonPart, DVec3)], stamp_s: f64) -> PersonBody {
     let points: Vec<_> = points
         .iter()
@@ -30,20 +46,19 @@ fn person(points: &[(PersonPart, DVec3)], stamp_s: f64) -> PersonBody {
 /// Checks every instant of the stop, with 80 times as many samples.
 #[test]
 fn the_gap_is_a_lower_bound() {
-    let config = SeparationConfig::default();
-    let separation = Separation::new(body(), config, BRAKING).unwrap();
+    let (config, separation) = (SeparationConfig::default(), separation());
     let mut random = Sampler::new(3);
     let (mut near, mut loosest_m) = (0, 0.0_f64);
     for k in 0..400 {
-        let q = JointPositions([0; 7].map(|_| random.uniform(-1.5, 1.5)));
-        let qd = JointVelocities([0; 7].map(|_| random.uniform(-1.0, 1.0)));
+        let (q, qd) = any_motion(&mut random);
         let head_m = random.unit_vector() * random.uniform(0.4, 1.2);
         let age_s = random.uniform(0.0, 0.06);
         let seen = person(&[(PersonPart::Head, head_m)], 10.0 - age_s);
         let gap = separation.gap(&q, &qd, &seen, 10.0, false).unwrap();
         let stop_s =
-            qd.0.iter()
-                .fold(0.0, |most: f64, qd| most.max(qd.abs() / 8.0));
+            qd.0.map(|qd| qd.abs() / 8.0)
+                .into_iter()
+                .fold(0.0, f64::max);
         let until_s = config.latency_s + stop_s;
         let mut least_m = f64::INFINITY;
         let at = |t_s: f64| {
@@ -70,10 +85,9 @@ fn the_gap_is_a_lower_bound() {
         }
         // Parts that are out of reach have only a lower bound.
         near += usize::from(least_m < 0.1);
-        loosest_m = loosest_m.max(match least_m < 0.0 {
-            true => least_m - gap.left_m,
-            false => 0.0,
-        });
+        if least_m < 0.0 {
+            loosest_m = loosest_m.max(least_m - gap.left_m);
+        }
         assert!(gap.left_m <= least_m + 2e-3, "{k}: {gap:?}, {least_m}");
     }
     println!("{near} near, at most {loosest_m:.3} m below");
@@ -92,7 +106,7 @@ fn body_at(
 
 #[test]
 fn what_is_not_finite_leaves_no_gap() {
-    let separation = Separation::new(body(), SeparationConfig::default(), BRAKING).unwrap();
+    let separation = separation();
     let head = person(&[(PersonPart::Head, DVec3::new(0.5, 0.0, 1.0))], 0.0);
     let (q, qd) = (JointPositions::default(), JointVelocities([0.1; 7]));
     for joint in 0..7 {
@@ -109,7 +123,7 @@ fn what_is_not_finite_leaves_no_gap() {
 
 #[test]
 fn parts_that_stand_or_leave_may_be_near() {
-    let separation = Separation::new(body(), SeparationConfig::default(), BRAKING).unwrap();
+    let separation = separation();
     let base = person(&[(PersonPart::Head, DVec3::new(0.3, 0.0, 0.1))], 0.0);
     let (q, mut qd) = (JointPositions::default(), JointVelocities::default());
     let left_m = |qd: &JointVelocities, person: &PersonBody, leaves| {
@@ -131,9 +145,7 @@ fn parts_that_stand_or_leave_may_be_near() {
 /// A palm beside the board at the end of a straight arm.
 #[test]
 fn arms_are_kept_away_from_by_fast_parts_only() {
-    let config = SeparationConfig::default();
-    let separation = Separation::new(body(), config, BRAKING).unwrap();
-    let q = JointPositions::from_deg([0.0, 50.0, 0.0, -70.0, 0.0, 60.0, 0.0]);
+    let (config, separation, q) = (SeparationConfig::default(), separation(), board_ahead());
     let board = separation.body().arm().forward(&q).position_m();
     let head = (PersonPart::Head, board + DVec3::new(2.5, 0.0, 0.8));
     let palm = (PersonPart::Palm, board + DVec3::X * 0.15);
@@ -156,9 +168,7 @@ fn arms_are_kept_away_from_by_fast_parts_only() {
 /// The same motion past a straight arm, a bent arm, and the other arm.
 #[test]
 fn elbow_and_other_hand_are_kept_away_from() {
-    let config = SeparationConfig::default();
-    let separation = Separation::new(body(), config, BRAKING).unwrap();
-    let q = JointPositions::from_deg([0.0, 50.0, 0.0, -70.0, 0.0, 60.0, 0.0]);
+    let (separation, q) = (separation(), board_ahead());
     let qd = JointVelocities([3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     let board = separation.body().arm().forward(&q).position_m();
     let head = (PersonPart::Head, board + DVec3::new(2.5, 0.0, 0.8));
@@ -181,9 +191,7 @@ fn elbow_and_other_hand_are_kept_away_from() {
 /// A palm at most 0.2 m from elbow, wrist or board: the part there is no faster than harmless. At 0.3 m it may be faster, in passing.
 #[test]
 fn parts_beside_a_hand_are_slow() {
-    let config = SeparationConfig::default();
-    let separation = Separation::new(body(), config, BRAKING).unwrap();
-    let q = JointPositions::from_deg([0.0, 50.0, 0.0, -70.0, 0.0, 60.0, 0.0]);
+    let (config, separation, q) = (SeparationConfig::default(), separation(), board_ahead());
     let mut refused = [0; 3];
     for (part, refused) in [1, 2, 3].into_iter().zip(&mut refused) {
         let end_m = |q: &JointPositions| separation.body().at(q).links()[part].to_m;
@@ -215,12 +223,11 @@ fn parts_beside_a_hand_are_slow() {
 /// In any place, and whoever else is there, a bystander's head and torso count as the person's do, for motions and for plans.
 #[test]
 fn bystanders_count_like_the_person() {
-    let separation = Separation::new(body(), SeparationConfig::default(), BRAKING).unwrap();
+    let separation = separation();
     let mut random = Sampler::new(5);
     let mut near = [0; 2];
     for k in 0..400 {
-        let q = JointPositions([0; 7].map(|_| random.uniform(-1.5, 1.5)));
-        let qd = JointVelocities([0; 7].map(|_| random.uniform(-1.0, 1.0)));
+        let (q, qd) = any_motion(&mut random);
         let far_m = |y: f64| DVec3::new(20.0, y, 0.0);
         let head_m = random.unit_vector() * random.uniform(0.4, 1.2);
         let of = |part: PersonPart| {

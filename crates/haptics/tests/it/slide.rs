@@ -1,6 +1,6 @@
 //! A touched board that moves within its plane, and targets that request a roll.
 
-use crate::support::{DT_S, at_rest, force, iiwa as arm, positions};
+use crate::support::{DT_S, at_rest, force, iiwa as arm, positions, slide};
 use glam::DVec3;
 use hwall_haptics::{
     ArmState, Board, BoardTarget, Follower, FollowerConfig, Phase, RenderInput, Renderer,
@@ -20,10 +20,13 @@ fn target(roll_rad: Option<f64>) -> BoardTarget {
     }
 }
 
+fn follower(start: &JointPositions) -> Follower {
+    Follower::new(Arc::new(arm()), FollowerConfig::default(), start).unwrap()
+}
+
 /// A follower at rest on the target.
 fn in_place() -> Follower {
-    let start = JointPositions::from_deg(START);
-    let mut follower = Follower::new(Arc::new(arm()), FollowerConfig::default(), &start).unwrap();
+    let mut follower = follower(&JointPositions::from_deg(START));
     assert_eq!(follower.set_target(&target(Some(0.0))).unwrap(), None);
     for _ in 0..3000 {
         follower.step(DT_S).unwrap();
@@ -31,13 +34,6 @@ fn in_place() -> Follower {
     }
     assert_eq!(Some(follower.commanded()), follower.goal());
     follower
-}
-
-fn slide(velocity_m_per_s: DVec3) -> Slide {
-    Slide {
-        velocity_m_per_s,
-        ..Slide::default()
-    }
 }
 
 #[test]
@@ -68,10 +64,8 @@ fn the_board_takes_up_the_velocity_and_keeps_to_its_plane() {
         assert!(velocity.y <= 0.08 + 1e-5, "{i}: {velocity}");
         // Then two low-passes of 6 ms.
         if i as f64 * DT_S > 1.05 * 0.08 / (0.9 * able) + 0.07 {
-            assert!(
-                (velocity - DVec3::Y * 0.08).length() < 1e-4,
-                "{i}: {velocity}"
-            );
+            let off = (velocity - DVec3::Y * 0.08).length();
+            assert!(off < 1e-4, "{i}: {velocity}");
         }
     }
     // Without a slide it brakes; a new one starts from there.
@@ -81,12 +75,8 @@ fn the_board_takes_up_the_velocity_and_keeps_to_its_plane() {
     assert_eq!(follower.commanded_velocity(), JointVelocities::default());
     let stopped = arm.forward(&follower.commanded());
     follower.slide(DT_S, &slide(DVec3::ZERO)).unwrap();
-    assert!(
-        arm.forward(&follower.commanded())
-            .distance(&stopped)
-            .position_m
-            < 1e-9
-    );
+    let leapt = arm.forward(&follower.commanded()).distance(&stopped);
+    assert!(leapt.position_m < 1e-9, "{leapt:?}");
 }
 
 #[test]
@@ -127,28 +117,17 @@ fn the_end_of_a_slide_does_not_depend_on_the_step() {
 #[test]
 fn a_slide_out_of_reach_stops_the_board_and_tells_why() {
     let mut follower = in_place();
-    let mut verdict = None;
-    for _ in 0..20_000 {
-        verdict = follower.slide(DT_S, &slide(DVec3::Z * 0.1)).unwrap();
-        if verdict.is_some() {
-            break;
-        }
-    }
-    assert!(verdict.is_some(), "two metres up");
+    let up = slide(DVec3::Z * 0.1);
+    let two_metres = 20_000;
+    let ends = (0..two_metres).any(|_| follower.slide(DT_S, &up).unwrap().is_some());
+    assert!(ends, "two metres up");
     for _ in 0..300 {
-        assert!(
-            follower
-                .slide(DT_S, &slide(DVec3::Z * 0.1))
-                .unwrap()
-                .is_some()
-        );
+        assert!(follower.slide(DT_S, &up).unwrap().is_some());
     }
     assert_eq!(follower.commanded_velocity(), JointVelocities::default());
     // It can go back down.
-    assert_eq!(
-        follower.slide(DT_S, &slide(DVec3::NEG_Z * 0.1)).unwrap(),
-        None
-    );
+    let down = slide(DVec3::NEG_Z * 0.1);
+    assert_eq!(follower.slide(DT_S, &down).unwrap(), None);
 }
 
 #[test]
@@ -193,15 +172,12 @@ fn the_renderer_slides_in_contact_only() {
         // From 700 on the slide is not finite: the board stands still.
         let bad = slide(DVec3::NAN);
         let asked = if i < 700 { &away } else { &bad };
-        let step = renderer.step_with(
-            now_s,
-            &state,
-            &RenderInput {
-                target: Some(&aim),
-                slide: Some(asked),
-                ..RenderInput::default()
-            },
-        );
+        let input = RenderInput {
+            target: Some(&aim),
+            slide: Some(asked),
+            ..RenderInput::default()
+        };
+        let step = renderer.step_with(now_s, &state, &input);
         renderer.plan();
         let touched = matches!(step.phase, Phase::Contact { .. });
         assert_eq!(step.sliding, touched && i < 700, "{i}");
@@ -209,11 +185,8 @@ fn the_renderer_slides_in_contact_only() {
         y_m.push(arm.forward(&q).position_m().y);
     }
     assert!((y_m[300] - 0.1).abs() < 1e-6);
-    assert!(
-        (y_m[690] - y_m[590] - 0.005).abs() < 1e-6,
-        "{}",
-        y_m[690] - y_m[590]
-    );
+    let slid_m = y_m[690] - y_m[590];
+    assert!((slid_m - 0.005).abs() < 1e-6, "{slid_m}");
     assert!((y_m[899] - y_m[800]).abs() < 1e-9);
     // Released again: back on the target.
     assert!((y_m[1499] - 0.1).abs() < 1e-6, "{}", y_m[1499]);
@@ -225,9 +198,7 @@ fn a_target_with_a_roll_uses_that_or_the_half_turn_and_follows_its_drift() {
     let mut s = Sampler::new(4);
     for _ in 0..30 {
         let roll = s.uniform(-PI, PI);
-        let start = JointPositions::from_deg(START);
-        let mut follower =
-            Follower::new(Arc::new(arm.clone()), FollowerConfig::default(), &start).unwrap();
+        let mut follower = follower(&JointPositions::from_deg(START));
         if follower.aim(&target(Some(roll))).unwrap().is_some() {
             continue;
         }
@@ -248,8 +219,7 @@ fn a_target_with_a_roll_uses_that_or_the_half_turn_and_follows_its_drift() {
         assert!(same.min(half) < 1e-9 && (same < half) == side);
         assert!(follower.goal().unwrap().max_abs_difference(&before) < 0.3);
     }
-    let start = JointPositions::from_deg(START);
-    let mut follower = Follower::new(Arc::new(arm), FollowerConfig::default(), &start).unwrap();
+    let mut follower = follower(&JointPositions::from_deg(START));
     assert!(follower.set_target(&target(Some(f64::NAN))).is_err());
 }
 
@@ -265,10 +235,9 @@ fn the_axes_of_a_surface_are_those_of_a_board_at_roll_0() {
         let [x, y] = surface_axes(normal).unwrap();
         let r = board_pose(DVec3::ZERO, normal, 0.0).unwrap().rotation();
         assert!((r.x_axis - x).length() < 1e-12 && (r.y_axis - y).length() < 1e-12);
-        let turned = board_pose(DVec3::ZERO, normal, FRAC_PI_2)
-            .unwrap()
-            .rotation();
-        assert!((turned.x_axis - y).length() < 1e-12, "from x towards y");
+        let turned = board_pose(DVec3::ZERO, normal, FRAC_PI_2).unwrap();
+        let x_axis = turned.rotation().x_axis;
+        assert!((x_axis - y).length() < 1e-12, "from x towards y");
     }
     assert!(surface_axes(DVec3::ZERO).is_err());
 }
@@ -284,8 +253,11 @@ fn somewhere(sampler: &mut Sampler) -> (Follower, DVec3, DVec3) {
     let turned = sampler.uniform(0.0, 2.0 * PI);
     let normal = arm.forward(&start).rotation().z_axis;
     let [x, y] = surface_axes(normal).unwrap();
-    let follower = Follower::new(Arc::new(arm), FollowerConfig::default(), &start).unwrap();
-    (follower, normal, x * turned.cos() + y * turned.sin())
+    (
+        follower(&start),
+        normal,
+        x * turned.cos() + y * turned.sin(),
+    )
 }
 
 #[test]

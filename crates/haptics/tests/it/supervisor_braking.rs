@@ -1,7 +1,7 @@
 //! Cuts by the supervisor brake no harder than the joints allow.
 
 use crate::supervised::Bench;
-use crate::support::{DT_S, force, home, iiwa, positions, rates};
+use crate::support::{DT_S, force, home, iiwa, outwards, positions, rates};
 use glam::DVec3;
 use hwall_haptics::ArmCommand;
 use hwall_haptics::safety::{GuardLimits, PersonPart};
@@ -21,17 +21,11 @@ fn a_cut_of_speed_is_no_leap_of_speed() {
     let arm = iiwa();
     let normal = arm.forward(&home()).rotation().z_axis;
     let hardest = GuardLimits::of_arm(&SrsArm::iiwa7()).acceleration_rad_per_s2;
-    let mut bench = Bench::new();
-    bench.run(5);
+    let mut bench = Bench::after(5);
     bench.supervisor.forget(PersonPart::Fingertip);
     let place = |q: &JointPositions| arm.forward(q).position_m();
     // Joints 2 and 4 move the face outwards.
-    let outwards = [1, 3].map(|joint| {
-        let mut ahead = home();
-        ahead[joint] += 1e-6;
-        let way = (place(&ahead) - place(&home())).dot(normal).signum();
-        (joint, way)
-    });
+    let ways = [1, 3].map(|joint| (joint, outwards(&arm, joint)));
     let (mut to, mut from, mut before) = (home(), home(), JointVelocities::default());
     let (mut rate, mut slowest, mut slowed) = (0.0_f64, f64::INFINITY, 0);
     for k in 0..1500 {
@@ -40,7 +34,7 @@ fn a_cut_of_speed_is_no_leap_of_speed() {
             0..400 => (rate + 0.005).min(1.0),
             _ => (rate - 0.005).max(0.0),
         };
-        for (joint, way) in outwards {
+        for (joint, way) in ways {
             to[joint] += way * rate * DT_S;
         }
         bench.command = ArmCommand::Position(to);
@@ -73,8 +67,7 @@ fn a_cut_of_speed_is_no_leap_of_speed() {
 #[test]
 fn a_retreat_from_a_motion_is_no_leap_of_speed() {
     let hardest = GuardLimits::of_arm(&SrsArm::iiwa7()).acceleration_rad_per_s2;
-    let mut bench = Bench::new();
-    bench.run(5);
+    let mut bench = Bench::after(5);
     let (mut to, mut from, mut before) = (home(), home(), JointVelocities::default());
     let (mut rate, mut retreats) = (0.0_f64, 0);
     for k in 0..1000 {
@@ -106,8 +99,7 @@ fn a_retreat_from_a_motion_is_no_leap_of_speed() {
 fn after_a_stall_a_command_that_is_cut_does_not_leap() {
     let most = GuardLimits::of_arm(&SrsArm::iiwa7()).velocity_rad_per_s;
     for stall_s in [0.02, 0.15, 0.19] {
-        let mut bench = Bench::new();
-        bench.run(5);
+        let mut bench = Bench::after(5);
         let (mut to, mut from) = (home(), home());
         let (mut rate, mut slowed, mut largest) = (0.0_f64, 0, 0.0_f64);
         for k in 0..400 {
@@ -123,10 +115,8 @@ fn after_a_stall_a_command_that_is_cut_does_not_leap() {
             slowed += usize::from(step.state.name() == "slowed");
             let turned = (q[0] - from[0]).abs();
             let steps = if k == 380 { 4.0 } else { 1.0 };
-            assert!(
-                turned <= steps * most[0] * DT_S * (1.0 + 1e-6),
-                "stall of {stall_s} s, step {k}: {turned} rad"
-            );
+            let most_rad = steps * most[0] * DT_S * (1.0 + 1e-6);
+            assert!(turned <= most_rad, "{stall_s} s, step {k}: {turned} rad");
             largest = largest.max(turned);
             bench.state.qd[0] = rates(&from, &q)[0].min(most[0]);
             (from, bench.state.q) = (q, q);

@@ -6,29 +6,11 @@ use glam::DVec3;
 use hwall_haptics::ArmCommand;
 use hwall_haptics::safety::{Latch, SafeReason, SafeState, SupervisorConfig};
 
-#[test]
-fn a_stop_on_demand_lasts_until_it_is_reset() {
-    let mut bench = Bench::new();
-    bench.run(5);
-    bench.supervisor.stop();
-    let step = bench.run(5000);
-    assert_eq!(
-        step.state,
-        SafeState::Stopped {
-            reason: SafeReason::Requested
-        }
-    );
-    assert!(step.latched && step.command == ArmCommand::Hold);
-    bench.supervisor.reset();
-    assert_eq!(bench.run(300).state, SafeState::Normal);
-}
-
 /// Regression: the fault ended the release but kept the stop request, so the stop was latched again.
 #[test]
 fn a_slight_fault_after_a_reset_does_not_latch_the_stop_again() {
     for steps in [1, 100, 2000] {
-        let mut bench = Bench::new();
-        bench.run(5);
+        let mut bench = Bench::after(5);
         bench.supervisor.stop();
         bench.run(20);
         bench.supervisor.reset();
@@ -42,8 +24,7 @@ fn a_slight_fault_after_a_reset_does_not_latch_the_stop_again() {
 
 #[test]
 fn a_slight_fault_after_a_reset_holds_before_it_withdraws() {
-    let mut bench = Bench::new();
-    bench.run(5);
+    let mut bench = Bench::after(5);
     let most_n = bench.supervisor.config().contact.implausible_n;
     let held = bench.run_with(290, |b, _| {
         b.force = Some(force(DVec3::NEG_X * 2.0 * most_n));
@@ -61,8 +42,7 @@ fn a_slight_fault_after_a_reset_holds_before_it_withdraws() {
 /// Regression: the state still named the refused command.
 #[test]
 fn a_hold_names_the_fault_that_is_left() {
-    let mut bench = Bench::new();
-    bench.run(5);
+    let mut bench = Bench::after(5);
     let lost = |b: &mut Bench| b.person[2].stamp_s -= 0.3;
     let refused = bench.run_with(500, |b, _| {
         b.supervisor.refused();

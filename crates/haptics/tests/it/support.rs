@@ -1,7 +1,8 @@
 //! Setup shared by several tests.
 
 use glam::DVec3;
-use hwall_haptics::{ArmCommand, ArmState, Board};
+use hwall_haptics::safety::{PersonPart, PersonPoint, SupervisorInput};
+use hwall_haptics::{ArmCommand, ArmState, Board, Slide};
 use hwall_kinematics::{
     ArmKinematics, JointPositions, JointTorques, JointVelocities, SrsArm, Wrench,
 };
@@ -52,6 +53,49 @@ pub(crate) fn positions(command: ArmCommand) -> JointPositions {
     match command {
         ArmCommand::Position(q) => q,
         other => panic!("{other:?}"),
+    }
+}
+
+/// Fingertip and head of a person at a place.
+pub(crate) fn person_at(position_m: DVec3, stamp_s: f64) -> [PersonPoint; 2] {
+    [PersonPart::Fingertip, PersonPart::Head].map(|part| PersonPoint {
+        part,
+        position_m,
+        stamp_s,
+    })
+}
+
+/// What the supervisor sees of an arm that nobody presses.
+pub(crate) fn unpressed<'a>(
+    now_s: f64,
+    state: &'a ArmState,
+    person: &'a [PersonPoint],
+    command: ArmCommand,
+) -> SupervisorInput<'a> {
+    SupervisorInput {
+        now_s,
+        state,
+        person,
+        target: None,
+        force: Some(Wrench::default()),
+        command,
+    }
+}
+
+/// The sense, +1 or -1, in which a joint moves the face outwards from home.
+pub(crate) fn outwards(arm: &dyn ArmKinematics, joint: usize) -> f64 {
+    let mut ahead = home();
+    ahead[joint] += 1e-6;
+    let [face, moved] = [home(), ahead].map(|q| arm.forward(&q));
+    let way = moved.position_m() - face.position_m();
+    way.dot(face.rotation().z_axis).signum()
+}
+
+/// A slide without turn.
+pub(crate) fn slide(velocity_m_per_s: DVec3) -> Slide {
+    Slide {
+        velocity_m_per_s,
+        ..Slide::default()
     }
 }
 

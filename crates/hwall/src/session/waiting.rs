@@ -168,11 +168,8 @@ mod tests {
         let mut waiting = Waiting::of(&nowhere);
         waiting.turn_to(0.1);
         assert_eq!(waiting.posture(), None);
-        assert!(
-            Waiting::of(&Walls::default())
-                .near(DVec3::X, DVec3::X)
-                .is_none()
-        );
+        let unknown = Waiting::of(&Walls::default());
+        assert!(unknown.near(DVec3::X, DVec3::X).is_none());
     }
 
     #[test]

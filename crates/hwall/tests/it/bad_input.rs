@@ -47,32 +47,27 @@ fn run<P: Predictor>(
     }
 }
 
-fn stands<P: Predictor>(bench: &Bench, _: &Session<P>) {
-    let moved_rad = bench.arm.q().max_abs_difference(&home());
-    assert!(moved_rad < 1e-3, "{moved_rad} rad at {}", bench.now_s());
+/// One touch; the arm stays where it is.
+fn stands_at_a_touch_of(scene: Scene, hand: Hand) -> GazeSession {
+    let walls = walls_of(&scene);
+    assert!(walls.waiting.is_none() && walls.atlas.is_none());
+    let (mut session, mut bench) = (led_by_gaze(scene), Bench::new(hand));
+    run(&mut bench, &mut session, hand.end_s, |bench, _| {
+        let moved_rad = bench.arm.q().max_abs_difference(&home());
+        assert!(moved_rad < 1e-3, "{moved_rad} rad at {}", bench.now_s());
+    });
+    session
 }
 
 #[test]
-fn a_scene_without_walls_holds_for_want_of_a_target() {
+fn an_arm_without_a_wall_within_reach_stays_where_it_is() {
     let floor = "o floor\nv -2 -2 -1\nv 2 -2 -1\nv 2 2 -1\nv -2 2 -1\nf 1 2 3 4\n";
-    let (scene, _) = Scene::from_obj_str(floor, None).expect("a floor");
-    let walls = walls_of(&scene);
-    assert!(walls.waiting.is_none() && walls.atlas.is_none());
-    let hand = Hand::reaching_in(1.0, TARGET_M);
-    let (mut session, mut bench) = (led_by_gaze(scene), Bench::new(hand));
-    run(&mut bench, &mut session, hand.end_s, stands);
-    let state = session.state();
-    assert_eq!(state, SessionState::Holding(HoldReason::NoTarget));
-}
-
-#[test]
-fn walls_out_of_reach_leave_the_arm_where_it_is() {
-    let scene = wall(2.0);
-    let walls = walls_of(&scene);
-    assert!(walls.waiting.is_none() && walls.atlas.is_none());
-    let hand = Hand::reaching_in(1.5, TARGET_M.with_x(2.0));
-    let (mut session, mut bench) = (led_by_gaze(scene), Bench::new(hand));
-    run(&mut bench, &mut session, hand.end_s, stands);
+    let (floor, _) = Scene::from_obj_str(floor, None).expect("a floor");
+    let session = stands_at_a_touch_of(floor, Hand::reaching_in(1.0, TARGET_M));
+    let no_target = SessionState::Holding(HoldReason::NoTarget);
+    assert_eq!(session.state(), no_target);
+    let far = Hand::reaching_in(1.5, TARGET_M.with_x(2.0));
+    let session = stands_at_a_touch_of(wall(2.0), far);
     let refused = session.control().last_step().expect("steps").unreachable;
     assert!(refused.is_some() || session.control().target().is_none());
 }
@@ -82,18 +77,13 @@ fn an_arm_without_a_waiting_posture_serves_the_touch_and_stays_behind_the_wall_a
     let hand = Hand::reaching_in(1.5, TARGET_M);
     let (mut session, mut bench) = (session(wall(WALL_M)), Bench::new(hand));
     assert!(session.perception().walls().waiting.is_none());
-    let mut touched = false;
-    run(
-        &mut bench,
-        &mut session,
-        hand.end_s + 1.0,
-        |bench, session| {
-            touched |= session.state() == SessionState::Touched;
-            // The arm starts in front of the wall.
-            let in_front_m = in_front_m(bench);
-            assert!(!touched || in_front_m < IN_FRONT_M, "{in_front_m} m");
-        },
-    );
+    let (mut touched, until_s) = (false, hand.end_s + 1.0);
+    run(&mut bench, &mut session, until_s, |bench, session| {
+        touched |= session.state() == SessionState::Touched;
+        // The arm starts in front of the wall.
+        let in_front_m = in_front_m(bench);
+        assert!(!touched || in_front_m < IN_FRONT_M, "{in_front_m} m");
+    });
     assert!(touched);
 }
 
@@ -182,10 +172,8 @@ fn targets_that_jump_in_every_frame_or_are_nan_move_no_board_out_of_the_wall() {
             assert!(in_front_m < IN_FRONT_M, "{in_front_m} m");
             if are_bad && bench.now_s() > 3.0 * TRACKER_S {
                 let state = session.state();
-                let is_named = matches!(
-                    state,
-                    SessionState::Holding(HoldReason::InvalidTarget) | SessionState::Safe(_)
-                );
+                let invalid = SessionState::Holding(HoldReason::InvalidTarget);
+                let is_named = state == invalid || matches!(state, SessionState::Safe(_));
                 assert!(is_named, "{state:?}");
             }
         });
@@ -200,9 +188,8 @@ fn a_person_inside_the_wall_brings_no_board_out_of_it() {
         rest_m: inside_m,
         ..Hand::reaching_in(1.0, inside_m)
     };
-    let scene = wall(WALL_M);
-    let waiting = walls_of(&scene).waiting.expect("a posture");
-    let mut session = led_by_gaze(scene);
+    let waiting = walls_of(&wall(WALL_M)).waiting.expect("a posture");
+    let mut session = led_by_gaze(wall(WALL_M));
     let mut bench = Bench::with_arm(std::sync::Arc::new(iiwa()), waiting, hand);
     run(&mut bench, &mut session, 2.0, |bench, _| {
         let in_front_m = in_front_m(bench);

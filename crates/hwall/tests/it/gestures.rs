@@ -10,6 +10,7 @@ use hwall::{EventKind, SessionError, SessionState};
 use hwall_sim::{
     Gesture, HandContact, Person, PersonConfig, ServoArm, ServoConfig, TouchPlan, TouchSequence,
 };
+use std::ops::Range;
 use std::sync::Arc;
 
 /// One person's touches of a wall at x = 0.6 m.
@@ -27,6 +28,12 @@ fn touches(task: Task, seed: u64) -> TouchSequence {
     Person::new(config, seed).unwrap().plan(&plans).unwrap()
 }
 
+/// People with these seeds, each for each task.
+fn people(seeds: Range<u64>) -> impl Iterator<Item = (Task, TouchSequence)> {
+    let of_task = move |task| seeds.clone().map(move |seed| (task, touches(task, seed)));
+    Task::ALL.into_iter().flat_map(of_task)
+}
+
 fn frames(hand: &TouchSequence, [from_s, to_s]: [f64; 2]) -> Vec<HandFrame> {
     let count = ((to_s - from_s) / TRACKER_S) as usize;
     let times_s = (0..count).map(|i| from_s + TRACKER_S * i as f64);
@@ -35,11 +42,7 @@ fn frames(hand: &TouchSequence, [from_s, to_s]: [f64; 2]) -> Vec<HandFrame> {
 
 fn model() -> GestureModel {
     let mut reaches = Vec::new();
-    for (task, seed) in Task::ALL
-        .into_iter()
-        .flat_map(|task| (1..7).map(move |s| (task, s)))
-    {
-        let hand = touches(task, seed);
+    for (task, hand) in people(1..7) {
         let spans = hand.touches().iter().map(|t| [t.start_s, t.contact_s]);
         reaches.extend(spans.map(|span| (task, frames(&hand, span))));
     }
@@ -54,28 +57,19 @@ fn model() -> GestureModel {
 #[test]
 fn gestures_of_other_people_are_known_at_the_contact() {
     let model = model();
-    for (task, seed) in Task::ALL
-        .into_iter()
-        .flat_map(|task| (101..104).map(move |s| (task, s)))
-    {
-        let hand = touches(task, seed);
-        let (mut gestures, mut tracker) = (
-            model.filter().unwrap(),
-            HandFilter::new(HandFilterConfig::simulated()).unwrap(),
-        );
+    for (task, hand) in people(101..104) {
+        let mut gestures = model.filter().unwrap();
+        let mut tracker = HandFilter::new(HandFilterConfig::simulated()).unwrap();
         assert_eq!(gestures.task(), None);
         let mut due = hand.touches().iter().map(|t| t.contact_s).peekable();
-        for (k, frame) in frames(&hand, [0.0, hand.duration_s()])
-            .into_iter()
-            .enumerate()
-        {
+        let all = frames(&hand, [0.0, hand.duration_s()]);
+        for (k, frame) in all.into_iter().enumerate() {
             if due.next_if(|contact_s| *contact_s <= frame.t_s).is_some() {
-                assert_eq!(gestures.task(), Some(task), "{seed} at {}", frame.t_s);
+                assert_eq!(gestures.task(), Some(task), "at {} s", frame.t_s);
             }
             // Sometimes the palm is not a number.
-            let palm_m = frame
-                .palm_m
-                .map(|palm_m| if k % 10 == 3 { DVec3::NAN } else { palm_m });
+            let nan = k % 10 == 3;
+            let palm_m = frame.palm_m.map(|m| if nan { DVec3::NAN } else { m });
             let frame = HandFrame { palm_m, ..frame };
             let state = tracker.step(&frame);
             let count = allocation_counter::measure(|| {
@@ -88,9 +82,8 @@ fn gestures_of_other_people_are_known_at_the_contact() {
             // Neither a frame without points nor one without a surface changes anything.
             let before = gestures.probabilities();
             let empty = HandFrame::empty(frame.t_s + 1e-4);
-            gestures
-                .step(&empty, state.state(), Some(DVec3::X))
-                .unwrap();
+            let unseen = gestures.step(&empty, state.state(), Some(DVec3::X));
+            unseen.unwrap();
             assert_eq!(gestures.probabilities(), before);
         }
         gestures.reset();
@@ -107,13 +100,9 @@ fn a_model_needs_palms_and_fingertips() {
         normal: DVec3::X,
     };
     for reaches in [&[][..], &[reach; 3]] {
+        let count = reaches.len();
         let refused = GestureModel::train(reaches).unwrap_err();
-        assert_eq!(
-            refused,
-            SessionError::UnseenHand {
-                count: reaches.len()
-            }
-        );
+        assert_eq!(refused, SessionError::UnseenHand { count });
     }
 }
 
@@ -180,9 +169,6 @@ fn each_gesture_gets_its_own_answer() {
     for task in Task::ALL {
         let (told_m, told_rad) = answer(task, Some(&model));
         let (alike_m, alike_rad) = answer(task, None);
-        println!(
-            "{task:?}: {told_m:.4} m, {alike_m:.4} m; off by {told_rad:.3}, {alike_rad:.3} rad"
-        );
         assert!(alike_m > 0.005);
         match task {
             Task::Push | Task::Grasp => assert!(told_m < 1e-3),

@@ -1,7 +1,8 @@
 //! Attacks on the control loop that once succeeded, with their original numbers.
 
 use crate::common::{
-    Bench, DT_S, GazeSession, Hand, by_gaze, config, corners_m, iiwa, session, session_with, wall,
+    Bench, DT_S, GazeSession, Hand, by_gaze, config, corners_m, iiwa, position, session,
+    session_with, wall,
 };
 use hwall::glam::DVec3;
 use hwall::haptics::safety::{Latch, SafeReason};
@@ -17,15 +18,19 @@ fn rig() -> (GazeSession, Bench) {
     (session(wall(0.6)), Bench::new(hand))
 }
 
-/// A session with one changed setting of the supervisor.
-fn latching(latch: Latch) -> GazeSession {
-    let mut supervisor = session_supervisor();
-    supervisor.latch = latch;
-    let config = SessionConfig {
-        supervisor: Some(supervisor),
-        ..config()
-    };
-    session_with(wall(0.6), by_gaze(), config)
+/// The board is in place long before the hand.
+fn in_place() -> (GazeSession, Bench) {
+    let hand = Hand::reaching_in(8.0, TARGET_M);
+    let (mut session, mut bench) = (session(wall(0.6)), Bench::new(hand));
+    sound_cycles(&mut session, &mut bench, 2500);
+    (session, bench)
+}
+
+/// The board is on its way.
+fn approaching() -> (GazeSession, Bench) {
+    let (mut session, mut bench) = rig();
+    to_the_approach(&mut session, &mut bench);
+    (session, bench)
 }
 
 /// One cycle with a spoiled state; the arm gets the command. Returns the command, and its distance from the true position, rad.
@@ -39,10 +44,8 @@ fn cycle(
         truly = Some(state.q);
         spoil(state);
     });
-    let apart_rad = match (command, truly) {
-        (ArmCommand::Position(q), Some(truly)) => q.max_abs_difference(&truly),
-        _ => 0.0,
-    };
+    let both = position(command).zip(truly);
+    let apart_rad = both.map_or(0.0, |(q, truly)| q.max_abs_difference(&truly));
     (command, apart_rad)
 }
 
@@ -50,14 +53,6 @@ fn cycle(
 fn sound_cycles(session: &mut GazeSession, bench: &mut Bench, count: usize) {
     for _ in 0..count {
         bench.cycle(session);
-    }
-}
-
-/// Where a command moves the arm.
-fn place(command: ArmCommand) -> Option<JointPositions> {
-    match command {
-        ArmCommand::Position(q) => Some(q),
-        _ => None,
     }
 }
 
@@ -88,23 +83,17 @@ fn s1_a_wrong_state_at_the_start_is_no_place_to_begin_from() {
                 bench.obey(ArmCommand::Hold);
             }
             for k in 0..400 {
-                let wrong = k < cycles;
                 let (command, apart_rad) = cycle(&mut session, &mut bench, |state| {
-                    if wrong {
+                    if k < cycles {
                         // A single reading, unrelated to the next.
                         state.q[1] += off_rad * (1.0 + f64::from(k));
                     }
                 });
-                assert!(
-                    apart_rad < if k < 20 + cycles { 0.01 } else { APART_RAD },
-                    "{off_rad} rad, cycle {k}: {apart_rad} rad"
-                );
-                held += usize::from(command == ArmCommand::Hold && reason(&session).is_some());
+                let most_rad = if k < 20 + cycles { 0.01 } else { APART_RAD };
+                assert!(apart_rad < most_rad, "{off_rad} {k}: {apart_rad} rad");
+                held += u32::from(command == ArmCommand::Hold && reason(&session).is_some());
             }
-            assert!(
-                held >= cycles as usize,
-                "{off_rad} rad: held {held} of {cycles}"
-            );
+            assert!(held >= cycles, "{off_rad} rad: held {held} of {cycles}");
         }
     }
 }
@@ -112,8 +101,7 @@ fn s1_a_wrong_state_at_the_start_is_no_place_to_begin_from() {
 #[test]
 fn s1_a_wrong_state_after_a_hold_is_none_either() {
     for off_rad in [1000.0, 1.0] {
-        let (mut session, mut bench) = rig();
-        to_the_approach(&mut session, &mut bench);
+        let (mut session, mut bench) = approaching();
         for _ in 0..300 {
             cycle(&mut session, &mut bench, |state| state.q[0] = f64::NAN);
         }
@@ -125,10 +113,7 @@ fn s1_a_wrong_state_after_a_hold_is_none_either() {
                         state.q[1] += off_rad;
                     }
                 });
-                assert!(
-                    apart_rad < APART_RAD,
-                    "{off_rad} rad, {wrong}: {apart_rad} rad"
-                );
+                assert!(apart_rad < APART_RAD, "{off_rad} {wrong}: {apart_rad} rad");
             }
             session.reset();
         }
@@ -140,10 +125,7 @@ fn s1_an_angle_that_stays_where_it_leapt_to_is_not_believed() {
     // Allowed error of such a joint while the arm still brakes.
     const BRAKES_RAD: f64 = 0.15;
     for (joint, off_rad) in [(0, 0.1), (1, -0.25), (3, 0.29), (5, -0.1)] {
-        let (mut session, mut bench) = rig();
-        bench.hand = Hand::reaching_in(8.0, TARGET_M);
-        // In place long before the hand.
-        sound_cycles(&mut session, &mut bench, 2500);
+        let (mut session, mut bench) = in_place();
         for _ in 0..1000 {
             let spoil = |state: &mut ArmState| state.q[joint] += off_rad;
             let (_, apart_rad) = cycle(&mut session, &mut bench, spoil);
@@ -165,9 +147,7 @@ fn s1_an_angle_that_stays_where_it_leapt_to_is_not_believed() {
 #[test]
 fn s1_a_velocity_that_is_none_lets_no_leap_of_an_angle_through() {
     for velocity in [f64::NAN, f64::INFINITY, 1e6, -1e6] {
-        let (mut session, mut bench) = rig();
-        bench.hand = Hand::reaching_in(8.0, TARGET_M);
-        sound_cycles(&mut session, &mut bench, 2500);
+        let (mut session, mut bench) = in_place();
         cycle(&mut session, &mut bench, |state| state.qd[0] = velocity);
         for _ in 0..1000 {
             let (_, apart_rad) = cycle(&mut session, &mut bench, |state| state.q[0] += 0.25);
@@ -180,22 +160,16 @@ fn s1_a_velocity_that_is_none_lets_no_leap_of_an_angle_through() {
 #[test]
 fn s2_an_arm_that_does_not_move_for_three_seconds_is_noticed_and_does_not_leap() {
     for noise in [0.0, 1e-9] {
-        let (mut session, mut bench) = rig();
-        to_the_approach(&mut session, &mut bench);
-        let began_s = bench.now_s();
-        let (mut held, mut most_rad) = (0, 0.0_f64);
-        let mut last: Option<JointPositions> = None;
+        let (mut session, mut bench) = approaching();
+        let (mut held, mut most_rad, mut last) = (0, 0.0_f64, None);
         let stood = bench.arm.q();
         // Its drives are off: it stands still and reports this.
         for k in 0..3000 {
-            let trembles = noise * f64::from(k % 7);
             let mut state = bench.state();
-            state.q = stood;
-            state.q[6] += trembles;
-            state.qd = Default::default();
-            state.qd[6] += trembles;
+            (state.q, state.qd) = (stood, Default::default());
+            tremble(&mut state, noise, k);
             bench.show_frames(&mut session);
-            last = place(session.step(bench.now_s(), &state));
+            last = position(session.step(bench.now_s(), &state));
             match &last {
                 Some(q) => most_rad = most_rad.max(q.max_abs_difference(&stood)),
                 None => held += 1,
@@ -203,14 +177,18 @@ fn s2_an_arm_that_does_not_move_for_three_seconds_is_noticed_and_does_not_leap()
             session.plan();
             bench.obey(ArmCommand::Hold);
         }
-        println!("stands for 3 s: {most_rad:.3} rad apart, held {held} of 3000 cycles");
         // It was 3.3 rad; at 2 rad/s, detection takes a quarter of a second.
         assert!(most_rad < 0.8 && held > 1000, "{most_rad} rad, held {held}");
-        assert!(bench.now_s() > began_s + 2.9);
         // Without any noise its state may count as frozen first.
         assert!(noise == 0.0 || not_obeyed(&mut session) == 1);
         goes_on_after_a_reset(&mut session, &mut bench, last);
     }
+}
+
+/// Noise of one joint, without which a state that stays the same counts as frozen.
+fn tremble(state: &mut ArmState, noise: f64, cycle: u32) {
+    state.q[6] += noise * f64::from(cycle % 7);
+    state.qd[6] += noise * f64::from(cycle % 7);
 }
 
 /// How often it was told that the arm does not obey.
@@ -233,7 +211,7 @@ fn goes_on_after_a_reset(
     for _ in 0..3000 {
         let command = bench.cycle(session);
         served |= session.state() == SessionState::InPlace;
-        last = place(command).inspect(|q| {
+        last = position(command).inspect(|q| {
             let (from, most) = last.map_or((bench.arm.q(), 0.06), |last| (last, 3.2 * DT_S));
             assert!(q.max_abs_difference(&from) <= most);
         });
@@ -267,41 +245,30 @@ fn an_arm_that_drifts_although_it_was_told_to_hold_is_named() {
 #[test]
 fn s4_after_a_stall_the_first_command_is_no_leap() {
     for stall_s in [0.01, 0.05, 0.19, 3.0] {
-        let (mut session, mut bench) = rig();
-        to_the_approach(&mut session, &mut bench);
+        let (mut session, mut bench) = approaching();
         // Until it moves fast.
         while bench.arm.twist().linear_m_per_s.length() < 0.5 {
             bench.cycle(&mut session);
         }
-        let ArmCommand::Position(mut last) = bench.cycle(&mut session) else {
+        let ArmCommand::Position(last) = bench.cycle(&mut session) else {
             panic!("not on its way");
         };
         bench.arm.advance(stall_s).unwrap();
         let mut state = bench.state();
-        let (mut most_rad, began_s) = (0.0_f64, bench.now_s() + stall_s);
-        for k in 0..500 {
-            let now_s = began_s + f64::from(k) * DT_S;
-            state.t_s = now_s;
-            // An arm without commands stands still where it was commanded; the loop continues from its last command.
-            if let ArmCommand::Position(q) = session.step(now_s, &state) {
-                if k == 0 {
-                    most_rad = most_rad.max(q.max_abs_difference(&last));
-                }
-                last = q;
-            }
-            session.plan();
+        // An arm without commands stands still where it was commanded; the loop continues from its last command.
+        state.t_s = bench.now_s() + stall_s;
+        if let ArmCommand::Position(q) = session.step(state.t_s, &state) {
+            // It was 0.108 rad; four nominal steps at full speed are 0.013.
+            let first_rad = q.max_abs_difference(&last);
+            assert!(first_rad < 0.014, "{stall_s} s: {first_rad} rad");
         }
-        println!("stall of {stall_s} s: first step {most_rad:.4} rad");
-        // It was 0.108 rad; four nominal steps at full speed are 0.013.
-        assert!(most_rad < 0.014, "{stall_s} s: {most_rad} rad");
     }
 }
 
 #[test]
 fn s5_torques_that_no_sensor_says_are_no_touch() {
     for torque_n_m in [-1e100, 1e100, 1e9, 400.0, f64::MAX] {
-        let (mut session, mut bench) = rig();
-        to_the_approach(&mut session, &mut bench);
+        let (mut session, mut bench) = approaching();
         for _ in 0..200 {
             let (command, _) = cycle(&mut session, &mut bench, |state| {
                 if let Some(torque) = &mut state.external_torque {
@@ -309,10 +276,8 @@ fn s5_torques_that_no_sensor_says_are_no_touch() {
                 }
             });
             assert_eq!(command, ArmCommand::Hold);
-            assert_eq!(
-                session.control().renderer().contact(),
-                ContactState::NonContact
-            );
+            let contact = session.control().renderer().contact();
+            assert_eq!(contact, ContactState::NonContact);
         }
         assert!(reason(&session).is_some(), "{torque_n_m}");
     }
@@ -333,25 +298,20 @@ fn s5_a_bias_of_the_torque_sensors_is_found_at_rest_and_named() {
         for _ in 0..2500 {
             cycle(&mut session, &mut bench, biased);
             if let Some(SafeReason::TorqueBias { joint, bias_n_m }) = reason(&session) {
-                named = named.or(Some((joint, bias_n_m, bench.now_s())));
+                named = named.or(Some((joint, bias_n_m)));
             }
         }
-        println!("{bias_n_m} N m: {named:?}");
         assert_eq!(named.is_some(), is_named, "{bias_n_m} N m");
-        if let Some((joint, found_n_m, _)) = named {
+        if let Some((joint, found_n_m)) = named {
             assert!(joint == 1 && (found_n_m - bias_n_m).abs() < 0.1 * bias_n_m.abs());
-            assert_eq!(
-                session.step(bench.now_s(), &bench.state()),
-                ArmCommand::Hold
-            );
+            let command = session.step(bench.now_s(), &bench.state());
+            assert_eq!(command, ArmCommand::Hold);
         }
     }
 }
 
 #[test]
 fn s6_no_corner_comes_near_a_hand_faster_than_it_can_stop() {
-    let mut fastest = 0.0_f64;
-    let mut over = 0.0_f64;
     for (k, y) in [-0.3, -0.1, 0.1, 0.3].into_iter().enumerate() {
         for reach_s in [0.6, 1.0, 1.5] {
             let target_m = DVec3::new(0.6, y, 0.5 + 0.08 * k as f64);
@@ -364,41 +324,34 @@ fn s6_no_corner_comes_near_a_hand_faster_than_it_can_stop() {
                 for corner_m in corners_m(&pose) {
                     let lever_m = corner_m - pose.position_m();
                     let velocity = twist.linear_m_per_s + twist.angular_rad_per_s.cross(lever_m);
-                    fastest = fastest.max(velocity.length());
+                    let speed = velocity.length();
+                    assert!(speed < 3.0, "{speed} m/s");
                     let way = tip_m - corner_m;
                     if way.length() < 0.25 {
                         let closing = velocity.dot(way.normalize());
                         // 5 m/s² to a stop at 2 cm, at least 0.25 m/s.
                         let allowed = (10.0 * (way.length() - 0.02).max(0.0)).sqrt().max(0.25);
-                        over = over.max(closing - allowed);
+                        let over = closing - allowed;
+                        assert!(over < 0.1, "{over} m/s above what is allowed");
                     }
                 }
             }
         }
     }
-    println!(
-        "fastest corner {fastest:.2} m/s; near a hand at most {over:.3} m/s above what is allowed"
-    );
-    assert!(fastest < 3.0, "{fastest} m/s");
-    assert!(over < 0.1, "{over} m/s");
 }
 
 #[test]
 fn lost_commands_are_noticed_before_the_arm_is_far_off() {
     for lost_of_ten in [5, 9, 10] {
-        let (mut session, mut bench) = rig();
-        to_the_approach(&mut session, &mut bench);
-        let mut most_rad = 0.0_f64;
+        let (mut session, mut bench) = approaching();
         for k in 0..2000 {
             bench.show_frames(&mut session);
             let mut state = bench.state();
-            state.q[6] += 1e-9 * f64::from(k % 7);
-            state.qd[6] += 1e-9 * f64::from(k % 7);
+            tremble(&mut state, 1e-9, k);
             let command = session.step(bench.now_s(), &state);
             session.plan();
-            if let ArmCommand::Position(q) = command {
-                most_rad = most_rad.max(q.max_abs_difference(&state.q));
-            }
+            let apart_rad = position(command).map_or(0.0, |q| q.max_abs_difference(&state.q));
+            assert!(apart_rad < 0.75, "{lost_of_ten}: {apart_rad} rad");
             // After a lost command, the last one stays in force.
             if k % 10 < lost_of_ten {
                 bench.arm.advance(DT_S).unwrap();
@@ -407,8 +360,6 @@ fn lost_commands_are_noticed_before_the_arm_is_far_off() {
                 bench.obey(command);
             }
         }
-        println!("{lost_of_ten} of 10 lost: {most_rad:.3} rad apart");
-        assert!(most_rad < 0.75, "{lost_of_ten}: {most_rad} rad");
         if lost_of_ten == 10 {
             assert_eq!(reason(&session), Some(SafeReason::NotObeyed));
         }
@@ -430,7 +381,13 @@ fn what_ends_by_itself_and_what_needs_a_person_is_a_setting() {
             (&dropout as &dyn Fn(&mut ArmState), after_dropout),
             (&too_far, after_limit),
         ] {
-            let mut session = latching(latch);
+            let mut supervisor = session_supervisor();
+            supervisor.latch = latch;
+            let config = SessionConfig {
+                supervisor: Some(supervisor),
+                ..config()
+            };
+            let mut session = session_with(wall(0.6), by_gaze(), config);
             let mut bench = Bench::new(Hand::reaching_in(1.5, TARGET_M));
             to_the_approach(&mut session, &mut bench);
             for _ in 0..50 {
@@ -441,15 +398,11 @@ fn what_ends_by_itself_and_what_needs_a_person_is_a_setting() {
             session.reset();
             sound_cycles(&mut session, &mut bench, 400);
             assert!(!session.control().is_latched(), "{latch:?}");
-            let held = reason(&session);
-            let is_near = |r| {
-                matches!(
-                    r,
-                    SafeReason::PersonNear { .. } | SafeReason::CommandLimit { .. }
-                )
-            };
             // It continues, if slowly.
-            assert!(held.is_none_or(is_near), "{held:?}");
+            use SafeReason::{CommandLimit, PersonNear};
+            let slowed = reason(&session);
+            let goes_on = matches!(slowed, None | Some(PersonNear { .. } | CommandLimit { .. }));
+            assert!(goes_on, "{slowed:?}");
             // A requested stop needs a person, whatever the setting.
             session.stop();
             sound_cycles(&mut session, &mut bench, 400);
@@ -469,6 +422,20 @@ fn spoiled(state: &mut ArmState, channel: usize, joint: usize, by: f64, replaces
     *number = if replaces { by } else { *number + by };
 }
 
+/// Sizes of faults.
+const SIZES: [f64; 10] = [
+    f64::NAN,
+    f64::INFINITY,
+    -1e300,
+    1000.0,
+    20.0,
+    1.0,
+    -0.3,
+    0.05,
+    -1e-3,
+    0.0,
+];
+
 /// Set the number of runs: `HWALL_FAULTED_RUNS=100000 cargo test --release -p hwall --test it loop_attacks::random`.
 #[test]
 fn random_faults_end_in_a_named_state_and_no_command_leaps() {
@@ -476,32 +443,19 @@ fn random_faults_end_in_a_named_state_and_no_command_leaps() {
     let runs: usize = runs.and_then(|runs| runs.parse().ok()).unwrap_or(300);
     let mut sampler = Sampler::new(29);
     let (mut session, mut bench) = rig();
-    let (mut named, mut most_apart_rad, mut most_step_rad) = (0, 0.0_f64, 0.0_f64);
+    let mut named = 0;
     for run in 0..runs {
         if bench.now_s() > bench.hand.end_s {
             // The next touch, elsewhere.
-            let target_m =
-                TARGET_M + DVec3::new(0.0, sampler.uniform(0.0, 0.5), sampler.uniform(-0.2, 0.1));
-            bench.hand = Hand::reaching_in(1.0, target_m).later(bench.now_s());
+            let off_m = DVec3::new(0.0, sampler.uniform(0.0, 0.5), sampler.uniform(-0.2, 0.1));
+            bench.hand = Hand::reaching_in(1.0, TARGET_M + off_m).later(bench.now_s());
         }
         let (channel, joint) = (sampler.index(4), sampler.index(7));
-        let sizes = [
-            f64::NAN,
-            f64::INFINITY,
-            -1e300,
-            1000.0,
-            20.0,
-            1.0,
-            -0.3,
-            0.05,
-            -1e-3,
-            0.0,
-        ];
-        let by = sizes[sampler.index(sizes.len())] * if sampler.index(2) == 0 { 1.0 } else { -1.0 };
+        let by = SIZES[sampler.index(SIZES.len())] * [1.0, -1.0][sampler.index(2)];
         let replaces = sampler.index(4) == 0;
         let cycles = [1, 3, 20, 150][sampler.index(4)];
-        let mut was_named = false;
-        let mut last: Option<JointPositions> = None;
+        let fault = format!("run {run}: channel {channel}, joint {joint}, {by}, {cycles} cycles");
+        let (mut was_named, mut last) = (false, None::<JointPositions>);
         for k in 0..cycles + 350 {
             let (command, apart_rad) = cycle(&mut session, &mut bench, |state| {
                 if k < cycles {
@@ -509,33 +463,20 @@ fn random_faults_end_in_a_named_state_and_no_command_leaps() {
                 }
             });
             was_named |= command == ArmCommand::Hold;
-            most_apart_rad = most_apart_rad.max(apart_rad);
-            let what = || {
-                format!("run {run}: channel {channel}, joint {joint}, {by}, {cycles} cycles, {k}")
-            };
-            assert!(apart_rad < 0.5, "{}: {apart_rad} rad from the arm", what());
-            if let (ArmCommand::Position(q), Some(before)) = (command, last) {
-                let step_rad = q.max_abs_difference(&before);
-                most_step_rad = most_step_rad.max(step_rad);
-                assert!(
-                    step_rad <= 3.2 * DT_S,
-                    "{}: a step of {step_rad} rad",
-                    what()
-                );
-            }
-            last = place(command);
+            assert!(apart_rad < 0.5, "{fault}, {k}: {apart_rad} rad off the arm");
+            let now = position(command);
+            let step_rad = now.zip(last).map_or(0.0, |(q, p)| q.max_abs_difference(&p));
+            assert!(
+                step_rad <= 3.2 * DT_S,
+                "{fault}, {k}: leaps by {step_rad} rad"
+            );
+            last = now;
         }
         named += usize::from(was_named);
         session.reset();
         sound_cycles(&mut session, &mut bench, 150);
-        assert!(
-            !session.control().is_latched(),
-            "run {run}: channel {channel}, joint {joint}, {by}: {:?}",
-            session.state()
-        );
+        let state = session.state();
+        assert!(!session.control().is_latched(), "{fault}: {state:?}");
     }
-    println!(
-        "{runs} faulted runs: {named} held, at most {most_apart_rad:.3} rad from the arm, {most_step_rad:.4} rad in a cycle"
-    );
     assert!(named > runs / 3);
 }

@@ -1,7 +1,7 @@
 //! A virtual world that moves, jumps and shakes, and a hand that is lost on a moving board.
 
 use crate::common::{
-    TRACKER_S, by_gaze, config, home, iiwa, rough_wall, session_on, wall, world_at,
+    TRACKER_S, by_gaze, config, home, iiwa, rough_wall, session_on, shift_world, wall,
 };
 use hwall::contact::{
     ContactEstimate, ContactEstimator, ContactPrediction, FusedConfig, FusedPredictor,
@@ -137,9 +137,7 @@ fn a_resting_hand_that_is_steered_along_moves_in_the_world() {
     for k in 0..90 {
         let t_s = f64::from(k) * TRACKER_S;
         // The person is steered at 1 m/s towards smaller x of the world, so the world approaches.
-        session
-            .world(&world_at(t_s, DVec3::X * t_s))
-            .expect("in order");
+        shift_world(&mut session, t_s, DVec3::X * t_s);
         session.frame(&frame(t_s, HAND_M));
     }
     let last = last_velocity(&session);
@@ -161,8 +159,7 @@ fn a_trembling_origin_moves_nothing() {
     let before = bench.q;
     for k in 0..90 {
         let noise_m = 2e-4 * f64::from(k * 13 % 7 - 3) / 3.0;
-        let by_m = DVec3::new(noise_m, 0.0, -noise_m);
-        session.world(&world_at(bench.t_s, by_m)).expect("in order");
+        shift_world(&mut session, bench.t_s, DVec3::new(noise_m, 0.0, -noise_m));
         bench.run(&mut session, TRACKER_S, resting);
     }
     assert_eq!(bench.q, before);
@@ -200,7 +197,7 @@ fn the_board_goes_to_the_wall_where_it_is_now_not_where_it_was_mapped() {
     for off_m in [0.005, 0.012] {
         let mut session = session(wall(0.6), maps.clone(), Fixed::at(out_of_reach_m));
         let by_m = DVec3::X * off_m;
-        session.world(&world_at(0.0, by_m)).expect("in order");
+        shift_world(&mut session, 0.0, by_m);
         session.frame(&frame(0.0, HAND_M));
         while let Some(event) = session.next_event() {
             if let EventKind::GoalSet(goal) = event.kind {
@@ -236,16 +233,12 @@ fn after_a_leap_nothing_is_remembered_of_where_the_hand_was() {
         let mut session = session(wall(0.6), WallMaps::default(), fused);
         if leaps {
             // At first the person stands on the other side of the wall.
-            session
-                .world(&world_at(0.0, DVec3::X * -0.5))
-                .expect("in order");
+            shift_world(&mut session, 0.0, DVec3::X * -0.5);
             for k in 0..45 {
                 session.frame(&looking(f64::from(k) * TRACKER_S));
             }
         }
-        session
-            .world(&world_at(0.5, DVec3::X * 0.05))
-            .expect("in order");
+        shift_world(&mut session, 0.5, DVec3::X * 0.05);
         for k in 46..135 {
             session.frame(&looking(f64::from(k) * TRACKER_S));
         }

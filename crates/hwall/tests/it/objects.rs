@@ -43,25 +43,17 @@ kind = "untouchable"
 fn what_a_sidecar_leaves_out_has_the_documented_values() {
     let (scene, _) = Scene::from_obj_str(ROOM, Some(OLD)).unwrap();
     let objects = objects_of(&scene).unwrap();
-    let numbers: Vec<_> = objects
-        .iter()
-        .map(|o| {
-            let c = &o.config;
-            (o.surface.0, c.inertia, c.stiffness, c.damping, c.range)
-        })
-        .collect();
-    let quarter = std::f64::consts::FRAC_PI_2;
-    assert_eq!(
-        numbers,
-        [
-            (1, 4.3, 0.0, 2.0, [0.0, quarter]),
-            (2, 10.0, 30.0, 10.0, [-0.5, 0.25]),
-            (3, 3.0, 0.0, 10.0, [0.0, 0.4]),
-            (4, 0.05, 400.0, 3.0, [0.0, 0.008]),
-        ]
-    );
-    for object in &objects {
-        let c = &object.config;
+    let expected = [
+        (1, 4.3, 0.0, 2.0, [0.0, std::f64::consts::FRAC_PI_2]),
+        (2, 10.0, 30.0, 10.0, [-0.5, 0.25]),
+        (3, 3.0, 0.0, 10.0, [0.0, 0.4]),
+        (4, 0.05, 400.0, 3.0, [0.0, 0.008]),
+    ];
+    assert_eq!(objects.len(), expected.len());
+    for (object, expected) in objects.iter().zip(expected) {
+        let (surface, c) = (object.surface.0, &object.config);
+        let numbers = (surface, c.inertia, c.stiffness, c.damping, c.range);
+        assert_eq!(numbers, expected);
         assert_eq!((c.friction, c.rest, c.restitution), (0.0, 0.0, 0.0));
         assert!(c.detents.is_empty() && c.click.is_none());
         assert!(MovingObject::new(c.clone()).is_ok());
@@ -97,31 +89,22 @@ click = { start_m = 0.001, snap_m = 0.003, force_n = 4 }
 detents = [{ position_m = 0.008, half_width_m = 0.001, force_n = 2 }]
 "#;
     let (scene, _) = Scene::from_obj_str(ROOM, Some(sidecar)).unwrap();
-    let (door, _) = object_of(&scene, scene.find("door").unwrap())
-        .unwrap()
-        .unwrap();
-    let numbers = [
-        door.inertia,
-        door.stiffness,
-        door.rest,
-        door.damping,
-        door.friction,
-        door.restitution,
-    ];
-    let quarter = std::f64::consts::FRAC_PI_2;
-    assert_eq!(numbers, [3.5, 2.0, quarter, 1.5, 0.25, 0.1]);
-    let half_width = std::f64::consts::PI;
-    assert_eq!(
-        door.detents,
-        [Detent {
-            position: 0.0,
-            half_width,
-            force: 6.0
-        }]
-    );
-    let (button, _) = object_of(&scene, scene.find("button").unwrap())
-        .unwrap()
-        .unwrap();
+    let config_of = |name: &str| {
+        let object = object_of(&scene, scene.find(name).unwrap()).unwrap();
+        object.unwrap().0
+    };
+    let detent = |position: f64, half_width: f64, force: f64| Detent {
+        position,
+        half_width,
+        force,
+    };
+    let (door, quarter) = (config_of("door"), std::f64::consts::FRAC_PI_2);
+    let numbers = [door.inertia, door.stiffness, door.damping];
+    assert_eq!(numbers, [3.5, 2.0, 1.5]);
+    let numbers = [door.rest, door.friction, door.restitution];
+    assert_eq!(numbers, [quarter, 0.25, 0.1]);
+    assert_eq!(door.detents, [detent(0.0, 2.0 * quarter, 6.0)]);
+    let button = config_of("button");
     assert_eq!((button.inertia, button.friction), (0.02, 0.1));
     // Without a release, all stored energy is lost.
     let click = Click {
@@ -131,14 +114,7 @@ detents = [{ position_m = 0.008, half_width_m = 0.001, force_n = 2 }]
         force: 4.0,
     };
     assert_eq!(button.click, Some(click));
-    assert_eq!(
-        button.detents,
-        [Detent {
-            position: 0.008,
-            half_width: 0.001,
-            force: 2.0
-        }]
-    );
+    assert_eq!(button.detents, [detent(0.008, 0.001, 2.0)]);
 }
 
 #[test]
@@ -148,8 +124,7 @@ fn an_object_moves_as_the_opening_of_its_surface() {
     for scene in [scene.clone(), scene.placed(&world)] {
         for object in objects_of(&scene).unwrap() {
             let [_, most] = object.config.range;
-            let corner =
-                |scene: &Scene| scene.triangles_m(object.surface).unwrap().next().unwrap()[1];
+            let corner = |s: &Scene| s.triangles_m(object.surface).unwrap().next().unwrap()[1];
             let mut open = scene.clone();
             open.set_opening(object.surface, most).unwrap();
             let before = Pose::IDENTITY.at(corner(&scene));

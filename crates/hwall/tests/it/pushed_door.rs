@@ -52,28 +52,20 @@ fn a_pushed_door_opens_turns_the_board_and_closes() {
             // The face lies on the door at its current opening.
             let pose = bench.arm.pose();
             let perception = session.perception();
-            let closest = perception
-                .scene()
-                .project_on(DOOR, pose.position_m())
-                .expect("a point");
+            let closest = perception.scene().project_on(DOOR, pose.position_m());
+            let closest = closest.expect("a point");
             // 22 ms of delay at up to 0.2 m/s.
             assert!(closest.distance_m < 5e-3, "{} m", closest.distance_m);
             let cosine = pose.rotation().z_axis.dot(closest.normal);
             let tilt_rad = cosine.abs().min(1.0).acos();
             assert!(tilt_rad < PlaceTolerance::default().tilt_rad, "{tilt_rad}");
         }
-        assert_eq!(
-            session.perception().scene().opening(DOOR),
-            Some(door.position)
-        );
+        let opening = session.perception().scene().opening(DOOR);
+        assert_eq!(opening, Some(door.position));
     }
     assert!(touched > 500, "{touched} ms");
     // At rest 0.5 m * 500 N/m * (15 mm - 0.5 m * angle) = 30 N m/rad * angle: 24 mrad, with little overshoot.
-    assert!(
-        (0.024..0.032).contains(&most),
-        "{} degrees",
-        most.to_degrees()
-    );
+    assert!((0.024..0.032).contains(&most), "{most} rad");
     bench.run(&mut session, hand.end_s + 3.0);
     let door = moving(&session);
     assert!(!door.touched && door.position.abs() < 0.002, "{door:?}");
@@ -99,10 +91,8 @@ fn a_door_that_was_open_is_pushed_further_from_there() {
     let mut scene = door(0.0);
     let opening = 5_f64.to_radians();
     scene.set_opening(DOOR, opening).expect("within its range");
-    let session = session(scene, true);
+    let (mut session, mut bench) = (session(scene, true), Bench::new(hand));
     assert!((moving(&session).position - opening).abs() < 1e-15);
-    let mut session = session;
-    let mut bench = Bench::new(hand);
     bench.run(&mut session, hand.leave_s);
     assert!(moving(&session).position >= opening - 1e-12);
 }

@@ -8,7 +8,7 @@ use hwall::contact::{ContactEstimate, ContactEstimator, StreamEstimator};
 use hwall::glam::DVec3;
 use hwall::hand::{HandFilter, HandFilterConfig, HandFrame, HandPoint, WatchConfig};
 use hwall::haptics::{Board, BoardTarget};
-use hwall::kinematics::{ArmKinematics, JointPositions};
+use hwall::kinematics::ArmKinematics;
 use hwall::response::{
     Demonstrator, JointPosterior, ResponseConfig, ResponseDemonstration, ResponseEstimator,
     ResponseFilter, ResponseModel, Task,
@@ -64,9 +64,8 @@ impl Reach {
 
     fn frames(&self) -> Vec<HandFrame> {
         let count = (self.lasts_s / PERIOD_S) as usize;
-        (0..=count)
-            .map(|k| self.frame(k as f64 * PERIOD_S))
-            .collect()
+        let frames = (0..=count).map(|k| self.frame(k as f64 * PERIOD_S));
+        frames.collect()
     }
 
     fn board_m(&self) -> DVec3 {
@@ -93,9 +92,8 @@ fn shown(reaches: &[Reach]) -> Vec<ResponseDemonstration> {
 
 fn drawn(task: Task, count: usize, seed: u64) -> Vec<Reach> {
     let mut sampler = Sampler::new(seed);
-    (0..count)
-        .map(|_| Reach::drawn(task, &mut sampler))
-        .collect()
+    let reaches = (0..count).map(|_| Reach::drawn(task, &mut sampler));
+    reaches.collect()
 }
 
 fn config() -> ResponseConfig {
@@ -127,10 +125,8 @@ fn followed(filter: &mut ResponseFilter, frames: &[HandFrame]) -> JointPosterior
 
 /// Distance of the responding face from its correct position, m.
 fn off_m(posterior: &JointPosterior, reach: &Reach) -> f64 {
-    iiwa()
-        .forward(&posterior.q)
-        .position_m()
-        .distance(reach.board_m())
+    let face = iiwa().forward(&posterior.q);
+    face.position_m().distance(reach.board_m())
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
@@ -237,11 +233,8 @@ fn tasks_are_told_apart_by_the_hand() {
         right += usize::from(posterior.tasks[reach.task as usize] > 0.5);
         off.push(off_m(&posterior, reach));
     }
-    assert!(
-        right * 10 >= 9 * others.len(),
-        "{right} of {}",
-        others.len()
-    );
+    let all = others.len();
+    assert!(right * 10 >= 9 * all, "{right} of {all}");
     assert!(median(off.clone()) < 0.03, "{off:?}");
 }
 
@@ -295,7 +288,7 @@ fn reaches_unlike_all_that_were_shown_are_told_and_the_verdict_does_not_alternat
 fn one_demonstration_is_what_is_answered() {
     let reaches = drawn(Task::Push, 1, 5);
     let shown = shown(&reaches);
-    let model = ResponseModel::train(&shown, &ResponseConfig::default()).expect("a model");
+    let model = ResponseModel::train(&shown, &config()).expect("a model");
     let posterior = followed(&mut model.filter(), &reaches[0].frames());
     let truth = shown[0].joints.last().expect("samples");
     assert!(posterior.q.max_abs_difference(truth) < 0.02);
@@ -342,7 +335,6 @@ fn what_makes_no_sense_is_refused_by_name() {
     let mut estimator = ResponseEstimator::new(model, Arc::new(iiwa()));
     estimator.begin();
     assert_eq!(estimator.step(&HandFrame::empty(0.0)), None);
-    assert!(JointPositions(before.q.0).0.iter().all(|q| q.is_finite()));
 }
 
 #[test]
@@ -353,11 +345,7 @@ fn following_hands_one_after_the_other_allocates_nothing() {
     let model = ResponseModel::train(&shown(&reaches), &config()).expect("a model");
     assert_eq!(model.tasks().len(), 2);
     let mut filter = model.filter();
-    let frames: Vec<_> = [7, 45, 8]
-        .map(|i| reaches[i])
-        .iter()
-        .map(Reach::frames)
-        .collect();
+    let frames = [7, 45, 8].map(|i| reaches[i].frames());
     let info = allocation_counter::measure(|| {
         for frames in &frames {
             filter.begin();

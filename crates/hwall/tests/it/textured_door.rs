@@ -175,7 +175,7 @@ fn pushed<A: Plant>(arm: (A, ObjectCommand), home: JointPositions, bounds: &Boun
     let (mut texture, mut ended): (Option<TexturedTouch>, bool) = (None, false);
     let (mut most, mut error, mut turned, mut off_m) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
     let (mut along, mut slid_m) = (Vec::new(), 0.0);
-    let (mut steady_n_m, mut steady_rad, mut steady) = (0.0, 0.0, 0);
+    let (mut steady_n_m, mut steady_rad) = (0.0, 0.0);
     let mut has_begun = false;
     while run.now_s() < END_S {
         let before = run.arm.pose();
@@ -204,18 +204,12 @@ fn pushed<A: Plant>(arm: (A, ObjectCommand), home: JointPositions, bounds: &Boun
         turned = turned.max((run.board_rad() - door.position).abs());
         let pose = run.arm.pose();
         let perception = run.session.perception();
-        let scene = perception.scene();
-        off_m = off_m.max(
-            scene
-                .project_on(DOOR, pose.position_m())
-                .unwrap()
-                .distance_m,
-        );
+        let closest = perception.scene().project_on(DOOR, pose.position_m());
+        off_m = off_m.max(closest.unwrap().distance_m);
         if (LEAVE_S - 0.5..LEAVE_S).contains(&now_s) {
             assert_eq!(run.session.state(), SessionState::Touched);
             steady_n_m += moment_n_m;
             steady_rad += door.position;
-            steady += 1;
         }
         let slides = run.session.control().last_step().is_some_and(|s| s.sliding);
         if let (Some(touch), true, false) = (texture, slides, ended) {
@@ -233,22 +227,13 @@ fn pushed<A: Plant>(arm: (A, ObjectCommand), home: JointPositions, bounds: &Boun
     assert_eq!((touch.surface, touch.roughness), (DOOR, ROUGHNESS));
     along.sort_by(f64::total_cmp);
     let median = along[along.len() / 2];
-    let steady = f64::from(steady);
     let stiffness = steady_n_m / steady_rad;
-    let level = if takes_torques { "Torque" } else { "Servo" };
-    println!(
-        "{level}: opened {most:.4} rad, off the closed form {error:.5}, the board off its door {turned:.5} rad \
-         and {off_m:.5} m, {:.2} N m at rest, {stiffness:.2} N m/rad, slid {slid_m:.4} m at {median:.4} of {:?} mm/s, \
-         {} torques",
-        steady_n_m / steady,
-        touch.level.speed_mm_per_s,
-        run.torques
-    );
     assert!(most > 0.08, "{most} rad");
     assert!(error < bounds.opening * most, "{error} of {most} rad");
     assert!(turned < bounds.board_rad, "{turned} rad");
     assert!(off_m < bounds.off_m, "{off_m} m");
-    assert!((stiffness / STIFFNESS - 1.0).abs() < bounds.opening);
+    let stiff = stiffness / STIFFNESS - 1.0;
+    assert!(stiff.abs() < bounds.opening, "{stiffness} N m/rad");
     assert!(slid_m > 0.015, "{slid_m} m");
     assert!((median - 1.0).abs() < bounds.speed, "{median}");
     assert_eq!(run.torques > 0, takes_torques);
@@ -284,18 +269,18 @@ fn by_torques() {
 /// take over, and the slide slows down before the door does.
 #[test]
 fn a_joint_with_little_room_does_not_keep_the_door_shut() {
-    let servo = Bounds {
+    let by_positions = Bounds {
         opening: 0.08,
         board_rad: 0.01,
         off_m: 5e-3,
         speed: 0.3,
     };
-    pushed(by_servo(home()), home(), &servo);
-    let torque = Bounds {
+    pushed(by_servo(home()), home(), &by_positions);
+    let by_torques = Bounds {
         opening: 0.15,
         board_rad: 0.02,
         off_m: 8e-3,
         speed: 0.3,
     };
-    pushed(by_torque(home()), home(), &torque);
+    pushed(by_torque(home()), home(), &by_torques);
 }

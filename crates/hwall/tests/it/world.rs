@@ -1,8 +1,10 @@
 //! A virtual world with a frame other than the arm's, and one that moves.
 
-use crate::common::{Bench, GazeSession, Hand, iiwa, session, session_of, wall, world_at};
+use crate::common::{
+    Bench, GazeSession, Hand, iiwa, largest_difference_rad, position, session, session_of,
+    shift_world, wall, world_at,
+};
 use hwall::glam::{DQuat, DVec3};
-use hwall::haptics::ArmCommand;
 use hwall::kinematics::{JointPositions, Pose};
 use hwall::{EventKind, SessionError, SessionState, WorldPose, maps_of};
 
@@ -21,11 +23,8 @@ fn count(session: &mut GazeSession, happened: impl Fn(&EventKind) -> bool) -> us
 /// The joints commanded during a whole touch, rad; `None`: the arm is commanded to hold.
 fn run(session: &mut GazeSession) -> Vec<Option<JointPositions>> {
     let mut bench = Bench::new(hand());
-    let joints = |command| match command {
-        ArmCommand::Position(q) => Some(q),
-        _ => None,
-    };
-    (0..4000).map(|_| joints(bench.cycle(session))).collect()
+    let cycles = (0..4000).map(|_| position(bench.cycle(session)));
+    cycles.collect()
 }
 
 #[test]
@@ -47,13 +46,7 @@ fn a_shifted_and_turned_world_is_the_scene_placed_there_by_hand() {
         .expect("a first stamp");
     let mut here = session_of(&arm, by_hand, maps);
     let (there, here) = (run(&mut there), run(&mut here));
-    let mut worst: f64 = 0.0;
-    for (there, here) in there.iter().zip(&here) {
-        match (there, here) {
-            (Some(there), Some(here)) => worst = worst.max(there.max_abs_difference(here)),
-            (there, here) => assert_eq!(there, here),
-        }
-    }
+    let worst = largest_difference_rad(&there, &here);
     assert!(worst < 1e-9, "{worst} rad");
     let first = here.iter().flatten().next().expect("commands");
     let last = here.iter().flatten().last().expect("commands");
@@ -67,9 +60,7 @@ fn a_shifted_and_turned_world_is_the_scene_placed_there_by_hand() {
 fn touched() -> (GazeSession, Bench) {
     let mut session = session(wall(0.6));
     let mut bench = Bench::new(hand());
-    session
-        .world(&world_at(0.0, DVec3::ZERO))
-        .expect("a first stamp");
+    shift_world(&mut session, 0.0, DVec3::ZERO);
     bench.run(&mut session, hand().press_s + 0.2);
     assert_eq!(session.state(), SessionState::Touched);
     count(&mut session, |_| true);
@@ -81,23 +72,17 @@ fn a_world_that_moves_during_a_touch_leaves_the_board_still_until_it_is_released
     let (mut session, mut bench) = touched();
     let q = bench.arm.q();
     let away = DVec3::new(0.05, 0.2, 0.0);
-    session
-        .world(&world_at(bench.now_s(), away))
-        .expect("a later stamp");
+    shift_world(&mut session, bench.now_s(), away);
     while bench.now_s() < hand().leave_s {
         bench.cycle(&mut session);
         assert_eq!(session.state(), SessionState::TouchedInMovingWorld);
         assert_eq!(bench.arm.q(), q);
     }
     // Moving back does not undo the motion.
-    session
-        .world(&world_at(bench.now_s(), DVec3::ZERO))
-        .expect("a later stamp");
+    shift_world(&mut session, bench.now_s(), DVec3::ZERO);
     bench.cycle(&mut session);
     assert_eq!(session.state(), SessionState::TouchedInMovingWorld);
-    session
-        .world(&world_at(bench.now_s(), away))
-        .expect("the same stamp");
+    shift_world(&mut session, bench.now_s(), away);
     bench.run(&mut session, hand().end_s);
     let told = |kind: &EventKind| {
         matches!(
@@ -116,18 +101,14 @@ fn a_world_that_moves_during_a_touch_leaves_the_board_still_until_it_is_released
 #[test]
 fn a_bad_state_does_not_let_a_touch_forget_that_the_world_moved() {
     let (mut session, mut bench) = touched();
-    let away = DVec3::Y * 0.2;
-    session
-        .world(&world_at(bench.now_s(), away))
-        .expect("a later stamp");
+    shift_world(&mut session, bench.now_s(), DVec3::Y * 0.2);
     bench.cycle(&mut session);
     for _ in 0..5 {
         bench.step_with(&mut session, |state| state.q[0] = f64::NAN);
         assert!(matches!(session.state(), SessionState::Holding(_)));
     }
     // States count again once they have been sound for a while.
-    let sound_s = bench.now_s() + 0.15;
-    bench.run(&mut session, sound_s);
+    bench.run_for(&mut session, 0.15);
     assert_eq!(session.state(), SessionState::TouchedInMovingWorld);
     let told = |kind: &EventKind| {
         matches!(
@@ -141,9 +122,7 @@ fn a_bad_state_does_not_let_a_touch_forget_that_the_world_moved() {
 #[test]
 fn less_than_the_noise_of_a_tracked_origin_is_no_motion() {
     let (mut session, mut bench) = touched();
-    session
-        .world(&world_at(bench.now_s(), DVec3::Y * 3e-4))
-        .expect("a later stamp");
+    shift_world(&mut session, bench.now_s(), DVec3::Y * 3e-4);
     bench.cycle(&mut session);
     assert_eq!(session.state(), SessionState::Touched);
 }
@@ -153,9 +132,7 @@ fn stamps_that_run_backwards_are_refused_and_told() {
     let mut session = session(wall(0.6));
     let mut bench = Bench::new(hand());
     bench.run(&mut session, 1.0);
-    session
-        .world(&world_at(1.0, DVec3::ZERO))
-        .expect("a first stamp");
+    shift_world(&mut session, 1.0, DVec3::ZERO);
     let contact = session.contact().expect("a contact");
     count(&mut session, |_| true);
     for (stamp_s, by_s) in [(0.75, 0.25), (0.5, 0.25)] {
@@ -181,14 +158,11 @@ fn a_clock_that_was_set_back_is_followed_again() {
     let mut bench = Bench::new(hand());
     bench.run(&mut session, 1.0);
     let before_m = session.contact().expect("a contact").point_m;
-    session
-        .world(&world_at(1e9, DVec3::ZERO))
-        .expect("a first stamp");
+    shift_world(&mut session, 1e9, DVec3::ZERO);
     let near = DVec3::X * 0.03;
     session.world(&world_at(1.0, near)).expect_err("older");
-    session
-        .world(&world_at(1.01, near))
-        .expect("newer than the last one");
+    // Newer than the last one.
+    shift_world(&mut session, 1.01, near);
     let moved_m = session.contact().expect("a contact").point_m - before_m;
-    assert!((moved_m - DVec3::X * 0.03).length() < 1e-12, "{moved_m}");
+    assert!((moved_m - near).length() < 1e-12, "{moved_m}");
 }

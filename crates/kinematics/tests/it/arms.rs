@@ -39,16 +39,20 @@ fn solves_poses(arm: &dyn ArmKinematics, reference: &JointPositions, seed: u64) 
     assert!(missed <= 10, "{missed} of 500");
 }
 
+fn with(policy: BranchPolicy) -> NearestConfig {
+    NearestConfig {
+        policy,
+        ..NearestConfig::default()
+    }
+}
+
 fn misses(
     arm: &dyn ArmKinematics,
     reference: &JointPositions,
     policy: BranchPolicy,
     seed: u64,
 ) -> usize {
-    let config = NearestConfig {
-        policy,
-        ..NearestConfig::default()
-    };
+    let config = with(policy);
     let mut sampler = Sampler::new(seed);
     let mut scratch = arm.scratch();
     let mut missed = 0;
@@ -73,10 +77,7 @@ fn misses(
 /// Follows a slowly varying pose from solution to solution, without a jump.
 fn follows(arm: &dyn ArmKinematics, start: JointPositions) {
     let mut scratch = arm.scratch();
-    let keep = NearestConfig {
-        policy: BranchPolicy::Keep,
-        ..NearestConfig::default()
-    };
+    let keep = with(BranchPolicy::Keep);
     let middle = arm.forward(&start);
     let mut q = start;
     for step in 0..400 {
@@ -135,10 +136,8 @@ fn bad_input_is_an_error() {
     assert!(arm.nearest(&pose, &nan, &config, &mut scratch).is_err());
     assert!(arm.nearest(&pose, &home, &bad, &mut scratch).is_err());
     assert!(arm.forward(&nan).position_m().is_nan());
-    assert!(
-        arm.wrench_from_torques(&nan, &JointTorques::default(), &WrenchConfig::default())
-            .is_err()
-    );
+    let wrench = arm.wrench_from_torques(&nan, &JointTorques::default(), &WrenchConfig::default());
+    assert!(wrench.is_err());
     let rail = |name: &str| ChainJoint::prismatic(name, Pose::IDENTITY, DVec3::X, JointLimit::FREE);
     assert_eq!(
         ChainArm::new(Chain::new(vec![rail("a")], Pose::IDENTITY).unwrap()),
@@ -171,11 +170,7 @@ fn out_of_reach_has_a_reason() {
     let mut scratch = arm.scratch();
     let mut reason = |position_m: DVec3, policy| {
         let pose = arm.forward(&home).at(position_m);
-        let config = NearestConfig {
-            policy,
-            ..NearestConfig::default()
-        };
-        match arm.nearest(&pose, &home, &config, &mut scratch) {
+        match arm.nearest(&pose, &home, &with(policy), &mut scratch) {
             Err(KinematicsError::Unreachable(reason)) => reason,
             other => panic!("{other:?}"),
         }
@@ -215,10 +210,8 @@ fn same_input_same_answer_without_allocation() {
             let again = arm.nearest(pose, &home, &config, &mut scratch);
             assert!(first == again);
             if let Ok(found) = first {
-                assert!(
-                    arm.wrench_from_torques(&found.q, &torques, &WrenchConfig::default())
-                        .is_ok()
-                );
+                let wrench = arm.wrench_from_torques(&found.q, &torques, &WrenchConfig::default());
+                assert!(wrench.is_ok());
             }
         }
     });
@@ -244,10 +237,7 @@ mod from_urdf {
     fn six_joints_of_a_ur5() {
         let arm = ur5();
         assert_eq!(arm.joint_count(), 6);
-        assert_eq!(
-            (arm.limits()[6].min_rad, arm.limits()[6].max_rad),
-            (0.0, 0.0)
-        );
+        assert_eq!(arm.limits()[6], JointLimit::new(0.0, 0.0));
         assert_eq!(arm.max_velocity_rad_per_s()[5..], [PI, 1.0]);
         // Independent computation: product of the manufacturer's DH table.
         let rows = [
@@ -264,8 +254,8 @@ mod from_urdf {
             let mut pose = Pose::IDENTITY;
             for (i, (d, a, alpha)) in rows.into_iter().enumerate() {
                 let turn = Pose::from_yaw(q[i], DVec3::Z * d).unwrap();
-                pose =
-                    pose * turn * Pose::new(DMat3::from_rotation_x(alpha), DVec3::X * a).unwrap();
+                let roll = Pose::new(DMat3::from_rotation_x(alpha), DVec3::X * a).unwrap();
+                pose = pose * turn * roll;
             }
             assert!(error(&arm, &q, &pose) < 1e-14);
             assert_eq!(arm.jacobian(&q).linear[6], DVec3::ZERO);
@@ -282,10 +272,7 @@ mod from_urdf {
         let mut scratch = arm.scratch();
         let mut sampler = Sampler::new(10);
         let reference = JointPositions([6.0, -4.2, 3.6, -0.4, 1.5, -6.2, 0.0]);
-        let any = NearestConfig {
-            policy: BranchPolicy::Any,
-            ..NearestConfig::default()
-        };
+        let any = with(BranchPolicy::Any);
         for _ in 0..50 {
             let pose = arm.forward(&random_q(&arm, &mut sampler));
             let found = arm.nearest(&pose, &reference, &any, &mut scratch).unwrap();
@@ -305,11 +292,8 @@ mod from_urdf {
         let home = JointPositions([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785]);
         // The published ready pose: 0.307 m ahead, flange 0.59 m up, pointing down.
         let ready = arm.forward(&home);
-        assert_close!(
-            ready.position_m(),
-            DVec3::new(0.307, 0.0, 0.59),
-            Tol::abs(1e-3)
-        );
+        let published_m = DVec3::new(0.307, 0.0, 0.59);
+        assert_close!(ready.position_m(), published_m, Tol::abs(1e-3));
         assert_close!(ready.rotation().z_axis, DVec3::NEG_Z, Tol::abs(1e-3));
         solves_poses(&arm, &home, 9);
         follows(&arm, home);
@@ -341,11 +325,8 @@ fn spread_configurations_fill_the_limits() {
     let mut limits = *SrsArm::iiwa7().limits();
     limits[5] = JointLimit::FREE;
     limits[6] = JointLimit::new(0.0, 0.0);
-    let spread: Vec<JointPositions> = (0..256)
-        .map(|number| JointPositions::spread(&limits, number))
-        .collect();
     for (joint, limit) in limits.iter().enumerate() {
-        let of_joint = || spread.iter().map(|q| q[joint]);
+        let of_joint = || (0..256).map(|number| JointPositions::spread(&limits, number)[joint]);
         assert!(of_joint().all(|q| limit.contains(q) && q.abs() <= PI));
         let least = of_joint().fold(f64::INFINITY, f64::min);
         let most = of_joint().fold(f64::NEG_INFINITY, f64::max);
@@ -353,10 +334,6 @@ fn spread_configurations_fill_the_limits() {
         assert!(most - least >= 0.9 * width_rad, "{joint}: {least} {most}");
     }
     // The last number matters, too.
-    assert!(
-        JointPositions::spread(&limits, u32::MAX)
-            .0
-            .iter()
-            .all(|q| q.is_finite())
-    );
+    let last = JointPositions::spread(&limits, u32::MAX);
+    assert!(last.0.iter().all(|q| q.is_finite()));
 }

@@ -77,15 +77,12 @@ fn slid_and_turned_frames_give_the_plain_product() {
                 assert_close!(a.position_m(), b.position_m(), tolerance);
                 assert_close!(a.rotation(), b.rotation(), tolerance);
             }
-            assert_eq!(chain.forward(&q).unwrap(), *mine.last().unwrap());
-            assert_eq!(
-                chain.forward_jacobian_into(&q, &mut scratch).unwrap(),
-                *mine.last().unwrap()
-            );
-            assert_eq!(
-                scratch.jacobian_columns(),
-                chain.jacobian(&q).unwrap().columns
-            );
+            let last = *mine.last().unwrap();
+            assert_eq!(chain.forward(&q), Ok(last));
+            let both = chain.forward_jacobian_into(&q, &mut scratch);
+            assert_eq!(both, Ok(last));
+            let columns = chain.jacobian(&q).unwrap().columns;
+            assert_eq!(scratch.jacobian_columns(), columns);
         }
     }
 }
@@ -98,16 +95,13 @@ fn jacobian_times_velocity_is_the_derivative_of_the_pose() {
         let q = random_q(&chain, &mut sampler);
         let qd: Vec<f64> = (0..n).map(|_| sampler.uniform(-1.0, 1.0)).collect();
         let at = |t: f64| {
-            q.iter()
-                .zip(&qd)
-                .map(|(q, qd)| q + t * qd)
-                .collect::<Vec<f64>>()
+            let moved = q.iter().zip(&qd).map(|(q, qd)| q + t * qd);
+            chain.forward(&moved.collect::<Vec<f64>>()).unwrap()
         };
-        let here = chain.forward(&q).unwrap().rotation();
+        let back = at(0.0).rotation().transpose();
         let twist = chain.jacobian(&q).unwrap().twist(&qd).unwrap();
-        let linear = central_difference(|t| chain.forward(&at(t)).unwrap().position_m(), 0.0, 1e-5);
-        let turned =
-            |t: f64| rotation_vector(chain.forward(&at(t)).unwrap().rotation() * here.transpose());
+        let linear = central_difference(|t| at(t).position_m(), 0.0, 1e-5);
+        let turned = |t| rotation_vector(at(t).rotation() * back);
         let angular = central_difference(turned, 0.0, 1e-5);
         assert_close!(twist.linear_m_per_s, linear, Tol::abs(1e-8));
         assert_close!(twist.angular_rad_per_s, angular, Tol::abs(1e-8));
@@ -130,11 +124,8 @@ fn bad_input_is_an_error() {
         let error = chain.forward(&q).unwrap_err().to_string();
         assert!(error.starts_with("joint positions[2] is"), "{error}");
         assert!(chain.link_poses(&q).is_err() && chain.check_limits(&q).is_err());
-        assert!(
-            chain
-                .forward_jacobian_into(&q, &mut chain.scratch())
-                .is_err()
-        );
+        let both = chain.forward_jacobian_into(&q, &mut chain.scratch());
+        assert!(both.is_err());
     }
     assert!(chain.jacobian(&[0.0; 7]).unwrap().twist(&[0.0; 3]).is_err());
     let rail = |name| ChainJoint::prismatic(name, Pose::IDENTITY, DVec3::X, JointLimit::FREE);
@@ -153,10 +144,7 @@ fn bad_input_is_an_error() {
         (vec![], "the chain has no movable joint"),
         (vec![joint(DVec3::ZERO)], "has no direction"),
         (vec![joint(DVec3::NAN)], "joint axis[0] is NaN"),
-        (
-            vec![joint(DVec3::X), joint(DVec3::Y)],
-            "two joints are called \"a\"",
-        ),
+        (vec![joint(DVec3::X); 2], "two joints are called \"a\""),
         (vec![limited(1.0, -1.0)], "limits reversed"),
         (vec![limited(f64::NAN, 1.0)], "joint limits[0] is NaN"),
         (vec![still], "max_velocity is 0"),
@@ -169,29 +157,18 @@ fn bad_input_is_an_error() {
 #[test]
 fn axes_of_every_direction_and_length() {
     // Coordinate axes give exact frames; tiny and huge vectors are valid directions.
-    for axis in [
-        DVec3::X,
-        DVec3::Y,
-        DVec3::Z,
-        -DVec3::X,
-        -DVec3::Y,
-        -DVec3::Z,
-        DVec3::new(1e-9, -1.0, 1e-9),
-    ] {
+    let coordinates = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| [axis, -axis]);
+    let nearly = DVec3::new(1e-9, -1.0, 1e-9);
+    for axis in coordinates.into_iter().flatten().chain([nearly]) {
         for length in [1e-100, 1.0, 1e100] {
-            let joint =
-                ChainJoint::revolute("a", shift(0.1, 0.2, 0.3), axis * length, JointLimit::FREE);
+            let origin = shift(0.1, 0.2, 0.3);
+            let joint = ChainJoint::revolute("a", origin, axis * length, JointLimit::FREE);
             let chain = Chain::new(vec![joint], shift(0.5, 0.0, 0.0)).unwrap();
             let (_, expected) = forward_plainly(&chain, &[0.7]);
-            assert_close!(
-                chain.forward(&[0.7]).unwrap().rotation(),
-                expected.rotation(),
-                Tol::abs(1e-15)
-            );
-            assert_eq!(
-                chain.forward(&[0.0]).unwrap().position_m(),
-                DVec3::new(0.6, 0.2, 0.3)
-            );
+            let found = chain.forward(&[0.7]).unwrap();
+            assert_close!(found.rotation(), expected.rotation(), Tol::abs(1e-15));
+            let zero = chain.forward(&[0.0]).unwrap();
+            assert_eq!(zero.position_m(), DVec3::new(0.6, 0.2, 0.3));
         }
     }
 }
@@ -209,16 +186,10 @@ fn coincident_and_nearly_parallel_joints() {
     let chain = Chain::new(joints, Pose::IDENTITY).unwrap();
     let q = [0.4, PI, -0.3, 2.0];
     let (links, tip) = forward_plainly(&chain, &q);
-    assert_close!(
-        chain.forward(&q).unwrap().position_m(),
-        tip.position_m(),
-        Tol::abs(1e-15)
-    );
-    assert_close!(
-        chain.link_poses(&q).unwrap()[2].position_m(),
-        links[2].position_m(),
-        Tol::abs(1e-15)
-    );
+    let found = chain.link_poses(&q).unwrap();
+    for (found, plain) in [(&found[2], &links[2]), (&found[4], &tip)] {
+        assert_close!(found.position_m(), plain.position_m(), Tol::abs(1e-15));
+    }
 }
 
 #[cfg(feature = "serde")]

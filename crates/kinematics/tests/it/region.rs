@@ -1,9 +1,10 @@
 //! Region verdicts against verdicts at sampled poses: no pose may contradict.
 
+use crate::chain_support::geometry;
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{
     Branch, BranchSet, JointLimit, JointPositions, Pose, PoseRegion, RegionVerdict, SrsArm,
-    SrsGeometry, SrsParameters, Unreachable,
+    SrsParameters, Unreachable,
 };
 use hwall_testkit::Sampler;
 
@@ -11,26 +12,19 @@ const SEED: u64 = 31;
 
 /// A pose of the region, preferably at corners and rim, where a too small bound would fail.
 fn drawn(region: &PoseRegion, sampler: &mut Sampler) -> Pose {
-    let mut coefficient = || {
-        let c = sampler.uniform(-1.5, 1.5);
-        c.clamp(-1.0, 1.0)
-    };
+    let [c, d] = sampler
+        .array_within([(-1.5, 1.5); 2])
+        .map(|c| c.clamp(-1.0, 1.0));
     let [a, b] = region.half_sides_m;
-    let mut position = region.center.position_m() + a * coefficient() + b * coefficient();
-    let on_rim = if sampler.bool() {
-        1.0
-    } else {
-        sampler.uniform(0.0, 1.0)
+    let mut share = || match sampler.bool() {
+        true => 1.0,
+        false => sampler.uniform(0.0, 1.0),
     };
-    position += sampler.unit_vector() * (region.radius_m * on_rim);
-    let angle = region.angle_rad
-        * if sampler.bool() {
-            1.0
-        } else {
-            sampler.uniform(0.0, 1.0)
-        };
-    let turn = DMat3::from_axis_angle(sampler.unit_vector(), angle);
-    Pose::new(turn * region.center.rotation(), position).expect("finite")
+    let (radius_m, angle_rad) = (region.radius_m * share(), region.angle_rad * share());
+    let middle_m = region.center.position_m() + a * c + b * d;
+    let position_m = middle_m + sampler.unit_vector() * radius_m;
+    let turn = DMat3::from_axis_angle(sampler.unit_vector(), angle_rad);
+    Pose::new(turn * region.center.rotation(), position_m).expect("finite")
 }
 
 fn random_region(arm: &SrsArm, sampler: &mut Sampler) -> PoseRegion {
@@ -44,11 +38,8 @@ fn random_region(arm: &SrsArm, sampler: &mut Sampler) -> PoseRegion {
     } else {
         let far = DVec3::splat(1.4 * reach);
         let shoulder = DVec3::Z * arm.geometry().d_bs_m;
-        Pose::new(
-            sampler.rotation(),
-            shoulder + sampler.point_in_box(-far, far),
-        )
-        .expect("finite")
+        let (rotation, off) = (sampler.rotation(), sampler.point_in_box(-far, far));
+        Pose::new(rotation, shoulder + off).expect("finite")
     };
     let size = reach * 10.0_f64.powf(sampler.uniform(-6.0, -0.5));
     let a = sampler.unit_vector();
@@ -73,12 +64,11 @@ fn attack(arm: &SrsArm, regions: usize, seed: u64) -> [usize; 3] {
                 assert!(!branches.is_empty());
                 let all = arm.branches_throughout(&region);
                 assert_eq!(all.intersection(branches), branches);
-                let branches = all;
                 for _ in 0..12 {
                     let pose = drawn(&region, &mut sampler);
                     assert!(arm.is_reachable(&pose), "{i}: {region:?} {pose:?}");
                     let feasible = arm.feasible_arm_angles(&pose).expect("reachable");
-                    for branch in branches.iter() {
+                    for branch in all.iter() {
                         assert!(
                             feasible.arcs(branch).next().is_some(),
                             "{i}: {branch:?} {region:?} {pose:?}"
@@ -135,12 +125,12 @@ fn random_limits_links_and_tools() {
             limits[joint].max_rad = limits[joint].max_rad.min(3.1);
         }
         let arm = SrsArm::new(SrsParameters {
-            geometry: SrsGeometry {
-                d_bs_m: sampler.uniform(-0.5, 0.5),
-                d_se_m: sampler.uniform(0.1, 1.0),
-                d_ew_m: sampler.uniform(0.1, 1.0),
-                d_wf_m: sampler.uniform(-0.3, 0.3),
-            },
+            geometry: geometry(sampler.array_within([
+                (-0.5, 0.5),
+                (0.1, 1.0),
+                (0.1, 1.0),
+                (-0.3, 0.3),
+            ])),
             limits,
             flange_from_tool: Pose::new(
                 sampler.rotation(),

@@ -1,5 +1,6 @@
 //! S-R-S arms from chains: presets, tools, other axes for the same joints, and chains that are not S-R-S.
 
+use crate::chain_support::lengths_m;
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{
     Chain, ChainJoint, JointLimit, JointPositions, KinematicsError, Pose, SrsArm,
@@ -31,11 +32,8 @@ fn the_presets_come_back() {
         (Chain::iiwa14(), SrsArm::iiwa14()),
     ] {
         let arm = SrsArm::from_chain(&chain).unwrap();
-        let lengths_m = |arm: &SrsArm| {
-            let g = arm.geometry();
-            [g.d_bs_m, g.d_se_m, g.d_ew_m, g.d_wf_m]
-        };
-        assert_close!(lengths_m(&arm), lengths_m(&preset), Tol::abs(1e-12));
+        let [found_m, preset_m] = [&arm, &preset].map(|arm| lengths_m(arm.geometry()));
+        assert_close!(found_m, preset_m, Tol::abs(1e-12));
         assert_eq!(arm.limits(), preset.limits());
         assert_eq!(
             arm.max_velocity_rad_per_s(),

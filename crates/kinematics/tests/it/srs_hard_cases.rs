@@ -3,6 +3,7 @@
 //! Each pose is computed from a configuration, so it is reachable by construction; the limits are
 //! closed around that configuration, down to zero width.
 
+use crate::chain_support::{geometry, lengths_m};
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{
     Branch, JointLimit, JointPositions, NearestConfig, Pose, SrsArm, SrsGeometry, SrsParameters,
@@ -13,7 +14,8 @@ use std::f64::consts::PI;
 
 const SEED: u64 = 20_261;
 
-fn assert_holds(arm: &SrsArm, pose: &Pose, tolerance: f64, what: &str) {
+/// The pose is reachable, and its witness is within the limits.
+pub(crate) fn assert_holds(arm: &SrsArm, pose: &Pose, tolerance: f64, what: &str) {
     match arm.verdict(pose) {
         Verdict::Reachable(witness) => {
             for (joint, (q, limit)) in witness.q.0.iter().zip(arm.limits()).enumerate() {
@@ -159,16 +161,13 @@ fn solutions_at_a_single_arm_angle_are_found() {
             let pose = arm.forward(&q);
             assert_holds(&tight, &pose, 1e-12, &format!("single angle {i} {q:?}"));
             let angles = tight.feasible_arm_angles(&pose).expect("reachable");
-            let found = angles
-                .branches()
-                .flat_map(|b| angles.arcs(b).map(move |arc| (b, arc)));
-            for (branch, arc) in found.collect::<Vec<_>>() {
-                let middle = 0.5 * (arc.start_rad + arc.end_rad);
-                let q = angles
-                    .configuration(&tight, branch, middle, &q)
-                    .expect("the arc holds it");
-                let off = tight.forward(&q).distance(&pose);
-                assert!(off.position_m < 1e-12 && off.angle_rad < 1e-12);
+            for branch in angles.branches() {
+                for arc in angles.arcs(branch) {
+                    let middle = 0.5 * (arc.start_rad + arc.end_rad);
+                    let q = angles.configuration(&tight, branch, middle, &q);
+                    let off = tight.forward(&q.expect("held")).distance(&pose);
+                    assert!(off.position_m < 1e-12 && off.angle_rad < 1e-12);
+                }
             }
         }
     }
@@ -207,9 +206,9 @@ fn full_stretch_inside_and_outside() {
 
 #[test]
 fn wrist_centre_on_the_shoulder() {
-    let pose = Pose::from_translation(DVec3::new(0.0, 0.0, 0.34 + 0.126)).expect("a pose");
+    let at = |height_m: f64| Pose::from_translation(DVec3::Z * (height_m + 0.126)).expect("a pose");
     // The iiwa's elbow stops at 120 degrees, 0.4 m away.
-    match SrsArm::iiwa7().verdict(&pose) {
+    match SrsArm::iiwa7().verdict(&at(0.34)) {
         Verdict::Unreachable(Unreachable::ElbowLimit { gap_m }) => {
             assert!((gap_m - 0.4).abs() < 1e-12)
         }
@@ -219,11 +218,9 @@ fn wrist_centre_on_the_shoulder() {
     let mut limits = *SrsArm::iiwa7().limits();
     limits[3] = JointLimit::symmetric_deg(179.9);
     let folding = SrsArm::iiwa7().with_limits(limits).expect("valid");
-    assert!(!folding.is_reachable(&pose));
+    assert!(!folding.is_reachable(&at(0.34)));
     // With unequal links the geometry excludes it.
-    match SrsArm::iiwa14()
-        .verdict(&Pose::from_translation(DVec3::new(0.0, 0.0, 0.36 + 0.126)).expect("a pose"))
-    {
+    match SrsArm::iiwa14().verdict(&at(0.36)) {
         Verdict::Unreachable(Unreachable::TooNear { gap_m }) => {
             assert!((gap_m - 0.02).abs() < 1e-12)
         }
@@ -238,10 +235,7 @@ fn asymmetric_limits_and_free_joints() {
     for i in 0..10_000 {
         let limits = std::array::from_fn(|joint| {
             let widest = if joint % 2 == 1 { 3.1 } else { 3.0 * PI };
-            let (a, b) = (
-                sampler.uniform(-widest, widest),
-                sampler.uniform(-widest, widest),
-            );
+            let [a, b] = sampler.array_within([(-widest, widest); 2]);
             if joint % 2 == 0 && sampler.index(4) == 0 {
                 JointLimit::FREE
             } else {
@@ -272,8 +266,7 @@ fn arms_of_any_size_and_links_and_tools() {
             assert_holds(arm, &pose, 1e-12 * size.max(1.0), &format!("{what} {i}"));
         }
     };
-    let g = p.geometry;
-    let iiwa = [g.d_bs_m, g.d_se_m, g.d_ew_m, g.d_wf_m];
+    let iiwa = lengths_m(&p.geometry);
     for (size, links_m) in [
         (1e-3, iiwa),
         (10.0, iiwa),
@@ -282,13 +275,7 @@ fn arms_of_any_size_and_links_and_tools() {
         (1.0, [0.0, 0.2, 0.5, 0.0]),
         (1.0, [0.0, 0.3, 0.31, -0.05]),
     ] {
-        let [d_bs_m, d_se_m, d_ew_m, d_wf_m] = links_m.map(|length_m| size * length_m);
-        let geometry = SrsGeometry {
-            d_bs_m,
-            d_se_m,
-            d_ew_m,
-            d_wf_m,
-        };
+        let geometry = geometry(links_m.map(|length_m| size * length_m));
         let arm = SrsArm::new(SrsParameters { geometry, ..p }).expect("valid");
         check(&arm, size, &format!("{links_m:?} times {size}"));
     }
@@ -345,10 +332,8 @@ fn nan_never_passes_silently() {
     assert!(arm.forward(&bad).position_m().is_nan());
     let angles = arm.feasible_arm_angles(&pose).expect("reachable");
     for branch in Branch::ALL {
-        assert_eq!(
-            angles.configuration(&arm, branch, f64::NAN, &JointPositions::default()),
-            None
-        );
+        let nowhere = angles.configuration(&arm, branch, f64::NAN, &JointPositions::default());
+        assert_eq!(nowhere, None);
     }
 }
 

@@ -34,6 +34,18 @@ fn random_pose(sampler: &mut Sampler) -> Pose {
     Pose::new(rotation, wrist + rotation.z_axis * 0.126).expect("a pose")
 }
 
+fn with(policy: BranchPolicy) -> NearestConfig {
+    NearestConfig {
+        policy,
+        ..NearestConfig::default()
+    }
+}
+
+/// The difference of two angles, at most half a turn to either side.
+fn turned_rad(to: f64, from: f64) -> f64 {
+    (to - from + PI).rem_euclid(TAU) - PI
+}
+
 fn damped(damping_m: f64) -> WrenchConfig {
     WrenchConfig {
         damping_m,
@@ -62,11 +74,8 @@ fn torques_do_the_work_of_the_wrench() {
             .wrench_from_torques(&q, &torques, &damped(0.0))
             .expect("finite");
         if arm.jacobian(&q).condition(0.1) < 1e4 {
-            assert_close!(
-                estimate.wrench.to_array(),
-                wrench.to_array(),
-                Tol::abs(1e-7)
-            );
+            let found = estimate.wrench.to_array();
+            assert_close!(found, wrench.to_array(), Tol::abs(1e-7));
         }
         assert!(estimate.residual_n_m < 1e-7);
     }
@@ -110,7 +119,7 @@ fn eight_branches_hold_the_pose_at_the_asked_arm_angle() {
                 seen[branch.index()] += 1;
                 assert_eq!(Branch::of(&solution), branch);
                 assert_holds(&arm, &solution, &pose);
-                let turned = (arm.arm_angle(&solution) - psi + PI).rem_euclid(TAU) - PI;
+                let turned = turned_rad(arm.arm_angle(&solution), psi);
                 assert!(turned.abs() < 1e-12 * scale, "{turned}");
             }
         }
@@ -144,11 +153,9 @@ fn feasible_arcs_agree_with_dense_sampling() {
                     assert_eq!(solution, None, "case {case}: unreachable, yet {solution:?}");
                     continue;
                 };
-                let distance = angles.arcs(branch).map(|arc| {
-                    let nearest = arc.nearest_rad(psi);
-                    (nearest - psi + PI).rem_euclid(TAU) - PI
-                });
-                let distance = distance.fold(f64::INFINITY, |m, d| m.min(d.abs()));
+                let arcs = angles.arcs(branch);
+                let distances = arcs.map(|arc| turned_rad(arc.nearest_rad(psi), psi).abs());
+                let distance = distances.fold(f64::INFINITY, f64::min);
                 if solution.is_some() {
                     inside += 1;
                     assert!(
@@ -216,10 +223,7 @@ fn margin_is_the_largest_shrink() {
 fn nearest_is_no_worse_than_any_sample() {
     let mut sampler = Sampler::new(SEED);
     let arm = SrsArm::iiwa7();
-    let any = NearestConfig {
-        policy: BranchPolicy::Any,
-        ..NearestConfig::default()
-    };
+    let any = with(BranchPolicy::Any);
     let cost = |a: &JointPositions, b: &JointPositions| -> f64 {
         a.0.iter().zip(b.0).map(|(a, b)| (a - b).powi(2)).sum()
     };
@@ -227,9 +231,8 @@ fn nearest_is_no_worse_than_any_sample() {
     for _ in 0..500 {
         let pose = arm.forward(&random_q(&arm, &mut sampler));
         let reference = random_q(&arm, &mut sampler);
-        let found = arm
-            .nearest_solution(&pose, &reference, &any)
-            .expect("reachable");
+        let found = arm.nearest_solution(&pose, &reference, &any);
+        let found = found.expect("reachable");
         assert_holds(&arm, &found.q, &pose);
         let sampled = (0..2_000)
             .flat_map(|i| arm.solutions(&pose, TAU * f64::from(i) / 2_000.0))
@@ -281,9 +284,8 @@ fn keep_policy_names_the_other_branch() {
     let arm = SrsArm::iiwa7();
     let mut sampler = Sampler::new(SEED);
     let keep = NearestConfig {
-        policy: BranchPolicy::Keep,
         sign_change_rad: 0.0,
-        ..NearestConfig::default()
+        ..with(BranchPolicy::Keep)
     };
     let (mut kept, mut refused) = (0, 0);
     for _ in 0..2_000 {
@@ -297,10 +299,8 @@ fn keep_policy_names_the_other_branch() {
             }
             Err(KinematicsError::Unreachable(Unreachable::OtherBranch)) => {
                 refused += 1;
-                assert!(
-                    arm.nearest_solution(&pose, &reference, &NearestConfig::default())
-                        .is_ok()
-                );
+                let any = arm.nearest_solution(&pose, &reference, &NearestConfig::default());
+                assert!(any.is_ok());
             }
             Err(other) => panic!("{other}"),
         }
@@ -313,10 +313,6 @@ fn keep_policy_names_the_other_branch() {
 fn beside_a_limit_the_other_joints_take_over() {
     let arm = SrsArm::iiwa7();
     let mut sampler = Sampler::new(SEED);
-    let with = |policy| NearestConfig {
-        policy,
-        ..NearestConfig::default()
-    };
     let (mut taken_over, mut missed) = (0, 0);
     for _ in 0..20_000 {
         let mut reference = random_q(&arm, &mut sampler);
@@ -347,20 +343,14 @@ fn self_motion_leaves_the_tool_at_rest() {
         let q = random_q(&arm, &mut sampler);
         let (pose, jacobian) = arm.forward_and_jacobian(&q);
         let motion = arm.self_motion(&q);
-        assert_close!(
-            motion.0.iter().map(|x| x * x).sum::<f64>(),
-            1.0,
-            Tol::abs(1e-12)
-        );
-        assert_close!(
-            jacobian.twist(&motion).to_array(),
-            [0.0; 6],
-            Tol::abs(1e-13)
-        );
+        let square: f64 = motion.0.iter().map(|x| x * x).sum();
+        assert_close!(square, 1.0, Tol::abs(1e-12));
+        let twist = jacobian.twist(&motion);
+        assert_close!(twist.to_array(), [0.0; 6], Tol::abs(1e-13));
         // The arm angle increases along it.
         let h = 1e-6;
         let moved = JointPositions(std::array::from_fn(|i| q[i] + h * motion[i]));
-        let turned = (arm.arm_angle(&moved) - arm.arm_angle(&q) + PI).rem_euclid(TAU) - PI;
+        let turned = turned_rad(arm.arm_angle(&moved), arm.arm_angle(&q));
         let wrist = arm.skeleton_m(&q)[2] - arm.skeleton_m(&q)[0];
         if wrist.truncate().length() > 0.1 && q[3].abs() > 0.1 {
             assert!(turned > 0.0, "{turned} at {q:?}");
@@ -399,15 +389,15 @@ fn presets_reach_what_the_data_sheet_says() {
 #[test]
 fn models_and_poses_survive_a_file_and_bad_ones_do_not() {
     let arm = with_tool();
-    let text = serde_json::to_string(&arm).expect("serializable");
-    let back: SrsArm = serde_json::from_str(&text).expect("the same arm");
-    assert_eq!(back, arm);
     let mut limits = *arm.limits();
     limits[6] = JointLimit::FREE;
     let free = arm.with_limits(limits).expect("valid");
-    let text_free = serde_json::to_string(&free).expect("serializable");
-    let back: SrsArm = serde_json::from_str(&text_free).expect("the same arm");
-    assert_eq!(back, free);
+    let text = |arm: &SrsArm| serde_json::to_string(arm).expect("serializable");
+    for arm in [&arm, &free] {
+        let back: SrsArm = serde_json::from_str(&text(arm)).expect("an arm");
+        assert_eq!(&back, arm);
+    }
+    let text = text(&arm);
     let broken = text.replace("\"d_se_m\":0.4", "\"d_se_m\":-0.4");
     assert!(serde_json::from_str::<SrsArm>(&broken).is_err());
 }

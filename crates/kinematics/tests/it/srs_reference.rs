@@ -1,8 +1,9 @@
 //! The S-R-S arm against results of independent tools (tests/data/README.md).
 
 use crate::chain_support::{complete, excerpt, reach_poses};
+use crate::srs_hard_cases::assert_holds;
 use glam::DVec3;
-use hwall_kinematics::{PoseDistance, SrsArm, Unreachable, Verdict};
+use hwall_kinematics::{SrsArm, Unreachable, Verdict};
 use hwall_testkit::{Tol, assert_close};
 use serde_json::Value;
 
@@ -33,18 +34,8 @@ fn check_reach(data: &Value) -> usize {
             Verdict::Unreachable(Unreachable::TooNear { .. }) => panic!("{i}: too near"),
             _ => assert!((0.4..=0.8).contains(&wrist.length()) || reachable),
         }
-        if let Verdict::Reachable(witness) = verdict {
-            for (q, limit) in witness.q.0.iter().zip(arm.limits()) {
-                assert!(limit.contains(*q), "pose {i}: {q}");
-            }
-            let PoseDistance {
-                position_m: position,
-                angle_rad: angle,
-            } = arm.forward(&witness.q).distance(pose);
-            assert!(
-                position < 1e-12 && angle < 1e-12,
-                "pose {i}: {position} m, {angle} rad"
-            );
+        if reachable {
+            assert_holds(&arm, pose, 1e-12, &format!("pose {i}"));
         }
         match (case["margin"].as_f64(), arm.joint_margin_rad(pose)) {
             // The reference stopped its search at 2 rad.

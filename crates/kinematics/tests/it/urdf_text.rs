@@ -39,46 +39,51 @@ fn with(piece: &str, other: &str) -> String {
 }
 
 #[test]
-fn everything_a_chain_does_not_need_is_skipped() {
+fn what_a_chain_does_not_need_changes_nothing() {
+    let arm = load(ARM).unwrap();
     let extras = r#"<material name="grey"><color rgba="a b c"/></material>
         <gazebo reference="b"><link/><joint/><selfCollide>1</selfCollide></gazebo>
         <transmission name="t"><type>x</type><joint name="j"><hardwareInterface/></joint></transmission>
         <s:joint xmlns:s="http://example.org/sensor"/>
         text &amp; <![CDATA[<joint>]]> <?target instruction?>
-        <link name="a">"#;
-    let text = with(
-        "<link name=\"a\"/>",
-        &format!(
-            "{extras}<visual><geometry><mesh/></geometry></visual><collision/><visual/></link>"
-        ),
-    )
-    .replace(
-        "</joint>",
-        "<calibration/><dynamics damping=\"x\"/><safety_controller/></joint>",
-    );
-    assert_eq!(load(&text).unwrap(), load(ARM).unwrap());
-}
-
-#[test]
-fn comments_white_space_and_line_ends_do_not_matter() {
-    let arm = load(ARM).unwrap();
+        <link name="a"><visual><geometry><mesh/></geometry></visual><collision/><visual/></link>"#;
+    let skipped = "<calibration/><dynamics damping=\"x\"/><safety_controller/></joint>";
     let spread = ARM
         .replace("><", ">\r\n\t <!-- a <joint> & more = --> <")
         .replace('\n', "\r\n")
         .replace("=\"", " = \"")
         .replace("0 0 1", "\n 0\t0   1 ")
         .replace("\"-1\"", "' -1\n'");
-    assert_eq!(load(&spread).unwrap(), arm);
     let head = "\u{feff}<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<!-- === generated === -->\n";
-    assert_eq!(
-        load(&format!("{head}{ARM}\n\n<!-- end -->\n")).unwrap(),
-        arm
-    );
-    let namespace = with(
-        "<robot",
-        "<robot xmlns=\"http://www.ros.org\" xmlns:xacro=\"x\"",
-    );
-    assert_eq!(load(&namespace).unwrap(), arm);
+    let spaces = "xmlns=\"http://www.ros.org\" xmlns:xacro=\"x\"";
+    let at_end = |extra: &str| with("</robot>", &format!("{extra}</robot>"));
+    for text in [
+        with("<link name=\"a\"/>", extras).replace("</joint>", skipped),
+        spread,
+        format!("{head}{ARM}\n\n<!-- end -->\n"),
+        format!("\n\n<?xml version=\"1.0\"?>\n<!-- <robot> -->{ARM}"),
+        with("<robot", &format!("<robot {spaces}")),
+        // Prefixes that are not declared.
+        at_end("<sensor:camera/><x other:y=\"1\"/>"),
+        at_end("<xacro:property name=\"p\" value=\"1\"/>"),
+        at_end("<gazebo><axis/></gazebo>"),
+    ] {
+        assert_eq!(load(&text).as_ref(), Ok(&arm), "{text}");
+    }
+    // A comment in an older encoding.
+    let path = std::env::temp_dir().join(format!("latin-{}.urdf", std::process::id()));
+    std::fs::write(&path, [&b"<!-- M\xfcller -->"[..], ARM.as_bytes()].concat()).unwrap();
+    let read = Chain::from_urdf_file(&path, None, None);
+    std::fs::remove_file(&path).unwrap();
+    assert_eq!(read, Ok(arm));
+    // Too many prefixes are rejected without hanging.
+    let many: String = (0..100).map(|k| format!("<p{k}:x/>")).collect();
+    assert!(load(&at_end(&many)).is_err());
+    // An axis tag without a value is x, like a missing tag.
+    let about = |axis: &str| load(&with("<axis xyz=\"0 0 1\"/>", axis)).unwrap();
+    for axis in ["", "<axis/>"] {
+        assert_eq!(about(axis), about("<axis xyz=\"1 0 0\"/>"));
+    }
 }
 
 /// The piece, its replacement, and the expected error text.
@@ -105,14 +110,54 @@ ixx="1"             | ixx="1.0.0"  | line 3, <inertia>: ixx is "1.0.0", not 1 nu
 <axis               | <axis/><axis | line 8, <axis>: second of its kind in <joint>
 "#;
 
-#[test]
-fn what_is_missing_or_wrong_is_named_with_its_line() {
-    for row in WRONG.trim_matches('\n').lines() {
+/// [`ARM`] with each replacement, and the error text.
+fn rows(table: &str) -> impl Iterator<Item = [String; 2]> {
+    table.trim_matches('\n').lines().map(|row| {
         let [piece, other, said] = row.split('|').collect::<Vec<_>>()[..] else {
             panic!("{row}");
         };
-        let error = message(&with(piece.trim_end(), other.trim()));
-        assert_eq!(error, said.trim(), "{row}");
+        [with(piece.trim_end(), other.trim()), said.trim().to_owned()]
+    })
+}
+
+/// As [`WRONG`], with numbers that are none or make no sense.
+const BAD_NUMBERS: &str = r#"
+lower="-1"       | lower="3"          | limits reversed
+lower="-1"       | lower="NaN"        | joint limits[0] is NaN
+<axis xyz="0 0 1 | <axis xyz="0 0 0   | has no direction
+<axis xyz="0 0 1 | <axis xyz="0 NaN 1 | joint axis[1] is NaN
+"0 0 1" rpy      | "0 nan 0" rpy      | position[1] is NaN
+"0 0 1" rpy      | "0 0 inf" rpy      | position[2] is inf
+0 0.5 0          | NaN 0 0            | rpy[0] is NaN
+0 0.5 0          | 0 inf 0            | rpy[1] is inf
+velocity="4"     | velocity="-1"      | max_velocity
+velocity="4"     | velocity="NaN"     | max_velocity
+"#;
+
+#[test]
+fn bad_numbers_are_errors() {
+    for [text, said] in rows(BAD_NUMBERS) {
+        let error = load(&text).unwrap_err().to_string();
+        assert!(error.contains(&said), "{text}: {error}");
+    }
+}
+
+/// Regression: limits of 1e154 were accepted; their squares overflow.
+#[test]
+fn joint_limits_out_of_this_world_are_refused() {
+    for limits in [
+        ("lower=\"-1\"", "lower=\"-1e154\""),
+        ("upper=\"2\"", "upper=\"1e300\""),
+    ] {
+        let error = load(&with(limits.0, limits.1)).unwrap_err();
+        assert!(error.to_string().contains("limit"), "{error}");
+    }
+}
+
+#[test]
+fn what_is_missing_or_wrong_is_named_with_its_line() {
+    for [text, said] in rows(WRONG) {
+        assert_eq!(message(&text), said, "{text}");
     }
     let long = "9 ".repeat(100_000);
     assert!(message(&with("0 0.5 0", &long)).len() < 200);
@@ -235,18 +280,6 @@ fn mutated_arms_are_errors_or_sound_chains() {
     );
 }
 
-/// Regression: limits of 1e154 were accepted; their squares overflow.
-#[test]
-fn joint_limits_out_of_this_world_are_refused() {
-    for limits in [r#"lower="-1e154" upper="1""#, r#"lower="0" upper="1e300""#] {
-        let text = format!(
-            r#"<robot><link name="a"/><link name="b"/><joint name="j" type="revolute"><parent link="a"/><child link="b"/><limit {limits} velocity="1" effort="1"/></joint></robot>"#
-        );
-        let error = load(&text).unwrap_err();
-        assert!(error.to_string().contains("limit"), "{error}");
-    }
-}
-
 /// Nesting that counting angle brackets misses: an attribute that ends like an empty element, an end tag in a comment.
 #[test]
 fn nesting_cannot_be_hidden() {
@@ -264,13 +297,9 @@ fn nesting_cannot_be_hidden() {
         );
         let error = load(&text).unwrap_err();
         assert!(error.to_string().contains("nested"), "{open}: {error}");
-        // Text that only looks like nesting is not counted.
-        let flat = format!("<robot name=\"r\">{}</robot>", "<g b=\"<g>\"/>".repeat(300));
-        let flat = flat.replace(
-            "<g b=\"<g>\"/>",
-            "<g b='&lt;g>'/><!-- <g> --><![CDATA[<g>]]>",
-        );
-        let error = load(&flat).unwrap_err();
-        assert!(!error.to_string().contains("nested"), "{error}");
     }
+    // Text that only looks like nesting is not counted.
+    let flat = "<g b='&lt;g>'/><!-- <g> --><![CDATA[<g>]]>".repeat(300);
+    let error = load(&format!("<robot name=\"r\">{flat}</robot>")).unwrap_err();
+    assert!(!error.to_string().contains("nested"), "{error}");
 }

@@ -131,12 +131,16 @@ fn number(header: &[String], row: &Row, column: &str) -> Result<f64, HandError> 
 /// Shares of the time of a reach at which predictions are evaluated.
 const SHARES: [f64; 6] = [0.1, 0.3, 0.5, 0.7, 0.8, 0.9];
 /// Evaluated predictors, in the order of the rows.
-const ROWS: [&str; 4] = [
+const ROWS: [&str; 6] = [
     "learned",
     "learned with gaze",
     "belief, estimator without gaze",
     "belief",
+    "learned with gaze, with feedback",
+    "belief, with feedback",
 ];
+/// Rows of the estimator and of the belief, for each predictor: without gaze, with it, and with feedback from this person's earlier touches.
+const ROWS_OF: [[usize; 2]; 3] = [[0, 2], [1, 3], [4, 5]];
 /// Side of the panel that is reached, m: a large touch display.
 const PANEL_M: f64 = 0.3;
 /// Largest offset of the touch from the middle of the panel, in each axis, m: a belief cut off by the edges has its mean
@@ -302,22 +306,87 @@ fn judge(
     let learnt = |gaze| Learnt::of(&others, &LearnedConfig { gaze, ..*config });
     let learnt = [learnt(false)?, learnt(true)?];
     let objects = objects_of(room);
-    let follow = |trial: &&Trial| follow(trial, &objects, &learnt, most_off_m);
+    let [without_gaze, with_gaze] = [learnt[0].fused()?, learnt[1].fused()?];
+    let mut with_feedback = with_gaze.clone();
+    let follow = |trial: &&Trial| {
+        let (scene, normal) = facing_scene(trial, &objects, most_off_m)?;
+        let predictors = [&without_gaze, &with_gaze, &with_feedback].map(Clone::clone);
+        let answers = follow(trial, &scene, normal, predictors);
+        learn_from(&mut with_feedback, trial, &scene)?;
+        answers
+    };
     own.iter().map(follow).collect()
 }
 
-/// Follows one reach with both estimators in the belief.
-fn follow(
+/// The scene of a reach whose panel faces the head, and the normal of the panel.
+fn facing_scene(
     trial: &Trial,
     objects: &BTreeMap<&str, [DVec3; 2]>,
-    learnt: &[Learnt; 2],
     most_off_m: f64,
-) -> anyhow::Result<Answers> {
-    let reach = &trial.reach;
+) -> anyhow::Result<(Scene, DVec3)> {
     let towards_head = trial.towards_head_m()?.try_normalize();
     let normal = towards_head.context("the head is at the touch")?;
     let across = normal.any_orthonormal_pair().into();
-    let scene = scene_of(trial, objects, across, most_off_m)?;
+    Ok((scene_of(trial, objects, across, most_off_m)?, normal))
+}
+
+/// The filters of hand and gaze, as in a session.
+struct Senses(HandFilter, GazeFilter);
+
+impl Senses {
+    fn new() -> anyhow::Result<Self> {
+        let filters = StreamFilters::default();
+        Ok(Self(
+            HandFilter::new(filters.hand)?,
+            GazeFilter::new(filters.gaze)?,
+        ))
+    }
+
+    /// Shows a sample to every predictor.
+    fn show<'a, P: Predictor + 'a>(
+        &mut self,
+        frame: &HandFrame,
+        scene: &Scene,
+        predictors: impl IntoIterator<Item = &'a mut P>,
+    ) {
+        let tracking = self.0.step(frame);
+        let input = PredictorInput {
+            frame,
+            hand: tracking.state(),
+            gaze: self.1.step(frame.t_s, frame.gaze_ray().as_ref()),
+        };
+        for predictor in predictors {
+            predictor.predict(scene, &input);
+        }
+    }
+}
+
+/// Lets a predictor follow a reach to its touch, and learn from that.
+pub(crate) fn learn_from(
+    predictor: &mut impl Predictor,
+    trial: &Trial,
+    scene: &Scene,
+) -> anyhow::Result<()> {
+    let mut senses = Senses::new()?;
+    for frame in &trial.frames {
+        senses.show(frame, scene, [&mut *predictor]);
+    }
+    predictor.touched(trial.reach.contact_m, trial.reach.contact_s);
+    // A touch is learnt with the next sample, in the scene in which it happened.
+    if let Some(last) = trial.frames.last() {
+        senses.show(last, scene, [predictor]);
+    }
+    Ok(())
+}
+
+/// Follows one reach with each predictor of [`ROWS_OF`].
+fn follow(
+    trial: &Trial,
+    scene: &Scene,
+    normal: DVec3,
+    mut predictors: [FusedPredictor<LearnedEstimator>; 3],
+) -> anyhow::Result<Answers> {
+    let reach = &trial.reach;
     let judged = |place: &ContactPrediction, first| {
         let off_m = reach.contact_m - place.point_m;
         let squared = place.squared_deviations(reach.contact_m);
@@ -327,39 +396,30 @@ fn follow(
             first,
         }
     };
-    let mut predictors = [learnt[0].fused()?, learnt[1].fused()?];
     let at_s = SHARES.map(|share| {
         let frame = Moment::Share(share).frame(reach)?;
         Some(reach.frames[frame].t_s)
     });
-    let filters = StreamFilters::default();
-    let (mut hand, mut eyes) = (
-        HandFilter::new(filters.hand)?,
-        GazeFilter::new(filters.gaze)?,
-    );
+    let mut senses = Senses::new()?;
     let mut answers = Answers::default();
     for frame in &trial.frames {
-        let gaze = eyes.step(frame.t_s, frame.gaze_ray().as_ref());
-        let tracking = hand.step(frame);
-        let hand = tracking.state();
-        let input = PredictorInput { frame, hand, gaze };
-        for (number, predictor) in predictors.iter_mut().enumerate() {
-            let ranked = predictor.predict(&scene, &input);
-            let first = Some(ranked.first().is_some_and(|best| best.surface == PANEL));
-            let named = ranked.iter().find(|place| place.surface == PANEL);
-            let unnamed = Judged {
-                first,
-                ..Judged::default()
-            };
-            let belief = named.map_or(unnamed, |place| judged(place, first));
-            let alone = predictor.estimate().map(|estimate| ContactPrediction {
-                covariance_m2: estimate.covariance_m2,
-                ..ContactPrediction::of_place(PANEL, estimate.point_m, normal)
-            });
-            let alone = alone.map_or_else(Judged::default, |place| judged(&place, None));
-            for moment in (0..SHARES.len()).filter(|&m| at_s[m] == Some(frame.t_s)) {
-                answers[number][moment] = alone;
-                answers[number + 2][moment] = belief;
+        senses.show(frame, scene, &mut predictors);
+        for moment in (0..SHARES.len()).filter(|&m| at_s[m] == Some(frame.t_s)) {
+            for (predictor, [estimator, belief]) in predictors.iter().zip(ROWS_OF) {
+                let ranked = predictor.ranked();
+                let first = Some(ranked.first().is_some_and(|best| best.surface == PANEL));
+                let named = ranked.iter().find(|place| place.surface == PANEL);
+                let unnamed = Judged {
+                    first,
+                    ..Judged::default()
+                };
+                answers[belief][moment] = named.map_or(unnamed, |place| judged(place, first));
+                let alone = predictor.estimate().map(|estimate| ContactPrediction {
+                    covariance_m2: estimate.covariance_m2,
+                    ..ContactPrediction::of_place(PANEL, estimate.point_m, normal)
+                });
+                answers[estimator][moment] =
+                    alone.map_or_else(Judged::default, |place| judged(&place, None));
             }
         }
     }

@@ -256,18 +256,10 @@ mod tests {
     use hwall_testkit::shared;
 
     #[test]
-    fn a_missing_folder_and_one_without_recordings_give_one_clear_line() {
-        let error = read(Path::new("nowhere")).unwrap_err();
-        assert_eq!(error.to_string(), "nowhere: no such file or folder");
-        let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-        let error = read(&here).unwrap_err().to_string();
-        let expected = format!("no readable recording in {}: no CSV file", here.display());
-        assert_eq!(error, expected);
+    fn of_many_unreadable_files_four_are_named() {
         let many: Vec<String> = (1..=6).map(|i| format!("{i}.csv: bad")).collect();
-        assert_eq!(
-            reasons(&many),
-            "1.csv: bad; 2.csv: bad; 3.csv: bad; 4.csv: bad; and 2 more"
-        );
+        let said = "1.csv: bad; 2.csv: bad; 3.csv: bad; 4.csv: bad; and 2 more";
+        assert_eq!(reasons(&many), said);
     }
 
     #[test]
@@ -326,15 +318,16 @@ mod tests {
         // Memory-guided pointing with separate tables.
         let is_known = |name: &str| !name.starts_with("jov");
         assert!(refused.iter().all(|why| !is_known(why)), "{refused:?}");
-        let counts: Vec<(&str, usize, usize)> = sources
-            .iter()
-            .filter(|source| is_known(&source.name))
-            .map(|s| (s.name.as_str(), s.reaches.len(), s.split().folds.len()))
-            .collect();
+        let known = sources.iter().filter(|source| is_known(&source.name));
+        let counts = known.map(|source| {
+            let (reaches, folds) = (source.reaches.len(), source.split().folds.len());
+            format!("{} {reaches} {folds}", source.name)
+        });
+        let counts: Vec<String> = counts.collect();
         let expected = [
-            ("author_leap", 6, 6),
-            ("hand_embodiment", 41, 41),
-            ("kinesis_rtg", 45, 45),
+            "author_leap 6 6",
+            "hand_embodiment 41 41",
+            "kinesis_rtg 45 45",
         ];
         assert_eq!(counts, expected);
     }

@@ -287,18 +287,13 @@ mod tests {
             role: Role::Baseline,
             train: Box::new(move |_| Ok(Box::new(Off(off_m)))),
         };
+        let fold = |train: [usize; 2], test: [usize; 2]| Fold {
+            train: train.to_vec(),
+            test: test.to_vec(),
+        };
         let split = Split {
             description: String::new(),
-            folds: vec![
-                Fold {
-                    train: vec![0, 1],
-                    test: vec![2, 3],
-                },
-                Fold {
-                    train: vec![2, 3],
-                    test: vec![0, 1],
-                },
-            ],
+            folds: vec![fold([0, 1], [2, 3]), fold([2, 3], [0, 1])],
         };
         run(&candidate, &reaches(), &split, None).unwrap()
     }

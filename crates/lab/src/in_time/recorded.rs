@@ -1,7 +1,7 @@
 //! Recorded people in front of the simulated arm: each reach of a recording runs in a separate session.
 
 use crate::contact::panels::{
-    Learnt, MOST_OFF_M, PANEL_NAME, Trial, objects_of, people_of, rooms_of, scene_of,
+    Learnt, MOST_OFF_M, PANEL_NAME, Trial, learn_from, objects_of, people_of, rooms_of, scene_of,
 };
 use anyhow::{Context, bail};
 use glam::DVec3;
@@ -42,6 +42,8 @@ pub struct Request<'a> {
     pub learned: LearnedConfig,
     /// Seed of the arm's sensors.
     pub seed: u64,
+    /// Does the predictor learn from the earlier reaches of the person?
+    pub with_feedback: bool,
     /// Only this reach, `person/trial`, with the decisions of the policy on standard error.
     pub explain: Option<&'a str>,
 }
@@ -68,7 +70,7 @@ pub struct Results {
 ///
 /// A reach has the scene of [`panels`](crate::contact::panels), but with an upright panel, because the arm presents walls. All
 /// reaches for an object have the same base pose. The predictor is trained on all other people of the room, in the frame of the room.
-/// Nothing is learnt from one reach for the next.
+/// Nothing else is learnt from one reach for the next.
 ///
 /// # Errors
 /// A room with fewer than two people; a head that is never seen, or is exactly above the touch; too little training data; no such reach to
@@ -172,14 +174,11 @@ impl<'a> Room<'a> {
         request: &Request<'_>,
         progress: &(impl Fn(&str) + Sync),
     ) -> anyhow::Result<Vec<(&'a Trial, PersonRun)>> {
-        let (mut own, others): (Vec<&Trial>, Vec<&Trial>) =
+        let (own, others): (Vec<&Trial>, Vec<&Trial>) =
             self.trials.iter().partition(|trial| trial.person == person);
-        own.retain(|trial| {
-            request
-                .explain
-                .is_none_or(|name| trial.reach.name() == name)
-        });
-        if own.is_empty() {
+        let is_asked =
+            |trial: &Trial| (request.explain).is_none_or(|name| trial.reach.name() == name);
+        if !own.iter().any(|trial| is_asked(trial)) {
             return Ok(Vec::new());
         }
         let mut frames = others.iter().flat_map(|trial| &trial.frames);
@@ -191,13 +190,31 @@ impl<'a> Room<'a> {
                 ..request.learned
             },
         )?;
-        let predictor = learnt.fused()?;
-        let run = |trial: &&'a Trial| {
-            let run = self.run_of(trial, &predictor, request);
-            progress(person);
-            Ok((*trial, run.with_context(|| trial.reach.name())?))
-        };
-        own.iter().map(run).collect()
+        let mut predictor = learnt.fused()?;
+        let mut runs = Vec::new();
+        for trial in own {
+            if is_asked(trial) {
+                let run = self.run_of(trial, &predictor, request);
+                runs.push((trial, run.with_context(|| trial.reach.name())?));
+                progress(person);
+            }
+            if request.with_feedback {
+                learn_from(
+                    &mut predictor,
+                    trial,
+                    &self.scene_of(trial, facing(trial)?)?,
+                )?;
+            }
+        }
+        Ok(runs)
+    }
+
+    /// The scene of a reach, in the frame of the room.
+    fn scene_of(&self, trial: &Trial, normal: DVec3) -> anyhow::Result<Scene> {
+        let across = [DVec3::Z.cross(normal), DVec3::Z];
+        let mut objects = self.objects.clone();
+        objects.retain(|_, of| !holds(of, trial.reach.contact_m));
+        scene_of(trial, &objects, across, MOST_OFF_M)
     }
 
     /// Runs one reach.
@@ -208,10 +225,7 @@ impl<'a> Room<'a> {
         request: &Request<'_>,
     ) -> anyhow::Result<PersonRun> {
         let normal = facing(trial)?;
-        let across = [DVec3::Z.cross(normal), DVec3::Z];
-        let mut objects = self.objects.clone();
-        objects.retain(|_, of| !holds(of, trial.reach.contact_m));
-        let in_room = scene_of(trial, &objects, across, MOST_OFF_M)?;
+        let in_room = self.scene_of(trial, normal)?;
         let base_from_room = self.bases[&*trial.object].outer_from_here().inverse();
         let base_from_room = Pose::from_affine(&base_from_room)?;
         let scene = in_room.placed(&base_from_room);

@@ -134,12 +134,8 @@ mod tests {
         let failed = |method| of(method).map(|row| row.failed).sum::<usize>();
         assert_eq!(failed(PassivityMethod::default()), 0);
         assert!(failed(PassivityMethod::Off) > 10);
-        assert_eq!(
-            of(PassivityMethod::Off)
-                .map(|row| row.contacts)
-                .sum::<usize>(),
-            150
-        );
+        let contacts = of(PassivityMethod::Off).map(|row| row.contacts);
+        assert_eq!(contacts.sum::<usize>(), 150);
         let text = document::text(&request, &rows);
         assert!(!text.contains("NaN") && !text.contains("| no "), "{text}");
         // The same seed, the same rows.

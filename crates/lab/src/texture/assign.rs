@@ -380,19 +380,13 @@ mod tests {
         let changed = with_roughness(&windows, "door", 1.5).unwrap();
         assert_eq!(changed, windows.replace("0.4 # by hand", "1.5"));
         let added = with_roughness(text, "floor", 2.0).unwrap();
-        assert!(
-            added.contains("[surface.floor]\nroughness = 2.0\nkind"),
-            "{added}"
-        );
+        let entry = "[surface.floor]\nroughness = 2.0\nkind";
+        assert!(added.contains(entry), "{added}");
         let made = with_roughness(text, "the \"wall\"", 0.021).unwrap();
-        assert!(
-            made.starts_with(text)
-                && made.ends_with("[surface.\"the \\\"wall\\\"\"]\nroughness = 0.021\n")
-        );
-        assert_eq!(
-            with_roughness("", "a", 1.0).unwrap(),
-            "\n[surface.a]\nroughness = 1.0\n"
-        );
+        let entry = "[surface.\"the \\\"wall\\\"\"]\nroughness = 0.021\n";
+        assert!(made.starts_with(text) && made.ends_with(entry), "{made}");
+        let alone = with_roughness("", "a", 1.0).unwrap();
+        assert_eq!(alone, "\n[surface.a]\nroughness = 1.0\n");
         for inline in [
             "surface = { door = { roughness = 1 } }\n",
             "[surface]\ndoor.kind = \"static\"\n",

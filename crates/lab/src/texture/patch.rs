@@ -411,15 +411,8 @@ mod tests {
 
     #[test]
     fn every_preset_prints_its_table() {
-        for preset in [
-            "released",
-            "study-1.5",
-            "study-2",
-            "study-2.5",
-            "study-3",
-            "spaced-3",
-            "3,1,0.7,6.2,2.2",
-        ] {
+        let named = "released study-1.5 study-2 study-2.5 study-3 spaced-3".split(' ');
+        for preset in named.chain(["3,1,0.7,6.2,2.2"]) {
             let text = said(&request(preset));
             let is_whole = text.contains("watertight: yes") && text.contains("63.43");
             assert!(is_whole, "{text}");
@@ -437,10 +430,8 @@ mod tests {
             text
         };
         let coarse = by("released", Some(PrinterKind::Fdm));
-        assert!(
-            coarse.contains("print check, fdm: cannot") && coarse.contains("2 faults"),
-            "{coarse}"
-        );
+        assert!(coarse.contains("print check, fdm: cannot"), "{coarse}");
+        assert!(coarse.contains("2 faults"), "{coarse}");
         assert_eq!(coarse.matches("  fault: ").count(), 2);
         // Regression: without a chosen printer it was reported as printable, although every printer refuses it.
         let any = by("released", None);
@@ -461,13 +452,8 @@ mod tests {
 
     #[test]
     fn malformed_flags_are_refused() {
-        for preset in [
-            "",
-            "study-4",
-            "3,1,0.7,6.2",
-            "3,1,0.7,6.2,x",
-            "3,1,0.7,5,2.2",
-        ] {
+        // The first of them is empty.
+        for preset in " study-4 3,1,0.7,6.2 3,1,0.7,6.2,x 3,1,0.7,5,2.2".split(' ') {
             assert!(run(&request(preset), &mut Vec::new()).is_err(), "{preset}");
         }
         let hole = Request {

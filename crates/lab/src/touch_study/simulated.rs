@@ -190,10 +190,8 @@ mod tests {
             (folder, String::from_utf8(text).unwrap())
         };
         let (whole, text) = run_to("whole", false, None);
-        assert!(
-            text.contains("12 of 12 trials") && text.contains("angle"),
-            "{text}"
-        );
+        assert!(text.contains("12 of 12 trials"), "{text}");
+        assert!(text.contains("angle"), "{text}");
         run_to("killed", false, Some(7));
         let (killed, _) = run_to("killed", true, None);
         let read = |folder: &Path| std::fs::read_to_string(folder.join("trials.csv")).unwrap();

@@ -337,24 +337,17 @@ mod tests {
         let first = of(ReadyProtocol::Experiment1);
         let ours = |what: &str| &first.iter().find(|r| r.what.contains(what)).unwrap().ours;
         assert_eq!(ours("subjects"), "8");
-        for (share, needed) in [
-            ("0.6 ", "too many"),
-            ("0.75", "35"),
-            ("0.9 ", "12"),
-            ("0.95", "9"),
-        ] {
+        let too_many = ("0.6 ", "too many");
+        for (share, needed) in [too_many, ("0.75", "35"), ("0.9 ", "12"), ("0.95", "9")] {
             assert!(ours(share).starts_with(needed), "{first:?}");
         }
         let second = of(ReadyProtocol::Experiment2);
         assert_eq!(second.len(), 3 * 4);
         assert!(second[3].ours.starts_with("11 "), "{second:?}");
         let means = second.iter().filter(|row| row.what.ends_with(", mean"));
-        assert!(means.clone().count() == 3);
-        assert!(
-            means
-                .map(|row| row.ours.parse())
-                .all(|mean| mean.is_ok_and(|m: f64| m > 3.5))
-        );
+        let means: Vec<f64> = means.map(|row| row.ours.parse().unwrap()).collect();
+        assert_eq!(means.len(), 3);
+        assert!(means.iter().all(|mean| *mean > 3.5), "{means:?}");
         // Nobody has answered.
         let nobody = StudyRecord {
             trials: Vec::new(),
@@ -393,10 +386,8 @@ mod tests {
         ] {
             let found = Magnitudes::of(&redone(ready, 8, 3).unwrap()).unwrap();
             let factor = &found.analysis.design.within[1];
-            assert!(
-                factor.name == "patch" && factor.levels == patches,
-                "{factor:?}"
-            );
+            assert_eq!(factor.name, "patch");
+            assert_eq!(factor.levels, patches);
             assert_eq!(found.analysis.cells.len(), 5 * patches.len());
         }
     }

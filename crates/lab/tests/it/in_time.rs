@@ -16,14 +16,19 @@ use std::sync::Mutex;
 
 fn trials(people: &[Reacher]) -> Vec<Trial> {
     let (stream, trials) = files(people);
-    read(
-        read_recordings(stream.as_bytes()).unwrap(),
-        trials.as_bytes(),
-    )
-    .unwrap()
+    let recordings = read_recordings(stream.as_bytes()).unwrap();
+    read(recordings, trials.as_bytes()).unwrap()
 }
 
 fn study(trials: &[Trial], explain: Option<&str>) -> anyhow::Result<(Results, Vec<String>)> {
+    study_with(trials, explain, false)
+}
+
+fn study_with(
+    trials: &[Trial],
+    explain: Option<&str>,
+    with_feedback: bool,
+) -> anyhow::Result<(Results, Vec<String>)> {
     let told = Mutex::<Vec<String>>::default();
     let request = Request {
         trials,
@@ -33,6 +38,7 @@ fn study(trials: &[Trial], explain: Option<&str>) -> anyhow::Result<(Results, Ve
             ..LearnedConfig::default()
         },
         seed: 1,
+        with_feedback,
         explain,
     };
     let results = run(&request, |person| {
@@ -43,14 +49,13 @@ fn study(trials: &[Trial], explain: Option<&str>) -> anyhow::Result<(Results, Ve
 
 /// Two people, one of whom points 1.5 m above the objects, where the arm cannot reach.
 fn near_and_high(has_gaze: bool) -> Vec<Trial> {
-    trials(
-        &[("k1", 18, 0.0), ("k2", 9, 1.5)].map(|(person, reaches, above_m)| Reacher {
-            person,
-            reaches,
-            above_m,
-            has_gaze,
-        }),
-    )
+    let people = [("k1", 18, 0.0), ("k2", 9, 1.5)];
+    trials(&people.map(|(person, reaches, above_m)| Reacher {
+        person,
+        reaches,
+        above_m,
+        has_gaze,
+    }))
 }
 
 #[test]
@@ -70,6 +75,10 @@ fn every_person_has_a_row_even_where_nothing_is_within_reach() {
     let first = &results.rows[0].summary;
     // The training person points elsewhere.
     assert!(first.in_place > 0 && first.possible > 9, "{first:?}");
+    // Each touch teaches where this person points.
+    let (with_feedback, _) = study_with(&near_and_high(true), None, true).unwrap();
+    let in_place = with_feedback.rows[0].summary.in_place;
+    assert!(in_place > first.in_place, "{in_place} {first:?}");
     assert_eq!(results.missed.len(), 27 - results.rows[2].summary.in_place);
     let text = document::recorded_text(1, &results).unwrap();
     let row = text.lines().find(|line| line.starts_with("| k2 "));
@@ -99,10 +108,8 @@ fn what_is_missing_is_said_before_anything_is_learnt() {
         error.downcast::<HandError>().unwrap().to_string()
     };
     let headless = refused(&|trial| trial.frames.iter_mut().for_each(|f| f.head_m = None));
-    assert!(
-        headless.contains("k1/4: the head is never seen"),
-        "{headless}"
-    );
+    let said = "k1/4: the head is never seen";
+    assert!(headless.contains(said), "{headless}");
     let above = refused(&|trial| {
         let above_m = trial.reach.contact_m + glam::DVec3::Z;
         trial.frames[0].head_m = Some(above_m);
@@ -115,26 +122,26 @@ fn what_is_missing_is_said_before_anything_is_learnt() {
     assert!(absent.unwrap_err().to_string().contains("nowhere.csv"));
 }
 
+fn request(person: Vec<PersonKind>, touches: usize, plain: bool) -> study::Request {
+    study::Request {
+        person,
+        touches,
+        seed: 1,
+        predictor: None,
+        plain,
+        settings: Settings::default(),
+    }
+}
+
 /// Each setting saves what it is there for, refuses nonsense, and has a document of its own.
 #[test]
 fn settings_trade_touches_in_time_for_something_else() {
+    let (dispatch, glancing) = (Setting::FalseDispatch, PersonKind::Glancing);
     for (setting, person, most, name) in [
-        (
-            Setting::FalseDispatch,
-            PersonKind::Glancing,
-            5.0,
-            "false_dispatch",
-        ),
+        (dispatch, glancing, 5.0, "false_dispatch"),
         (Setting::Along, PersonKind::Fast, 0.3, "along_m"),
     ] {
-        let request = study::Request {
-            person: vec![person],
-            touches: 24,
-            seed: 1,
-            predictor: None,
-            plain: true,
-            settings: Settings::default(),
-        };
+        let request = request(vec![person], 24, true);
         let points = trade_off::run(&request, (setting, &[0.0, most]), |_, _| {}).unwrap();
         let saved = |at: usize| {
             let summary = &points[at].1.rows[0].summary;
@@ -160,14 +167,7 @@ fn simulated_and_recorded_people_keep_each_others_text() {
     let _ = fs::remove_dir_all(&folder);
     let documents = Documents::in_folder(&folder).unwrap();
     let text = || fs::read_to_string(folder.join(document::NAME)).unwrap();
-    let request = study::Request {
-        person: Vec::new(),
-        touches: 12,
-        seed: 1,
-        predictor: None,
-        plain: false,
-        settings: Settings::default(),
-    };
+    let request = request(Vec::new(), 12, false);
     let simulate = |learnt: &str| {
         let learnt = learnt.to_owned();
         let rows = Vec::new();
@@ -181,14 +181,10 @@ fn simulated_and_recorded_people_keep_each_others_text() {
     document::write_recorded("of ten\n", &documents).unwrap();
     simulate("of new");
     let once = text();
-    assert!(
-        once.contains("of new") && once.ends_with("of ten\n"),
-        "{once}"
-    );
-    assert!(
-        !once.contains("of old") && !once.contains("skipped"),
-        "{once}"
-    );
+    for (word, is_there) in [("of new", true), ("of old", false), ("skipped", false)] {
+        assert_eq!(once.contains(word), is_there, "{word}: {once}");
+    }
+    assert!(once.ends_with("of ten\n"), "{once}");
     document::write_recorded("of ten\n", &documents).unwrap();
     assert_eq!(text(), once);
 }

@@ -58,13 +58,11 @@ impl Differences {
     }
 
     fn check(&self, name: &str, tolerances: [f64; 5]) {
-        println!("{name}: {:?}", self.0);
-        let within = self
-            .0
-            .iter()
-            .zip(tolerances)
-            .all(|(off, most)| *off <= most);
-        assert!(within, "{name}: {:?}", self.0);
+        let Self(differences) = self;
+        println!("{name}: {differences:?}");
+        let mut pairs = differences.iter().zip(tolerances);
+        let within = pairs.all(|(off, most)| *off <= most);
+        assert!(within, "{name}: {differences:?}");
     }
 }
 

@@ -50,16 +50,12 @@ fn every_row_has_an_entry_with_its_command_and_a_verdict() {
         for entry in entries() {
             let heading = format!("### {}\n", entry.lines().next().unwrap_or_default());
             assert!(tracked.contains(&heading), "thesis --docs: {heading}");
-            for part in [
-                "Command: `",
-                "- **Agrees.** ",
-                "- **Differs.** ",
-                "- **Beyond it.** ",
-            ] {
-                if !(part.starts_with("Command") && entry.contains("Command: those in the table")) {
-                    assert!(entry.contains(part), "{part}: {entry}");
-                }
+            for part in ["- **Agrees.** ", "- **Differs.** ", "- **Beyond it.** "] {
+                assert!(entry.contains(part), "{part}: {entry}");
             }
+            let commands = ["Command: `", "Command: those in the table"];
+            let has_command = commands.iter().any(|command| entry.contains(command));
+            assert!(has_command, "{entry}");
         }
     }
 }
@@ -88,9 +84,8 @@ fn numbers_of_the_base_are_those_of_its_table_and_name_a_commit() {
     assert!(row.contains("(commit "), "{row}");
     let text = of("../../../docs/ENVIRONMENTS.md");
     let table = text.split("<!-- base:begin -->").nth(1).unwrap();
-    let table: Vec<Vec<&str>> = table
-        .lines()
-        .filter(|line| line.starts_with('|'))
+    let rows = table.lines().filter(|line| line.starts_with('|'));
+    let table: Vec<Vec<&str>> = rows
         .map(|line| line.split('|').map(str::trim).collect())
         .collect();
     let column = |name: &str, kinds: &[&str]| -> Vec<f64> {
@@ -154,11 +149,8 @@ fn a_chapter_alone_is_one_file_and_the_same_again() {
 #[test]
 fn maps_that_are_not_there_are_refused_when_named_and_else_skipped() {
     let nowhere = std::env::temp_dir().join("hwall_no_maps");
-    let refused = made("nowhere", "4", Some(&nowhere)).unwrap_err();
-    assert!(
-        format!("{refused:#}").contains("--published"),
-        "{refused:#}"
-    );
+    let refused = format!("{:#}", made("nowhere", "4", Some(&nowhere)).unwrap_err());
+    assert!(refused.contains("--published"), "{refused}");
     // Tests run in the folder of their package, from where the shared data are not found.
     let untimed = |[text, _]: [String; 2]| -> Vec<String> {
         let lines = text

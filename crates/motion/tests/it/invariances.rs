@@ -1,5 +1,6 @@
 //! A motion does not depend on the origin, direction and unit of a joint, nor on the unit of time and the order of joints.
 
+use hwall_kinematics::glam::DVec3;
 use hwall_kinematics::{Chain, ChainArm, ChainJoint, JointLimit, JointPositions, Pose};
 use hwall_motion::{JointBounds, JointPoint, MotionLimits, ReferenceMotion};
 use hwall_testkit::Sampler;
@@ -57,22 +58,14 @@ fn origin_sense_and_units_of_a_joint_do_not_matter() {
     }
 }
 
-/// One joint of an arm with individual joint limits.
-fn arm(count: usize) -> ChainArm {
+/// Seven joints whose wide ranges hinder no motion.
+fn arm() -> ChainArm {
+    let range = JointLimit::new(-10.0, 10.0);
     let joint = |i| ChainJoint {
         max_velocity: Some(1.0),
-        ..ChainJoint::revolute(
-            format!("{i}"),
-            Pose::IDENTITY,
-            glam_z(),
-            JointLimit::new(-10.0, 10.0),
-        )
+        ..ChainJoint::revolute(format!("{i}"), Pose::IDENTITY, DVec3::Z, range)
     };
-    ChainArm::new(Chain::new((0..count).map(joint).collect(), Pose::IDENTITY).unwrap()).unwrap()
-}
-
-fn glam_z() -> hwall_kinematics::glam::DVec3 {
-    hwall_kinematics::glam::DVec3::Z
+    ChainArm::new(Chain::new((0..7).map(joint).collect(), Pose::IDENTITY).unwrap()).unwrap()
 }
 
 fn limits() -> MotionLimits {
@@ -88,7 +81,7 @@ fn limits() -> MotionLimits {
 fn path(change: impl Fn([f64; 7]) -> [f64; 7], limits: &MotionLimits) -> Vec<[f64; 7]> {
     let mut sampler = Sampler::new(2);
     let start = JointPositions(change([0.1, -0.2, 0.3, -0.4, 0.5, -0.6, 0.7]));
-    let mut motion = ReferenceMotion::new(&arm(7), limits, &start).unwrap();
+    let mut motion = ReferenceMotion::new(&arm(), limits, &start).unwrap();
     let mut path = Vec::new();
     for _ in 0..20 {
         let goal = sampler.array_within([(-1.5, 1.5); 7]);

@@ -2,7 +2,8 @@
 
 use crate::common::files::reference;
 use hwall_psychophysics::{
-    Columns, Factor, PsychophysicsError, Schedule, Study, TrialOrder, balanced_latin_square,
+    Columns, Factor, PsychophysicsError, Schedule, ScheduledTrial, Study, TrialOrder,
+    balanced_latin_square,
 };
 
 #[test]
@@ -23,19 +24,13 @@ fn squares_are_balanced() {
         }
         assert!(at.iter().all(|c| *c == copies), "{n}: every place");
         for (i, count) in follows.iter().enumerate() {
-            let itself = i / n == i % n;
-            assert_eq!(
-                *count,
-                if itself { 0 } else { copies },
-                "{n}: every successor"
-            );
+            let expected = if i / n == i % n { 0 } else { copies };
+            assert_eq!(*count, expected, "{n}: every successor");
         }
     }
     for n in [0, 2001, usize::MAX] {
-        assert!(matches!(
-            balanced_latin_square(n),
-            Err(PsychophysicsError::Argument(_))
-        ));
+        let square = balanced_latin_square(n);
+        assert!(matches!(square, Err(PsychophysicsError::Argument(_))));
     }
 }
 
@@ -81,13 +76,10 @@ fn every_round_holds_every_condition_once() {
             assert!(block.iter().enumerate().all(|(i, t)| t.place == i));
         }
         if order == TrialOrder::RandomisedBlocks {
-            let twice = |w: &[hwall_psychophysics::ScheduledTrial]| {
+            let twice = |w: &[ScheduledTrial]| {
                 w[0].subject == w[1].subject && w[0].condition == w[1].condition
             };
-            assert!(
-                !trials.windows(2).any(twice),
-                "nothing comes twice in a row"
-            );
+            assert!(!trials.windows(2).any(twice), "twice in a row");
         }
     }
 }
@@ -115,21 +107,17 @@ fn scripts_are_read_back() {
     let mut script = Vec::new();
     schedule.write_csv(&mut script).expect("written");
     let script = String::from_utf8(script).expect("text");
+    let header = "subject,round,trial,condition,orientation,velocity";
     let mut lines = script.lines();
-    assert_eq!(
-        lines.next(),
-        Some("subject,round,trial,condition,orientation,velocity")
-    );
-    let mut table = "subject,round,trial,condition,orientation,velocity,answer\n".to_owned();
+    assert_eq!(lines.next(), Some(header));
+    let mut table = format!("{header},answer\n");
     for (i, line) in lines.enumerate() {
         table += &format!("{line},{}\n", 1 + i % 7);
     }
     let columns = Columns::new("subject", ["orientation", "velocity"], "answer");
     let study = Study::from_csv_str(&table, &columns.with_round("round")).expect("a study");
-    assert_eq!(
-        (study.subjects().len(), study.cells(), study.rounds()),
-        (25, 25, 6)
-    );
+    assert_eq!((study.subjects().len(), study.cells()), (25, 25));
+    assert_eq!(study.rounds(), 6);
 }
 
 #[test]

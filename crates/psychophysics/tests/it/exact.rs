@@ -4,7 +4,6 @@ use hwall_psychophysics::{
     RatingTest, Share, binomial_test, for_each_outcome, median, shares_of_mean, sign_test,
     wilcoxon_signed_rank, wilcoxon_signed_rank_exact,
 };
-use hwall_testkit::Sampler;
 
 fn close(ours: f64, wanted: f64) -> bool {
     (ours - wanted).abs() <= 1e-12 * wanted.abs().max(1.0)
@@ -24,21 +23,16 @@ fn shares_have_scipys_intervals() {
     ] {
         let share = Share::of(successes, trials, 0.95).unwrap();
         for (ours, wanted) in share.ci.into_iter().zip(ci) {
-            assert!(
-                close(ours, wanted),
-                "{successes} of {trials}: {ours} {wanted}"
-            );
+            assert!(close(ours, wanted), "{successes}: {ours} {wanted}");
         }
         // Mirrored.
         let other = Share::of(trials - successes, trials, 0.95).unwrap();
         assert!(close(other.ci[0], 1.0 - ci[1]) && close(other.ci[1], 1.0 - ci[0]));
     }
-    for (successes, trials, confidence) in
-        [(1, 0, 0.95), (3, 2, 0.95), (1, 2, 1.0), (1, 2, f64::NAN)]
-    {
-        assert!(Share::of(successes, trials, confidence).is_err());
+    for (successes, trials) in [(1, 0), (3, 2), (0, u64::MAX)] {
+        assert!(Share::of(successes, trials, 0.95).is_err());
     }
-    assert!(Share::of(0, u64::MAX, 0.95).is_err());
+    assert!(Share::of(1, 2, 1.0).is_err() && Share::of(1, 2, f64::NAN).is_err());
 }
 
 /// `scipy.stats.binomtest(k, n, p).pvalue`; 682 of 925 is Conover's example in R's `binom.test`.
@@ -54,10 +48,8 @@ fn binomial_tests_are_scipys() {
         (0, 20, 0.25, 0.007113353603017462),
     ] {
         let ours = binomial_test(successes, trials, share).unwrap();
-        assert!(
-            (ours / p - 1.0).abs() < 1e-10,
-            "{successes} of {trials}: {ours} {p}"
-        );
+        let off = ours / p - 1.0;
+        assert!(off.abs() < 1e-10, "{successes} of {trials}: {ours} {p}");
     }
     assert!(binomial_test(1, 2, 0.0).is_err() && binomial_test(1, 2, f64::NAN).is_err());
 }
@@ -84,20 +76,15 @@ fn signed_ranks_are_exact_with_ties() {
     ] {
         let off: Vec<f64> = ratings.iter().map(|r| f64::from(*r) - 3.0).collect();
         let test = wilcoxon_signed_rank_exact(&off).unwrap();
-        assert_eq!(
-            (test.rank_sum, test.p, test.exact),
-            (sum, p, true),
-            "{ratings:?}"
-        );
+        assert_eq!((test.rank_sum, test.p), (sum, p), "{ratings:?}");
+        assert!(test.exact);
         let mirrored: Vec<f64> = off.iter().map(|d| -d).collect();
         assert_eq!(wilcoxon_signed_rank_exact(&mirrored).unwrap().p, p);
     }
     // Without ties both are the same.
     let plain = [0.3, -1.0, 2.0, 3.5, -4.5, 6.0];
-    assert_eq!(
-        wilcoxon_signed_rank_exact(&plain),
-        wilcoxon_signed_rank(&plain)
-    );
+    let exact = wilcoxon_signed_rank_exact(&plain);
+    assert_eq!(exact, wilcoxon_signed_rank(&plain));
     assert!(!wilcoxon_signed_rank_exact(&[1.0; 50]).unwrap().exact);
     assert_eq!(wilcoxon_signed_rank_exact(&[0.0]), None);
     assert_eq!(wilcoxon_signed_rank_exact(&[f64::NAN, 1.0]), None);
@@ -126,20 +113,6 @@ fn medians_have_intervals_of_their_order() {
     assert_eq!((five.value, five.ci, five.coverage), (3.0, None, 0.9375));
     assert_eq!(median(&[7.0], 0.95).unwrap().coverage, 0.0);
     assert!(median(&[], 0.95).is_err() && median(&[1.0, f64::NAN], 0.95).is_err());
-}
-
-/// Samples of a normal population: the interval covers its median as often as it says.
-#[test]
-fn intervals_of_medians_cover_them() {
-    let mut sampler = Sampler::new(7);
-    let mut covered = 0;
-    for _ in 0..4000 {
-        let values: Vec<f64> = (0..9).map(|_| sampler.normal()).collect();
-        let [low, high] = median(&values, 0.95).unwrap().ci.unwrap();
-        covered += usize::from(low <= 0.0 && 0.0 <= high);
-    }
-    // 0.9609 with a standard error of 0.003.
-    assert!((3800..3890).contains(&covered), "{covered}");
 }
 
 #[test]
@@ -190,12 +163,8 @@ fn power_of_ratings_is_that_of_scipy() {
     }
     let mut test = RatingTest::new(5, 0.05).unwrap();
     assert!(close(test.power(&shares, 6).unwrap(), 0.26986431722819826));
-    assert!(
-        shares_of_mean(5, 3.0)
-            .unwrap()
-            .iter()
-            .all(|s| close(*s, 0.2))
-    );
+    let even = shares_of_mean(5, 3.0).unwrap();
+    assert!(even.iter().all(|s| close(*s, 0.2)));
 }
 
 /// Without an effect an exact test rejects at most as often as its level says.

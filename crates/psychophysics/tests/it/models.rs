@@ -1,6 +1,6 @@
 //! Power, Stevens' law and psychometric functions with planted truth.
 
-use crate::common::factors;
+use crate::common::{factors, observed, pairs};
 use hwall_psychophysics::{
     ErrorModel, MagnitudeAnswer, PairAnswers, PowerStudy, PowerTest, PsychophysicsError, Sigmoid,
     fit_psychometric, noncentral_t_cdf, normal_cdf, power, stevens_fit, t_quantile_two_sided,
@@ -29,37 +29,25 @@ fn two_levels_have_the_power_of_a_t_test() {
     let t = t_quantile_two_sided(0.05, 15.0);
     let shift = 0.5 / 2_f64.sqrt() * 4.0;
     let want = 1.0 - noncentral_t_cdf(t, 15.0, shift) + noncentral_t_cdf(-t, 15.0, shift);
-    assert!(
-        found[0].ci_low < want && want < found[0].ci_high,
-        "{found:?}, {want}"
-    );
+    let covers = found[0].ci_low < want && want < found[0].ci_high;
+    assert!(covers, "{found:?}, {want}");
 }
 
 #[test]
 fn nothing_is_found_with_probability_alpha() {
     let study = PowerStudy {
-        means: vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0],
-        ..population(vec![], &[2, 3])
+        studies: 2000,
+        ..population(vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0], &[2, 3])
     };
     for ranks in [false, true] {
         for errors in [ErrorModel::Strata, ErrorModel::Pooled] {
-            let test = PowerTest {
-                errors,
-                ranks,
-                greenhouse_geisser: false,
-            };
-            let found = power(&PowerStudy {
-                test,
-                studies: 2000,
-                ..study.clone()
-            })
-            .expect("power");
+            let mut study = study.clone();
+            (study.test.errors, study.test.ranks) = (errors, ranks);
+            let found = power(&study).expect("power");
             assert!(found[0].power > 0.99, "{found:?}");
             for effect in &found[1..] {
-                assert!(
-                    (effect.power - 0.05).abs() < 0.015,
-                    "{ranks} {errors:?} {effect:?}"
-                );
+                let off = effect.power - 0.05;
+                assert!(off.abs() < 0.015, "{ranks} {errors:?} {effect:?}");
             }
         }
     }
@@ -74,20 +62,11 @@ fn pooled_errors_need_subjects_that_differ_by_a_constant() {
         studies: 2000,
         ..population(vec![0.0; 9], &[3, 3])
     };
-    let pooled = PowerTest {
-        errors: ErrorModel::Pooled,
-        ..PowerTest::default()
-    };
-    let strata = power(&study).expect("power");
-    let pooled = power(&PowerStudy {
-        test: pooled,
-        ..study
-    })
-    .expect("power");
-    assert!(
-        strata[0].power < 0.07 && pooled[0].power > 0.12,
-        "{strata:?} {pooled:?}"
-    );
+    let mut pooled = study.clone();
+    pooled.test.errors = ErrorModel::Pooled;
+    let [strata, pooled] = [study, pooled].map(|study| power(&study).expect("power"));
+    assert!(strata[0].power < 0.07, "{strata:?}");
+    assert!(pooled[0].power > 0.12, "{pooled:?}");
 }
 
 #[test]
@@ -98,10 +77,8 @@ fn power_has_one_answer_a_seed() {
     };
     let found = power(&study).expect("power");
     assert_eq!(power(&study).expect("power"), found);
-    assert_ne!(
-        power(&PowerStudy { seed: 2, ..study }).expect("power"),
-        found
-    );
+    let other = PowerStudy { seed: 2, ..study };
+    assert_ne!(power(&other).expect("power"), found);
 }
 
 #[test]
@@ -128,14 +105,9 @@ fn impossible_populations_are_refused() {
         spoil(&mut wrong);
         assert!(power(&wrong).is_err(), "{wrong:?}");
     }
-    let corrected = PowerStudy {
-        test: PowerTest {
-            errors: ErrorModel::Pooled,
-            greenhouse_geisser: true,
-            ranks: false,
-        },
-        ..base
-    };
+    let mut corrected = base;
+    corrected.test.errors = ErrorModel::Pooled;
+    corrected.test.greenhouse_geisser = true;
     assert_eq!(power(&corrected), Err(PsychophysicsError::PooledCorrection));
 }
 
@@ -202,19 +174,13 @@ fn exact_shares_give_the_function_back() {
     let gauss = stimuli.map(|x| (x, normal_cdf((x - 102.0) / 8.0)));
     let logistic = stimuli.map(|x| (x, 1.0 / (1.0 + (-(x - 102.0) / 8.0_f64).exp())));
     for (sigmoid, shares, jnd) in [
-        (
-            Sigmoid::CumulativeGaussian,
-            gauss,
-            8.0 * 0.674_489_750_196_081_7,
-        ),
-        (Sigmoid::Logistic, logistic, 8.0 * 3_f64.ln()),
+        (Sigmoid::CumulativeGaussian, gauss, 0.674_489_750_196_081_7),
+        (Sigmoid::Logistic, logistic, 3_f64.ln()),
     ] {
         let fit = fit_psychometric(&answers(&shares, 1_000_000_000), sigmoid).expect("a fit");
-        assert!(
-            (fit.pse - 102.0).abs() < 1e-5 && (fit.scale - 8.0).abs() < 1e-5,
-            "{fit:?}"
-        );
-        assert!((fit.jnd - jnd).abs() < 1e-5);
+        assert!((fit.pse - 102.0).abs() < 1e-5, "{fit:?}");
+        assert!((fit.scale - 8.0).abs() < 1e-5, "{fit:?}");
+        assert!((fit.jnd - 8.0 * jnd).abs() < 1e-5);
         assert!((fit.share(fit.pse + fit.jnd) - 0.75).abs() < 1e-12);
         assert!(fit.deviance < 1e-3 && fit.deviance_p.expect("p") > 0.9);
     }
@@ -227,17 +193,8 @@ fn standard_errors_are_those_of_repetition() {
     for sigmoid in [Sigmoid::CumulativeGaussian, Sigmoid::Logistic] {
         let mut fits = Vec::new();
         while fits.len() < 400 {
-            let draw = |stimulus: f64| {
-                let share = normal_cdf((stimulus - 0.5) / 2.0);
-                let greater = (0..60)
-                    .filter(|_| sampler.uniform(0.0, 1.0) < share)
-                    .count() as u32;
-                PairAnswers {
-                    stimulus,
-                    greater,
-                    trials: 60,
-                }
-            };
+            let share = |stimulus: f64| normal_cdf((stimulus - 0.5) / 2.0);
+            let draw = |stimulus| observed(&mut sampler, (stimulus, share(stimulus)), 60);
             fits.push(fit_psychometric(&stimuli.map(draw), sigmoid).expect("a fit"));
         }
         let n = fits.len() as f64;
@@ -248,10 +205,8 @@ fn standard_errors_are_those_of_repetition() {
             let squares: f64 = fits.iter().map(|f| (of(f).0 - mean).powi(2)).sum();
             let told = fits.iter().map(|f| of(f).1).sum::<f64>() / n;
             let sd = (squares / (n - 1.0)).sqrt();
-            assert!(
-                (told / sd - 1.0).abs() < 0.12,
-                "{sigmoid:?}: told {told}, is {sd}"
-            );
+            let off = told / sd - 1.0;
+            assert!(off.abs() < 0.12, "{sigmoid:?}: told {told}, is {sd}");
             assert!((mean - truth).abs() < 0.08, "{sigmoid:?}: {mean}");
         }
     }
@@ -261,10 +216,8 @@ fn standard_errors_are_those_of_repetition() {
 fn answers_without_a_fit_are_refused() {
     let no_fit = |shares: &[(f64, f64)]| {
         let fit = fit_psychometric(&answers(shares, 10), Sigmoid::default());
-        assert!(
-            matches!(fit, Err(PsychophysicsError::NoFit { .. })),
-            "{fit:?}"
-        );
+        let is_refused = matches!(fit, Err(PsychophysicsError::NoFit { .. }));
+        assert!(is_refused, "{fit:?}");
     };
     no_fit(&[]);
     no_fit(&[(1.0, 0.5)]);
@@ -275,30 +228,20 @@ fn answers_without_a_fit_are_refused() {
     no_fit(&[(1.0, 0.0), (2.0, 0.0)]);
     no_fit(&[(1.0, 0.9), (2.0, 0.5), (3.0, 0.1)]);
     no_fit(&[(1.0, 0.5), (2.0, 0.5), (3.0, 0.5)]);
-    for (stimulus, greater, trials) in [(1.0, 3, 2), (1.0, 0, 0), (f64::NAN, 1, 2)] {
-        let answers = [PairAnswers {
-            stimulus,
-            greater,
-            trials,
-        }];
-        assert!(fit_psychometric(&answers, Sigmoid::Logistic).is_err());
+    for answers in [(1.0, 3, 2), (1.0, 0, 0), (f64::NAN, 1, 2)] {
+        assert!(fit_psychometric(&pairs([answers]), Sigmoid::Logistic).is_err());
     }
 }
 
 /// Nearly separated answers, with so many trials that scoring overshoots.
 #[test]
 fn fits_that_do_not_converge_are_refused() {
-    let answers = [
+    let answers = pairs([
         (0.0, 0, 100_000),
         (1.0, 0, 1_000_000),
         (2.0, 1, 1_000_000_000),
         (3.0, 78_112_259, 100_000_000),
-    ];
-    let answers = answers.map(|(stimulus, greater, trials)| PairAnswers {
-        stimulus,
-        greater,
-        trials,
-    });
+    ]);
     let fit = fit_psychometric(&answers, Sigmoid::Logistic);
     assert_eq!(fit, Err(PsychophysicsError::NotConverged { steps: 200 }));
 }

@@ -1,8 +1,9 @@
 //! Staircases, QUEST+ and thresholds against closed forms and simulated observers.
 
+use crate::common::{observed, pairs};
 use hwall_psychophysics::{
-    PairAnswers, QuestGrid, QuestPlus, Sigmoid, Staircase, StaircaseConfig, normal_cdf,
-    normal_quantile, threshold,
+    QuestGrid, QuestPlus, Sigmoid, Staircase, StaircaseConfig, normal_cdf, normal_quantile,
+    threshold,
 };
 use hwall_testkit::Sampler;
 
@@ -27,7 +28,7 @@ fn a_staircase_ends_where_its_rule_balances() {
     };
     assert!((weighted.target_share() - 0.75).abs() < 1e-15);
     // A yes-no observer: the share is the cumulative Gaussian about 0, so the target stimulus is its quantile.
-    for (config, bound) in [(equal, 0.1), (three, 0.1), (weighted, 0.1)] {
+    for config in [equal, three, weighted] {
         let config = StaircaseConfig {
             start: 3.0,
             step_down: 0.1 * config.step_down,
@@ -51,7 +52,7 @@ fn a_staircase_ends_where_its_rule_balances() {
         let mean = sum / f64::from(runs);
         let truth = normal_quantile(config.target_share());
         println!("{:.3}: {mean:.3}, truth {truth:.3}", config.target_share());
-        assert!((mean - truth).abs() < bound, "{mean} {truth}");
+        assert!((mean - truth).abs() < 0.1, "{mean} {truth}");
     }
 }
 
@@ -104,12 +105,9 @@ fn quest_is_bayes_rule() {
         (1, 0.0, true),
     ] {
         quest.answer(place, right).unwrap();
-        let p = |t| {
-            if right {
-                share(x, t)
-            } else {
-                1.0 - share(x, t)
-            }
+        let p = |t| match right {
+            true => share(x, t),
+            false => 1.0 - share(x, t),
         };
         odds *= p(1.0) / p(0.0);
         let later = odds / (1.0 + odds);
@@ -128,36 +126,33 @@ fn quest_finds_planted_thresholds_and_says_how_surely() {
     let runs = 100;
     for _ in 0..runs {
         let truth = sampler.uniform(-1.0, 1.0);
-        let mut quest = QuestPlus::new(QuestGrid::over([-3.0, 3.0], 41, 0.5)).unwrap();
-        for _ in 0..60 {
-            let place = quest.next_place();
-            let x = -3.0 + 0.15 * place as f64;
-            let right = sampler.uniform(0.0, 1.0) < right_share(x, truth, 0.6);
-            quest.answer(place, right).unwrap();
-        }
-        let estimate = quest.estimate(0.95).unwrap();
-        let [low, high] = estimate.threshold_ci;
+        // Chosen places, and the same number of trials spread evenly over the grid.
+        let mut estimate = |is_even: bool| {
+            let mut quest = QuestPlus::new(QuestGrid::over([-3.0, 3.0], 41, 0.5)).unwrap();
+            for i in 0..60 {
+                let place = if is_even {
+                    (i * 40) / 59
+                } else {
+                    quest.next_place()
+                };
+                let x = -3.0 + 0.15 * place as f64;
+                let right = sampler.uniform(0.0, 1.0) < right_share(x, truth, 0.6);
+                quest.answer(place, right).unwrap();
+            }
+            quest.estimate(0.95).unwrap()
+        };
+        let (chosen, even) = (estimate(false), estimate(true));
+        let [low, high] = chosen.threshold_ci;
         // Interval ends are grid points.
         inside += i32::from((low - 0.075..=high + 0.075).contains(&truth));
-        square += (estimate.threshold - truth).powi(2);
-        // The same number of trials, spread evenly over the grid.
-        let mut even = QuestPlus::new(QuestGrid::over([-3.0, 3.0], 41, 0.5)).unwrap();
-        for i in 0..60 {
-            let place = (i * 40) / 59;
-            let x = -3.0 + 0.15 * place as f64;
-            let right = sampler.uniform(0.0, 1.0) < right_share(x, truth, 0.6);
-            even.answer(place, right).unwrap();
-        }
-        plain += (even.estimate(0.95).unwrap().threshold - truth).powi(2);
+        square += (chosen.threshold - truth).powi(2);
+        plain += (even.threshold - truth).powi(2);
     }
     let rms = |sum: f64| (sum / f64::from(runs)).sqrt();
-    println!(
-        "rms {:.3}, evenly placed {:.3}; {inside} of {runs} inside",
-        rms(square),
-        rms(plain)
-    );
+    let (square, plain) = (rms(square), rms(plain));
+    println!("rms {square:.3}, evenly placed {plain:.3}; {inside} of {runs} inside");
     assert!(inside >= 90, "{inside}");
-    assert!(rms(square) < 0.35 && rms(square) < rms(plain));
+    assert!(square < 0.35 && square < plain);
 }
 
 #[test]
@@ -189,20 +184,11 @@ fn intervals_of_thresholds_hold_the_truth() {
     let mut sampler = Sampler::new(3);
     let (mut pse, mut weber, mut fits) = (0, 0, 0);
     for _ in 0..1000 {
-        let answers: Vec<PairAnswers> = (0..7)
-            .map(|i| {
-                let stimulus = 7.0 + f64::from(i);
-                let share = normal_cdf((stimulus - reference) / sd);
-                let greater = (0..20)
-                    .filter(|_| sampler.uniform(0.0, 1.0) < share)
-                    .count();
-                PairAnswers {
-                    stimulus,
-                    greater: greater as u32,
-                    trials: 20,
-                }
-            })
-            .collect();
+        let stimuli = [7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0];
+        let answers = stimuli.map(|stimulus| {
+            let share = normal_cdf((stimulus - reference) / sd);
+            observed(&mut sampler, (stimulus, share), 20)
+        });
         let Ok(found) = threshold(&answers, Sigmoid::CumulativeGaussian, reference, 0.95) else {
             continue;
         };
@@ -217,11 +203,7 @@ fn intervals_of_thresholds_hold_the_truth() {
         let share = f64::from(held) / f64::from(fits);
         assert!((0.92..=0.98).contains(&share), "{share}");
     }
-    let answers = [PairAnswers {
-        stimulus: 1.0,
-        greater: 1,
-        trials: 2,
-    }];
+    let answers = pairs([(1.0, 1, 2)]);
     assert!(threshold(&answers, Sigmoid::Logistic, 0.0, 0.95).is_err());
     assert!(threshold(&answers, Sigmoid::Logistic, 1.0, 1.0).is_err());
 }

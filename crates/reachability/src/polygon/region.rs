@@ -247,20 +247,14 @@ mod tests {
     use hwall_kinematics::{JointLimit, SrsArm};
     use hwall_testkit::Sampler;
 
-    fn solver(limits: impl Fn(usize, JointLimit) -> JointLimit) -> ExactSolver {
-        let arm = SrsArm::iiwa7();
-        let mut all = *arm.limits();
-        for (joint, limit) in all.iter_mut().enumerate() {
-            *limit = limits(joint, *limit);
-        }
-        let arm = arm.with_limits(all).expect("limits");
-        ExactSolver::new(&arm, &ExactConfig::default()).expect("valid")
+    fn solver(arm: &SrsArm) -> ExactSolver {
+        ExactSolver::new(arm, &ExactConfig::default()).expect("valid")
     }
 
     /// Half of a wall against the whole wall: same areas, same verdicts, same proof.
     #[test]
     fn a_half_stands_for_all_of_its_images() {
-        let solver = solver(|_, limit| limit);
+        let solver = solver(&SrsArm::iiwa7());
         let config = PolygonConfig::default();
         let headings = [0.0, 0.5, -1.0];
         let mut sampler = Sampler::new(4);
@@ -271,13 +265,9 @@ mod tests {
                     .expect("traced")
                     .expect("the limits of joint 1 make no difference");
                 let whole = WallRegion::of_plane_itself(&solver, &plane, &config).expect("traced");
-                let outline: f64 = whole
-                    .polygons()
-                    .iter()
-                    .flat_map(WallPolygon::rings)
-                    .flat_map(edges)
-                    .map(|[a, b]| a.distance_m(b))
-                    .sum();
+                let rings = whole.polygons().iter().flat_map(WallPolygon::rings);
+                let edges = rings.flat_map(edges);
+                let outline: f64 = edges.map(|[a, b]| a.distance_m(b)).sum();
                 let off = (one.area_m2() - whole.area_m2()).abs();
                 assert!(
                     off < 0.02 * config.accuracy_m * outline,
@@ -286,10 +276,8 @@ mod tests {
                 let mut others = 0;
                 for _ in 0..4_000 {
                     let at = WallPoint::new(sampler.uniform(-0.9, 0.9), sampler.uniform(-0.5, 1.2));
-                    let truth = solver
-                        .is_reachable(&plane.line(at.z_m), at.s_m)
-                        .expect("finite");
-                    others += usize::from(one.contains(at) != truth);
+                    let truth = solver.is_reachable(&plane.line(at.z_m), at.s_m);
+                    others += usize::from(one.contains(at) != truth.expect("finite"));
                 }
                 assert!(others < 8, "{others}");
                 let (one, whole) = (one.proof().expect("asked"), whole.proof().expect("asked"));
@@ -304,13 +292,9 @@ mod tests {
     /// Limits that are not mirror symmetric end the half trace; then the whole wall is traced.
     #[test]
     fn images_that_differ_are_traced_one_by_one() {
-        let uneven = solver(|joint, limit| match joint {
-            0 => JointLimit {
-                min_rad: -0.3,
-                max_rad: 1.5,
-            },
-            _ => limit,
-        });
+        let mut limits = *SrsArm::iiwa7().limits();
+        limits[0] = JointLimit::new(-0.3, 1.5);
+        let uneven = solver(&SrsArm::iiwa7().with_limits(limits).expect("limits"));
         let config = PolygonConfig::default();
         let plane = WallPlane::new(0.0, 0.4).expect("finite");
         let found = WallRegion::of_images(&uneven, &plane, &config).expect("traced");

@@ -1,9 +1,9 @@
 //! The exact solver against the verdicts of single poses: it must be right everywhere outside its bands.
 
 use crate::common::lines::check_line;
-use crate::common::{exact_config, exact_solver, line};
+use crate::common::{exact_config, exact_solver, line, scaled_iiwa, with_limit};
 use glam::{DMat3, DVec3};
-use hwall_kinematics::{JointLimit, Pose, SrsArm, SrsParameters};
+use hwall_kinematics::{BranchSet, Pose, SrsArm};
 use hwall_reachability::{
     BoardPart, ExactConfig, ExactSolver, Interval, LineReachability, ReachabilityError, Roll,
     WallLine, WallPlane,
@@ -39,9 +39,8 @@ fn check_arm(arm: &SrsArm, size: f64, lines: usize, seed: u64) {
             size * sampler.uniform(-0.6, 1.3),
         );
         let reach = solver.line(&line).expect("solved");
-        check_line(&line, &reach, size, &mut sampler, 60, |p| {
-            arm.is_reachable(p)
-        });
+        let verdict = |p: &Pose| arm.is_reachable(p);
+        check_line(&line, &reach, size, &mut sampler, 60, verdict);
     }
 }
 
@@ -55,22 +54,28 @@ fn random_lines_of_many_arms() {
     check_arm(&iiwa, 1.0, 3_000, SEED);
     check_arm(&SrsArm::iiwa14(), 1.0, 1_000, SEED);
     for scale in [10.0, 1e-3] {
-        let mut parameters = SrsParameters::iiwa7();
-        let g = &mut parameters.geometry;
-        for length in [&mut g.d_bs_m, &mut g.d_se_m, &mut g.d_ew_m, &mut g.d_wf_m] {
-            *length *= scale;
-        }
-        check_arm(&SrsArm::new(parameters).expect("valid"), scale, 300, SEED);
+        check_arm(&scaled_iiwa(scale), scale, 300, SEED);
     }
-    check_arm(
-        &iiwa.clone().with_tool(tool.expect("finite")),
-        1.2,
-        500,
-        SEED,
-    );
-    for (i, (name, limits)) in hard_limits().into_iter().enumerate() {
-        println!("{name}");
-        let arm = iiwa.with_limits(limits).expect("valid");
+    check_arm(&iiwa.with_tool(tool.expect("finite")), 1.2, 500, SEED);
+    // Limits that make every joint matter, the last one a single shoulder plane.
+    let endless = [f64::NEG_INFINITY, f64::INFINITY];
+    let limits_deg = [
+        (0, [-30.0, 30.0]),
+        (0, [10.0, 80.0]),
+        (1, [-20.0, 110.0]),
+        (2, [0.0, 0.0]),
+        (3, [-120.0, -20.0]),
+        (4, [-40.0, 90.0]),
+        (5, [0.0, 90.0]),
+        (6, [85.0, 95.0]),
+        (0, endless),
+        (0, [17.0, 17.0]),
+    ];
+    let limited = limits_deg.map(|(joint, limit_deg)| with_limit(&iiwa, joint, limit_deg));
+    let shrunk = iiwa.with_limits(iiwa.limits().map(|limit| limit.shrunk(1.2)));
+    let shrunk = shrunk.expect("valid");
+    for (i, arm) in limited.into_iter().chain([shrunk]).enumerate() {
+        println!("limits {i}");
         check_arm(&arm, 1.0, 150, SEED + i as u64);
     }
 }
@@ -104,9 +109,8 @@ fn walls_beside_and_behind_the_arm() {
 fn full_stretch_is_found_in_closed_form() {
     // If only the arm's length limits the line, the ends are exact: no bands, no error.
     let arm = SrsArm::iiwa7();
-    let reach = solver(&arm, 1e-6)
-        .line(&line(0.0, 0.526, 0.34))
-        .expect("solved");
+    let line = line(0.0, 0.526, 0.34);
+    let reach = solver(&arm, 1e-6).line(&line).expect("solved");
     let half = (0.8_f64 * 0.8 - 0.4 * 0.4).sqrt();
     assert_eq!(reach.intervals.len(), 1);
     let Interval { lo_m, hi_m } = reach.intervals[0].span;
@@ -153,39 +157,9 @@ fn nothing_beyond_reach() {
         line(0.0, 0.5, -5.0),
         line(0.0, 1e6, 1e6),
     ] {
-        assert_eq!(
-            solver.line(&line).expect("solved"),
-            LineReachability::default()
-        );
+        let reach = solver.line(&line).expect("solved");
+        assert_eq!(reach, LineReachability::default(), "{line:?}");
     }
-}
-
-/// Limits that make every joint matter.
-fn hard_limits() -> Vec<(&'static str, [JointLimit; 7])> {
-    let iiwa = *SrsArm::iiwa7().limits();
-    let deg = |min: f64, max: f64| JointLimit {
-        min_rad: min.to_radians(),
-        max_rad: max.to_radians(),
-    };
-    let with = |joint: usize, limit: JointLimit| {
-        let mut limits = iiwa;
-        limits[joint] = limit;
-        limits
-    };
-    vec![
-        ("joint 1 within 30 degrees", with(0, deg(-30.0, 30.0))),
-        ("joint 1 to one side", with(0, deg(10.0, 80.0))),
-        ("joint 2 to one side", with(1, deg(-20.0, 110.0))),
-        ("joint 3 locked", with(2, deg(0.0, 0.0))),
-        ("joint 4 to one side", with(3, deg(-120.0, -20.0))),
-        ("joint 5 asymmetric", with(4, deg(-40.0, 90.0))),
-        ("joint 6 upwards only", with(5, deg(0.0, 90.0))),
-        ("joint 7 within 5 degrees", with(6, deg(85.0, 95.0))),
-        ("all shrunk", iiwa.map(|l| l.shrunk(1.2))),
-        ("joint 1 free", with(0, JointLimit::FREE)),
-        // One fixed shoulder plane determines the reachable part of a line.
-        ("joint 1 locked", with(0, deg(17.0, 17.0))),
-    ]
 }
 
 #[test]
@@ -225,6 +199,11 @@ fn every_accuracy_keeps_its_word() {
 fn branches_hold_all_along_an_interval() {
     let arm = SrsArm::iiwa7();
     let solver = solver(&arm, 1e-6);
+    let holds = |pose: &Pose, branches: BranchSet| {
+        let feasible = arm.feasible_arm_angles(pose).expect("reachable");
+        let mut branches = branches.iter();
+        branches.all(|branch| feasible.arcs(branch).next().is_some())
+    };
     let mut sampler = Sampler::new(SEED);
     let mut named = 0;
     for _ in 0..200 {
@@ -235,12 +214,7 @@ fn branches_hold_all_along_an_interval() {
             for _ in 0..10 {
                 let s = sampler.uniform(interval.span.lo_m + inset, interval.span.hi_m - inset);
                 let pose = line.board_pose(s, 0.0).expect("finite");
-                let Ok(feasible) = arm.feasible_arm_angles(&pose) else {
-                    panic!("{line:?} at {s}");
-                };
-                for branch in interval.branches.iter() {
-                    assert!(feasible.arcs(branch).next().is_some(), "{branch:?} at {s}");
-                }
+                assert!(holds(&pose, interval.branches), "{line:?} at {s}");
             }
         }
     }
@@ -257,17 +231,10 @@ fn branches_hold_all_along_an_interval() {
         let share = f64::from(i) / 100.0;
         let s = interval.span.lo_m + share * interval.span.length_m();
         let pose = line.board_pose(s, roll_rad).expect("finite");
-        let feasible = arm.feasible_arm_angles(&pose).expect("reachable");
-        assert!(
-            all.iter()
-                .all(|branch| feasible.arcs(branch).next().is_some())
-        );
+        assert!(holds(&pose, all), "{all:?} at {s}");
     }
-    assert!(
-        solver
-            .branches_along(&line, Interval::new(f64::NAN, 0.0))
-            .is_err()
-    );
+    let nowhere = Interval::new(f64::NAN, 0.0);
+    assert!(solver.branches_along(&line, nowhere).is_err());
 }
 
 #[test]
@@ -300,8 +267,9 @@ fn bad_settings_are_named() {
     assert!(WallPlane::new(0.0, f64::INFINITY).is_err());
     assert!(WallPlane::through(DVec3::ZERO, DVec3::ZERO).is_err());
     assert!(WallPlane::through(DVec3::ZERO, DVec3::NAN).is_err());
+    let leaning = WallPlane::through(DVec3::ZERO, DVec3::new(1.0, 0.0, 0.3));
     assert!(matches!(
-        WallPlane::through(DVec3::ZERO, DVec3::new(1.0, 0.0, 0.3)),
+        leaning,
         Err(ReachabilityError::NotVertical { .. })
     ));
     let solver = solver(&arm, 1e-6);

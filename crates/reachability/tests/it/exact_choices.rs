@@ -1,9 +1,9 @@
 //! Choices of roll and board part: a point is reached if any choice reaches it.
 
 use crate::common::lines::{check_line, places};
-use crate::common::{ANY_PART, exact_config, exact_solver, line};
+use crate::common::{ANY_PART, exact_config, exact_solver, line, with_limit};
 use glam::{DMat3, DVec3};
-use hwall_kinematics::{JointLimit, Pose, SrsArm};
+use hwall_kinematics::{Pose, SrsArm};
 use hwall_reachability::{ExactConfig, ExactSolver, Roll, WallLine};
 use hwall_testkit::Sampler;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -12,36 +12,25 @@ const SEED: u64 = 77;
 
 #[test]
 fn any_roll_of_several() {
-    let arm = SrsArm::iiwa7();
-    let mut limits = *arm.limits();
-    limits[6] = JointLimit::symmetric_deg(40.0);
-    let arm = arm.with_limits(limits).expect("valid");
+    let arm = with_limit(&SrsArm::iiwa7(), 6, [-40.0, 40.0]);
     let rolls = [0.0, FRAC_PI_2, PI, -FRAC_PI_2];
     let solver = exact_solver(&arm, |c| c.roll = Roll::quarter_turns());
     let mut sampler = Sampler::new(SEED);
     for _ in 0..150 {
         let line = line(0.0, sampler.uniform(-0.4, 0.9), sampler.uniform(-0.2, 1.2));
         let reach = solver.line(&line).expect("solved");
-        let turned = |pose: &Pose, roll: f64| {
-            Pose::new(
-                pose.rotation() * DMat3::from_rotation_z(roll),
-                pose.position_m(),
-            )
-            .expect("finite")
-        };
         check_line(&line, &reach, 1.0, &mut sampler, 60, |pose| {
-            rolls
-                .iter()
-                .any(|roll| arm.is_reachable(&turned(pose, *roll)))
+            rolls.iter().any(|roll| {
+                let turned = pose.rotation() * DMat3::from_rotation_z(*roll);
+                arm.is_reachable(&Pose::new(turned, pose.position_m()).expect("finite"))
+            })
         });
     }
 }
 
 #[test]
 fn a_free_roll_with_and_without_a_tilted_tool() {
-    let mut limits = *SrsArm::iiwa7().limits();
-    limits[6] = JointLimit::symmetric_deg(20.0);
-    let straight = SrsArm::iiwa7().with_limits(limits).expect("valid");
+    let straight = with_limit(&SrsArm::iiwa7(), 6, [-20.0, 20.0]);
     let tool = Pose::new(DMat3::from_rotation_y(0.3), DVec3::new(0.02, 0.0, 0.05)).expect("finite");
     let mut sampler = Sampler::new(SEED);
     for (arm, lines) in [(straight.clone(), 60), (straight.with_tool(tool), 8)] {

@@ -1,23 +1,19 @@
 //! Maps as pictures, read back by the exr crate itself.
 
+use crate::common::{grid, steps};
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use hwall_kinematics::SrsArm;
 use hwall_reachability::{
-    ExactConfig, Interval, LineIndex, PictureConfig, ReachabilityError, ReachabilityMap, Steps,
-    WallGrid,
+    ExactConfig, Interval, LineIndex, PictureConfig, ReachabilityError, ReachabilityMap,
 };
+use hwall_testkit::refused;
 use std::io::Cursor;
 
 fn map() -> ReachabilityMap {
-    let wall = |heading: f64, heights: Steps| WallGrid {
-        heading_rad: heading,
-        distances: Steps::new(0.6, -0.3, 3).expect("valid"),
-        heights,
-        span_m: None,
-    };
+    let distances = steps(0.6, -0.3, 3);
     let walls = vec![
-        wall(0.0, Steps::new(-0.1, 0.2, 6).expect("valid")),
-        wall(0.5, Steps::new(1.0, -0.25, 4).expect("valid")),
+        grid(0.0, distances, steps(-0.1, 0.2, 6)),
+        grid(0.5, distances, steps(1.0, -0.25, 4)),
     ];
     ReachabilityMap::build(&SrsArm::iiwa7(), &ExactConfig::default(), walls).expect("built")
 }
@@ -50,12 +46,12 @@ fn a_layer_a_plane_with_its_place_and_shares() {
                 .find_map(|l| l.strip_prefix(&format!("{key} = ")));
             line.expect("a line").parse().expect("a number")
         };
-        let line = LineIndex {
+        let index = |height| LineIndex {
             wall,
             plane,
-            height: 0,
+            height,
         };
-        let place = map.line(line).expect("of the map");
+        let place = map.line(index(0)).expect("of the map");
         assert_eq!(value("distance_m"), place.plane.distance_m());
         assert_eq!(value("heading_rad"), place.plane.heading_rad());
         let rows = if wall == 0 { 6 } else { 4 };
@@ -70,11 +66,7 @@ fn a_layer_a_plane_with_its_place_and_shares() {
         for row in 0..rows {
             // The highest row on top, for ascending and descending heights.
             let height = if wall == 0 { rows - 1 - row } else { row };
-            let index = LineIndex {
-                wall,
-                plane,
-                height,
-            };
+            let index = index(height);
             let shares = &reachable[row * 90..(row + 1) * 90];
             let sum: f64 = shares.iter().map(|s| f64::from(*s) * 0.02).sum();
             let length: f64 = map.intervals(index).iter().map(|i| i.span.length_m()).sum();
@@ -109,23 +101,17 @@ fn the_same_map_gives_the_same_bytes() {
 #[test]
 fn pictures_that_make_no_sense_are_refused() {
     let map = map();
-    for pixel_m in [0.0, -0.1, f64::NAN, f64::INFINITY, 1e-12] {
-        let config = PictureConfig {
-            pixel_m,
-            ..PictureConfig::default()
-        };
-        assert!(map.to_exr(&config).is_err(), "{pixel_m}");
-    }
-    for (lo, hi) in [
-        (0.5, 0.5),
-        (0.5, 0.1),
-        (f64::NAN, 1.0),
-        (0.0, f64::INFINITY),
-    ] {
-        let config = PictureConfig {
-            span_m: Some(Interval::new(lo, hi)),
-            ..PictureConfig::default()
-        };
-        assert!(map.to_exr(&config).is_err(), "{lo} {hi}");
-    }
+    let to_exr = |config: PictureConfig| map.to_exr(&config);
+    refused!(PictureConfig::default(), to_exr, {
+        pixel_m = 0.0, -0.1, f64::NAN, f64::INFINITY;
+        span_m = Some(Interval::new(0.5, 0.5)), Some(Interval::new(0.5, 0.1)) => "length of the picture";
+        span_m = Some(Interval::new(0.0, f64::INFINITY)) => "length of the picture";
+        span_m = Some(Interval::new(f64::NAN, 1.0)) => "start of the picture";
+    });
+    let fine = PictureConfig {
+        pixel_m: 1e-12,
+        ..PictureConfig::default()
+    };
+    let fine = map.to_exr(&fine);
+    assert!(matches!(fine, Err(ReachabilityError::TooMany { .. })));
 }

@@ -1,10 +1,9 @@
 //! Forged maps: changed content with a corrected checksum.
 
+use crate::common::{exact_config, grid, steps};
 use glam::DVec3;
 use hwall_kinematics::SrsArm;
-use hwall_reachability::{
-    Capsule, Carried, ExactConfig, KeepOutBox, Plate, ReachabilityMap, Steps, WallGrid,
-};
+use hwall_reachability::{Capsule, Carried, KeepOutBox, Plate, ReachabilityMap};
 
 const HALF_WIDTH_M: f64 = 0.123_456_789;
 const HALF_HEIGHT_M: f64 = 0.098_765_432;
@@ -12,16 +11,8 @@ const THICKNESS_M: f64 = 0.012_345_678;
 const RADIUS_M: f64 = 0.054_321_098;
 
 fn map() -> Vec<u8> {
-    let config = ExactConfig {
-        accuracy_m: 1e-3,
-        ..ExactConfig::default()
-    };
-    let walls = vec![WallGrid {
-        heading_rad: 0.0,
-        distances: Steps::new(0.5, 0.2, 2).unwrap(),
-        heights: Steps::new(0.2, 0.3, 2).unwrap(),
-        span_m: None,
-    }];
+    let config = exact_config(|c| c.accuracy_m = 1e-3);
+    let walls = vec![grid(0.0, steps(0.5, 0.2, 2), steps(0.2, 0.3, 2))];
     let map = ReachabilityMap::build(&SrsArm::iiwa7(), &config, walls).unwrap();
     let solid = KeepOutBox::from_corners("table", DVec3::splat(-0.3), DVec3::new(0.3, 0.3, 0.0));
     let carried = Carried {

@@ -1,8 +1,8 @@
 //! Reachability on a wall does not depend on the heading, the handedness of the world, the unit of length or the order of walls.
 
-use crate::common::{exact_solver, line, wall};
+use crate::common::{exact_solver, line, scaled_iiwa, wall, with_limit};
 use glam::DVec3;
-use hwall_kinematics::{JointLimit, Pose, SrsArm, SrsGeometry, SrsParameters};
+use hwall_kinematics::{Pose, SrsArm};
 use hwall_reachability::{
     ExactSolver, LineReachability, Presented, WallFacet, WallMaps, WallMapsConfig, WallPlane,
 };
@@ -10,8 +10,10 @@ use hwall_testkit::Sampler;
 
 const ACCURACY_M: f64 = 1e-6;
 
-fn arm() -> SrsArm {
-    SrsArm::iiwa7().with_tool(Pose::from_translation(DVec3::Z * 0.1).expect("finite"))
+/// An iiwa `size` times as large, with a board.
+fn arm(size: f64) -> SrsArm {
+    let tool = Pose::from_translation(DVec3::Z * 0.1 * size).expect("finite");
+    scaled_iiwa(size).with_tool(tool)
 }
 
 /// Heading in degrees, distance and height of a line, m.
@@ -42,24 +44,11 @@ fn same(a: &LineReachability, b: &LineReachability, place: impl Fn(f64) -> f64, 
 
 #[test]
 fn lines_may_be_turned_mirrored_and_measured_otherwise() {
-    let mut limits = *arm().limits();
-    limits[0] = JointLimit::FREE;
-    let endless = arm().with_limits(limits).expect("valid");
+    let size = 40.0;
     let exact = |arm: &SrsArm, size: f64| exact_solver(arm, |c| c.accuracy_m = size * ACCURACY_M);
-    let (nominal, turning) = (exact(&arm(), 1.0), exact(&endless, 1.0));
-    let parameters = *arm().parameters();
-    let (g, size) = (parameters.geometry, 40.0);
-    let large = SrsArm::new(SrsParameters {
-        geometry: SrsGeometry {
-            d_bs_m: size * g.d_bs_m,
-            d_se_m: size * g.d_se_m,
-            d_ew_m: size * g.d_ew_m,
-            d_wf_m: size * g.d_wf_m,
-        },
-        flange_from_tool: Pose::from_translation(DVec3::Z * 0.1 * size).expect("finite"),
-        ..parameters
-    });
-    let large = exact(&large.expect("valid"), size);
+    let endless = with_limit(&arm(1.0), 0, [f64::NEG_INFINITY, f64::INFINITY]);
+    let (nominal, turning) = (exact(&arm(1.0), 1.0), exact(&endless, 1.0));
+    let large = exact(&arm(size), size);
     let mut sampler = Sampler::new(8);
     let mut reached = 0;
     for _ in 0..300 {
@@ -83,7 +72,7 @@ fn lines_may_be_turned_mirrored_and_measured_otherwise() {
 fn walls_come_in_any_order() {
     let facets = [wall(0.0, 0.7), wall(1.4, 0.6), wall(-0.9, 0.5)];
     let maps = |facets: &[WallFacet]| {
-        WallMaps::build(&arm(), facets, WallMapsConfig::default()).expect("built")
+        WallMaps::build(&arm(1.0), facets, WallMapsConfig::default()).expect("built")
     };
     let mut others = facets.to_vec();
     others.reverse();

@@ -1,6 +1,7 @@
 //! Keep-out boxes against hand computation, against independent proofs of overlap and separation, and with degenerate axes.
 
 use crate::common::solids::{Solid, distance_m, proven_overlap};
+use crate::common::{BOARD, carried};
 use glam::{DMat3, DVec3};
 use hwall_kinematics::Pose;
 use hwall_reachability::{
@@ -10,22 +11,9 @@ use hwall_reachability::{
 use hwall_testkit::Sampler;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
-const BOARD: Plate = Plate {
-    half_width_m: 0.1,
-    half_height_m: 0.1,
-    thickness_m: 0.02,
-};
-
 fn line(heading_rad: f64, distance_m: f64, height_m: f64) -> WallLine {
     let plane = WallPlane::new(heading_rad, distance_m).expect("finite");
     plane.line(height_m)
-}
-
-fn plate(plate: Plate) -> Carried {
-    Carried {
-        plate: Some(plate),
-        last_link: None,
-    }
 }
 
 fn link(a: DVec3, b: DVec3, radius_m: f64) -> Carried {
@@ -64,12 +52,23 @@ fn assert_span(spans: &[Interval], lo_m: f64, hi_m: f64, within_m: f64) {
 
 /// A random box, load and line that often meet.
 struct Case {
-    keep_out: KeepOutBox,
-    pose: Pose,
-    half: DVec3,
+    solid: Solid,
     carried: Carried,
     line: WallLine,
     roll_rad: f64,
+    /// The blocked stretch of the line, if any.
+    span: Option<Interval>,
+}
+
+impl Case {
+    fn tool(&self, s: f64) -> Pose {
+        let pose = self.line.board_pose(s, self.roll_rad);
+        pose.expect("finite")
+    }
+
+    fn is_blocked(&self, s: f64) -> bool {
+        self.span.is_some_and(|span| span.lo_m < s && s < span.hi_m)
+    }
 }
 
 fn case(sampler: &mut Sampler, carried: impl Fn(&mut Sampler) -> Carried) -> Case {
@@ -87,22 +86,23 @@ fn case(sampler: &mut Sampler, carried: impl Fn(&mut Sampler) -> Carried) -> Cas
     } else {
         (quarter - FRAC_PI_2, FRAC_PI_2 * sampler.index(4) as f64)
     };
+    let keep_out = KeepOutBox::new("box", pose, half).expect("positive");
+    let carried = carried(sampler);
+    let [distance_m, height_m] = sampler.array_within([(-0.5, 0.5); 2]);
+    let line = line(heading, distance_m, height_m);
+    let spans = blocked(&keep_out, &carried, &line, roll);
+    assert!(spans.len() <= 1, "{spans:?}");
     Case {
-        keep_out: KeepOutBox::new("box", pose, half).expect("positive"),
-        pose,
-        half,
-        carried: carried(sampler),
-        line: line(
-            heading,
-            sampler.uniform(-0.5, 0.5),
-            sampler.uniform(-0.5, 0.5),
-        ),
+        solid: Solid::of_box(&pose, half),
+        carried,
+        line,
         roll_rad: roll,
+        span: spans.first().copied(),
     }
 }
 
 fn random_plate(sampler: &mut Sampler) -> Carried {
-    plate(Plate {
+    carried(Plate {
         half_width_m: sampler.uniform(0.01, 0.3),
         half_height_m: sampler.uniform(0.01, 0.3),
         thickness_m: sampler.uniform(-0.02, 0.1).max(0.0),
@@ -134,8 +134,8 @@ fn boxes_by_hand() {
     let corner = line(FRAC_PI_2, 0.4 - 0.024, 0.35 + 0.018);
     for (load, line, roll_rad, more) in [
         (&Carried::default(), &along, 0.0, 0.0),
-        (&plate(BOARD), &along, 0.0, 0.1),
-        (&plate(BOARD), &along, FRAC_PI_4, reach),
+        (&carried(BOARD), &along, 0.0, 0.1),
+        (&carried(BOARD), &along, FRAC_PI_4, reach),
         (&back, &along, 0.0, 0.07),
         (&ball, &above, 0.0, 0.04),
         (&ball, &corner, 0.0, 0.04),
@@ -150,9 +150,9 @@ fn boxes_by_hand() {
     let pedestal = KeepOutBox::pedestal(0.2, 0.3, 0.8).expect("a box");
     assert_eq!(pedestal.name(), "pedestal");
     let low = line(-FRAC_PI_2, 0.3, -0.1);
-    let spans = blocked(&pedestal, &plate(BOARD), &low, 0.0);
+    let spans = blocked(&pedestal, &carried(BOARD), &low, 0.0);
     assert_span(&spans, -0.3, 0.3, 1e-12);
-    assert!(blocked(&pedestal, &plate(BOARD), &line(-FRAC_PI_2, 0.3, 0.1), 0.0).is_empty());
+    assert!(blocked(&pedestal, &carried(BOARD), &line(-FRAC_PI_2, 0.3, 0.1), 0.0).is_empty());
     // Two separate carried bodies leave the gap between them free.
     let apart = Carried {
         plate: Some(BOARD),
@@ -173,20 +173,16 @@ fn plates_against_proofs_of_overlap_and_separation() {
     let (mut meet, mut proven, mut open) = (0, 0, 0);
     for _ in 0..600 {
         let case = case(&mut sampler, random_plate);
-        let spans = blocked(&case.keep_out, &case.carried, &case.line, case.roll_rad);
-        assert!(spans.len() <= 1);
-        meet += spans.len();
+        meet += usize::from(case.span.is_some());
         // Random positions, and both sides of each end.
         let mut places = sampler.within(&[(-1.2, 1.2); 12]);
-        for end in spans.iter().flat_map(|s| [s.lo_m, s.hi_m]) {
+        for end in case.span.iter().flat_map(|s| [s.lo_m, s.hi_m]) {
             places.extend([end - 1e-6, end + 1e-6, end - 1e-3, end + 1e-3]);
         }
         for s in places {
-            let tool = case.line.board_pose(s, case.roll_rad).expect("finite");
-            let inside = spans.iter().any(|span| span.lo_m < s && s < span.hi_m);
-            let body = Solid::of_plate(case.carried.plate.expect("a plate"), &tool);
-            match proven_overlap(body, Solid::of_box(&case.pose, case.half)) {
-                Some(overlap) => assert_eq!(overlap, inside, "s = {s}, {spans:?}"),
+            let body = Solid::of_plate(case.carried.plate.expect("a plate"), &case.tool(s));
+            match proven_overlap(body, case.solid) {
+                Some(overlap) => assert_eq!(overlap, case.is_blocked(s), "{s}, {:?}", case.span),
                 None => open += 1,
             }
             proven += 1;
@@ -204,26 +200,20 @@ fn capsules_are_at_their_radius_at_both_ends() {
     for _ in 0..3000 {
         let case = case(&mut sampler, random_link);
         let capsule = case.carried.last_link.expect("a capsule");
-        let solid = Solid::of_box(&case.pose, case.half);
         let gap = |s: f64| {
-            let tool = case.line.board_pose(s, case.roll_rad).expect("finite");
-            let ends = capsule.ends_m.map(|e| tool.transform_point(e));
-            distance_m(solid, ends) - capsule.radius_m
+            let ends = capsule.ends_m.map(|e| case.tool(s).transform_point(e));
+            distance_m(case.solid, ends) - capsule.radius_m
         };
-        let spans = blocked(&case.keep_out, &case.carried, &case.line, case.roll_rad);
-        assert!(spans.len() <= 1);
-        meet += spans.len();
-        for span in &spans {
-            for end in [span.lo_m, span.hi_m] {
-                worst = worst.max(gap(end).abs());
-            }
+        meet += usize::from(case.span.is_some());
+        for end in case.span.iter().flat_map(|s| [s.lo_m, s.hi_m]) {
+            worst = worst.max(gap(end).abs());
         }
         for s in sampler.within(&[(-1.5, 1.5); 10]) {
-            let inside = spans.iter().any(|span| span.lo_m < s && s < span.hi_m);
             let gap_m = gap(s);
             // A segment inside the box has zero depth by this measure, so zero radius is not tested.
             if gap_m.abs() > 1e-12 {
-                assert_eq!(inside, gap_m < 0.0, "s = {s}, {spans:?}, {gap_m:e}");
+                let (span, is_in) = (case.span, case.is_blocked(s));
+                assert_eq!(is_in, gap_m < 0.0, "s = {s}, {span:?}, {gap_m:e}");
             }
         }
     }
@@ -264,17 +254,17 @@ fn face_to_face_is_a_touch_at_any_heading_place_and_size() {
         ];
         for offset in neighbours {
             let touching = place(wall_axes, offset);
-            assert!(blocked(&touching, &plate(board), &along, 0.0).is_empty());
+            assert!(blocked(&touching, &carried(board), &along, 0.0).is_empty());
             // 1e-8 nearer, it overlaps along the whole face.
             let nearer = place(wall_axes, offset * (1.0 - 1e-8));
-            let spans = blocked(&nearer, &plate(board), &along, 0.0);
+            let spans = blocked(&nearer, &carried(board), &along, 0.0);
             let reach = half.x + board.half_width_m;
             assert_span(&spans, 0.3 * size - reach, 0.3 * size + reach, 1e-11 * size);
         }
         // End to end.
         let ahead = place(wall_axes, DVec3::ZERO);
         let lo = 0.3 * size - half.x - board.half_width_m;
-        let span = blocked(&ahead, &plate(board), &along, 0.0)[0];
+        let span = blocked(&ahead, &carried(board), &along, 0.0)[0];
         assert!((span.lo_m - lo).abs() < 1e-11 * size);
         // The same for a capsule that grazes a face and one that grazes an edge.
         let graze = link(DVec3::ZERO, DVec3::Z * -0.05 * size, 0.02 * size);
@@ -299,7 +289,7 @@ fn almost_parallel_edges_change_nothing() {
         KeepOutBox::new("tilted", pose, DVec3::new(0.1, 0.2, 0.3)).expect("positive")
     };
     let loads = [
-        plate(BOARD),
+        carried(BOARD),
         link(DVec3::ZERO, DVec3::Z * -0.126, 0.07),
         link(DVec3::ZERO, DVec3::new(0.1, 1e-9, 0.0), 0.07),
         link(DVec3::ZERO, DVec3::X * 1e-200, 0.07),
@@ -322,7 +312,7 @@ fn a_box_far_from_the_base_keeps_its_touch() {
     let axes = DMat3::from_cols(t, DVec3::Z, n);
     let pose = Pose::new(axes, along.point_m(700.0) + n * 0.1).expect("a rotation");
     let touching = KeepOutBox::new("far", pose, DVec3::splat(0.1)).expect("positive");
-    assert!(blocked(&touching, &plate(BOARD), &along, 0.0).is_empty());
+    assert!(blocked(&touching, &carried(BOARD), &along, 0.0).is_empty());
 }
 
 #[track_caller]
@@ -348,7 +338,7 @@ fn what_is_no_box_load_or_line_is_an_error() {
     let spoiled = |i: usize, bad: f64| {
         let mut board = BOARD;
         spoil[i](&mut board, bad);
-        plate(board)
+        carried(board)
     };
     let (cube, along, nothing) = (cube(0.1), line(0.0, 0.0, 0.0), Carried::default());
     for bad in [f64::NAN, f64::INFINITY] {
@@ -383,7 +373,7 @@ fn what_is_no_box_load_or_line_is_an_error() {
     }
     // Distances whose sum overflows are rejected, the largest below that are not.
     let huge = line(0.0, 1e308, 1e308);
-    assert!(cube.blocked_on_line(&plate(BOARD), &huge, 0.0).is_err());
+    assert!(cube.blocked_on_line(&carried(BOARD), &huge, 0.0).is_err());
     let load = link(DVec3::ZERO, DVec3::X * 1e300, 1e299);
     let spans = blocked(&self::cube(1e300), &load, &along, 0.0);
     assert_span(&spans, -2.1e300, 1.1e300, 1e288);

@@ -1,10 +1,10 @@
 //! Maps: symmetry against line by line, look-ups, files.
 
-use crate::common::{ANY_PART, exact_config, steps};
+use crate::common::{ANY_PART, BOARD, carried, exact_config, grid, steps, with_limit};
 use glam::{DMat3, DVec3};
-use hwall_kinematics::{JointLimit, Pose, SrsArm};
+use hwall_kinematics::{Pose, SrsArm};
 use hwall_reachability::{
-    BinaryFileError, Carried, ExactConfig, ExactSolver, Interval, KeepOutBox, LineIndex, Plate,
+    BinaryFileError, Carried, ExactConfig, ExactSolver, Interval, KeepOutBox, LineIndex,
     ReachabilityError, ReachabilityMap, Roll, Steps, WallGrid, WallPlane, WallPoint,
 };
 use hwall_testkit::{Sampler, refusal};
@@ -13,13 +13,10 @@ use std::ops::ControlFlow;
 
 const SEED: u64 = 5;
 
-fn wall(heading_rad: f64, distances: Steps, heights: Steps) -> WallGrid {
-    WallGrid {
-        heading_rad,
-        distances,
-        heights,
-        span_m: None,
-    }
+/// A wall at a point, facing +x.
+fn facing_x(point_m: DVec3, low_m: f64, high_m: f64) -> WallGrid {
+    let heights = Interval::new(low_m, high_m);
+    WallGrid::for_wall(point_m, DVec3::X, heights, 0.05).expect("vertical")
 }
 
 /// Few lines, various headings.
@@ -28,7 +25,7 @@ fn small_grid() -> Vec<WallGrid> {
         .iter()
         .map(|heading| {
             let (distances, heights) = (steps(0.85, -0.19, 8), steps(-0.26, 0.21, 8));
-            wall(heading.to_radians(), distances, heights)
+            grid(heading.to_radians(), distances, heights)
         })
         .collect()
 }
@@ -76,27 +73,21 @@ fn symmetry_gives_what_each_line_gives() {
 
 #[test]
 fn symmetry_switches_off_where_limits_matter() {
-    let deg = |min: f64, max: f64| JointLimit {
-        min_rad: min.to_radians(),
-        max_rad: max.to_radians(),
-    };
-    for (joint, limit) in [
-        (0, deg(-30.0, 30.0)),
-        (0, deg(20.0, 100.0)),
-        (0, deg(5.0, 5.0)),
-        (2, deg(-20.0, 90.0)),
-        (2, deg(0.0, 0.0)),
-        (4, deg(10.0, 160.0)),
-        (6, deg(80.0, 100.0)),
-        (6, deg(-175.0, -60.0)),
+    for (joint, limit_deg) in [
+        (0, [-30.0, 30.0]),
+        (0, [20.0, 100.0]),
+        (0, [5.0, 5.0]),
+        (2, [-20.0, 90.0]),
+        (2, [0.0, 0.0]),
+        (4, [10.0, 160.0]),
+        (6, [80.0, 100.0]),
+        (6, [-175.0, -60.0]),
     ] {
-        let mut limits = *SrsArm::iiwa7().limits();
-        limits[joint] = limit;
-        let arm = SrsArm::iiwa7().with_limits(limits).expect("valid");
+        let arm = with_limit(&SrsArm::iiwa7(), joint, limit_deg);
         for roll in [Roll::Fixed(0.0), Roll::Fixed(0.7), Roll::Free] {
             let config = exact_config(|c| (c.roll, c.accuracy_m) = (roll, 1e-5));
             let map = check_against_lines(&arm, &config, small_grid());
-            if joint == 0 && limit.min_rad == limit.max_rad {
+            if joint == 0 && limit_deg[0] == limit_deg[1] {
                 assert!(map.report().singly > 0, "{:?}", map.report());
             }
         }
@@ -176,41 +167,24 @@ fn look_ups_find_the_nearest_line() {
 
 #[test]
 fn one_wall_of_a_scene_holds_its_own_heights_only() {
-    let wall = WallGrid::for_wall(
-        DVec3::new(0.6, 0.3, 0.1),
-        DVec3::X * 3.0,
-        Interval::new(0.2, 1.0),
-        0.05,
-    )
-    .expect("vertical");
+    let wall = facing_x(DVec3::new(0.6, 0.3, 0.1), 0.2, 1.0);
     assert_eq!(wall.line_count(), 17);
     let map = build(&SrsArm::iiwa7(), &ExactConfig::default(), vec![wall]);
-    assert!(
-        map.look_up(DVec3::new(0.6, 0.3, 0.5), DVec3::X)
-            .expect("on the wall")
-            .reachable
-    );
+    let there = map.look_up(DVec3::new(0.6, 0.3, 0.5), DVec3::X * 3.0);
+    assert!(there.expect("on the wall").reachable);
     assert_eq!(map.look_up(DVec3::new(0.7, 0.3, 0.5), DVec3::X), None);
     // Its left and right borders apply too.
-    let (at, normal) = (DVec3::new(0.6, 0.0, 0.0), DVec3::X);
-    let wall = WallGrid::for_wall(at, normal, Interval::new(0.2, 1.0), 0.05).expect("vertical");
+    let wall = facing_x(DVec3::new(0.6, 0.0, 0.0), 0.2, 1.0);
     let corners = [DVec3::new(0.6, -0.1, 0.2), DVec3::new(0.6, 0.3, 1.0)];
     let wall = wall.within(corners).expect("finite");
     assert!(wall.clone().within([]).is_err() && wall.clone().within([DVec3::NAN]).is_err());
     let narrow = build(&SrsArm::iiwa7(), &ExactConfig::default(), vec![wall]);
     let length = narrow.lengths().reachable_m;
     assert!(length > 4.0 && length <= 17.0 * 0.4 + 1e-9, "{length}");
-    let beside = DVec3::new(0.6, 0.35, 0.5);
-    assert!(
-        !narrow
-            .look_up(beside, normal)
-            .expect("on its plane")
-            .reachable
-    );
+    let beside = narrow.look_up(DVec3::new(0.6, 0.35, 0.5), DVec3::X);
+    assert!(!beside.expect("on its plane").reachable);
     // A strip with no height is one line.
-    let strip =
-        WallGrid::for_wall(DVec3::X, DVec3::X, Interval::new(0.2, 0.2), 0.05).expect("vertical");
-    assert_eq!(strip.line_count(), 1);
+    assert_eq!(facing_x(DVec3::X, 0.2, 0.2).line_count(), 1);
 }
 
 #[test]
@@ -223,14 +197,10 @@ fn the_nearest_reachable_point() {
     let mut sampler = Sampler::new(SEED);
     for _ in 0..50 {
         let (angle, off) = (sampler.uniform(-PI, PI), sampler.uniform(0.01, 0.8));
-        let at = WallPoint::new(
-            (radius + off) * angle.cos(),
-            0.34 + (radius + off) * angle.sin(),
-        );
-        let near = solver
-            .nearest_reachable(&plane, at)
-            .expect("finite")
-            .expect("some");
+        let out = radius + off;
+        let at = WallPoint::new(out * angle.cos(), 0.34 + out * angle.sin());
+        let near = solver.nearest_reachable(&plane, at).expect("finite");
+        let near = near.expect("some");
         let pose = plane.board_pose(near, 0.0).expect("finite");
         assert!(arm.is_reachable(&pose));
         // Below the base joint limits cut the disc: the distance is longer.
@@ -241,22 +211,14 @@ fn the_nearest_reachable_point() {
         }
     }
     let inside = WallPoint::new(0.1, 0.5);
-    assert_eq!(
-        solver.nearest_reachable(&plane, inside).expect("finite"),
-        Some(inside)
-    );
     let far = WallPlane::new(0.0, 3.0).expect("finite");
-    assert_eq!(
-        solver.nearest_reachable(&far, inside).expect("finite"),
-        None
-    );
-    assert!(
-        solver
-            .nearest_reachable(&plane, WallPoint::new(f64::NAN, 0.0))
-            .is_err()
-    );
+    for (plane, nearest) in [(&plane, Some(inside)), (&far, None)] {
+        assert_eq!(solver.nearest_reachable(plane, inside), Ok(nearest));
+    }
+    let nowhere = WallPoint::new(f64::NAN, 0.0);
+    assert!(solver.nearest_reachable(&plane, nowhere).is_err());
     // From the lines of a map: accurate to half a height step.
-    let one = wall(0.0, steps(0.526, 0.05, 1), steps(-0.26, 0.05, 31));
+    let one = grid(0.0, steps(0.526, 0.05, 1), steps(-0.26, 0.05, 31));
     let map = build(&arm, &ExactConfig::default(), vec![one]);
     let at = WallPoint::new(0.9, 0.35);
     let near = map.nearest_on_lines(0, 0, at, 0.0).expect("some");
@@ -289,15 +251,20 @@ fn grids_that_make_no_sense_are_refused_before_memory_is_taken() {
     let many = steps(0.0, 1e-5, 31_623);
     let arm = SrsArm::iiwa7();
     let built = |walls| ReachabilityMap::build(&arm, &ExactConfig::default(), walls);
-    let many = built(vec![wall(0.0, many, many)]);
+    let many = built(vec![grid(0.0, many, many)]);
     assert!(matches!(many, Err(ReachabilityError::TooMany { count, .. }) if count > 1_000_000_000));
     let empty = built(vec![]);
     assert!(matches!(empty, Err(ReachabilityError::Empty { .. })));
     let one = steps(0.5, 0.1, 1);
-    assert!(built(vec![wall(f64::NAN, one, one)]).is_err());
-    assert!(WallGrid::for_wall(DVec3::X, DVec3::X, Interval::new(0.0, 1e9), 1e-3).is_err());
-    assert!(WallGrid::for_wall(DVec3::X, DVec3::X, Interval::new(0.0, f64::NAN), 0.1).is_err());
-    assert!(WallGrid::for_wall(DVec3::X, DVec3::Z, Interval::new(0.0, 1.0), 0.1).is_err());
+    assert!(built(vec![grid(f64::NAN, one, one)]).is_err());
+    for (normal, high_m, step_m) in [
+        (DVec3::X, 1e9, 1e-3),
+        (DVec3::X, f64::NAN, 0.1),
+        (DVec3::Z, 1.0, 0.1),
+    ] {
+        let wall = WallGrid::for_wall(DVec3::X, normal, Interval::new(0.0, high_m), step_m);
+        assert!(wall.is_err(), "{normal} {high_m} {step_m}");
+    }
 }
 
 #[test]
@@ -348,36 +315,21 @@ fn files_bring_back_the_same_map() {
 
 #[test]
 fn boxes_are_kept_out_of() {
-    let arm = SrsArm::iiwa7();
-    let carried = Carried {
-        plate: Some(Plate {
-            half_width_m: 0.1,
-            half_height_m: 0.1,
-            thickness_m: 0.02,
-        }),
-        last_link: None,
-    };
-    let table = KeepOutBox::from_corners(
-        "table",
-        DVec3::new(0.3, -0.2, -0.3),
-        DVec3::new(0.8, 0.25, 0.2),
-    )
-    .expect("solid");
-    let walls = wall(0.2, steps(0.7, -0.1, 4), steps(-0.2, 0.05, 20));
+    let (arm, load) = (SrsArm::iiwa7(), carried(BOARD));
+    let boxed = |name: &str, low, high| KeepOutBox::from_corners(name, low, high).expect("solid");
+    let (low, high) = (DVec3::new(0.3, -0.2, -0.3), DVec3::new(0.8, 0.25, 0.2));
+    let table = boxed("table", low, high);
+    let walls = grid(0.2, steps(0.7, -0.1, 4), steps(-0.2, 0.05, 20));
     let free = build(&arm, &ExactConfig::default(), vec![walls]);
-    let map = free
-        .clone()
-        .with_keep_out(vec![table.clone()], carried)
-        .expect("finite");
-    assert_eq!(
-        ReachabilityMap::from_bytes(&map.to_bytes()).expect("read"),
-        map
-    );
+    let map = free.clone().with_keep_out(vec![table.clone()], load);
+    let map = map.expect("finite");
+    let read = ReachabilityMap::from_bytes(&map.to_bytes()).expect("read");
+    assert_eq!(read, map);
     let mut sampler = Sampler::new(SEED);
     let (mut blocked, mut kept) = (0, 0);
     for index in map.lines() {
         let line = map.line(index).expect("of the map");
-        let hits = table.blocked_on_line(&carried, &line, 0.0).expect("finite");
+        let hits = table.blocked_on_line(&load, &line, 0.0).expect("finite");
         for _ in 0..60 {
             let s = sampler.uniform(-0.9, 0.9);
             let within =
@@ -395,30 +347,20 @@ fn boxes_are_kept_out_of() {
     }
     assert!(blocked > 100 && kept > 500, "{blocked} {kept}");
     // A second box with another load does not change the first.
-    let far = KeepOutBox::from_corners("far", DVec3::splat(5.0), DVec3::splat(6.0)).expect("solid");
-    let twice = map
-        .clone()
-        .with_keep_out(vec![far], Carried::default())
-        .expect("finite");
+    let far = boxed("far", DVec3::splat(5.0), DVec3::splat(6.0));
+    let twice = map.clone().with_keep_out(vec![far], Carried::default());
+    let twice = twice.expect("finite");
     assert_eq!(twice.keep_out().len(), 2);
-    let within = DVec3::new(0.5, 0.0, 0.1);
-    let normal = map
-        .line(map.lines().next().expect("a line"))
-        .expect("of the map")
-        .plane
-        .normal();
+    let first = map.lines().next().expect("a line");
+    let normal = map.line(first).expect("of the map").plane.normal();
     for map in [&map, &twice] {
+        let within = DVec3::new(0.5, 0.0, 0.1);
         assert!(!map.is_reachable(within, normal).expect("finite"));
     }
     let anywhere = exact_config(|c| (c.board_part, c.accuracy_m) = (ANY_PART, 1e-3));
-    let wall = WallGrid::for_wall(DVec3::X * 0.5, DVec3::X, Interval::new(0.3, 0.3), 0.1)
-        .expect("vertical");
-    let map = build(&arm, &anywhere, vec![wall]);
-    assert_eq!(
-        map.with_keep_out(vec![table], carried)
-            .expect_err("middle unknown"),
-        ReachabilityError::NotBoardMiddle
-    );
+    let map = build(&arm, &anywhere, vec![facing_x(DVec3::X * 0.5, 0.3, 0.3)]);
+    let refused = map.with_keep_out(vec![table], load);
+    assert_eq!(refused, Err(ReachabilityError::NotBoardMiddle));
 }
 
 #[cfg(feature = "parallel")]

@@ -12,11 +12,18 @@ use hwall_testkit::refused;
 use std::ops::ControlFlow;
 
 fn solver(chain: &Chain, starts: usize) -> OptimizationSolver {
-    let config = OptimizationConfig {
-        starts,
-        ..OptimizationConfig::default()
-    };
+    solver_by(chain, |c| c.starts = starts)
+}
+
+fn solver_by(chain: &Chain, change: impl FnOnce(&mut OptimizationConfig)) -> OptimizationSolver {
+    let mut config = OptimizationConfig::default();
+    change(&mut config);
     OptimizationSolver::new(chain, config).expect("valid")
+}
+
+/// Length of what is reached, m.
+fn length_m(found: Option<&LineExtremes>) -> f64 {
+    found.map_or(0.0, |f| f.interval().length_m())
 }
 
 fn some_lines() -> Vec<WallLine> {
@@ -88,16 +95,13 @@ fn neighbours_help_in_a_sweep() {
     let lines: Vec<WallLine> = (0..20)
         .map(|j| line(15.0, 0.3, -0.2 + 0.07 * f64::from(j)))
         .collect();
-    let swept = few
-        .sweep(&lines, &mut |_| ControlFlow::Continue(()))
-        .expect("not cancelled");
-    let length =
-        |found: &Option<LineExtremes>| found.as_ref().map_or(0.0, |f| f.interval().length_m());
+    let swept = few.sweep(&lines, &mut go_on).expect("not cancelled");
     let mut gained = 0.0;
     for (line, found) in lines.iter().zip(&swept) {
         let alone = few.line(line).expect("finite");
-        assert!(length(found) >= length(&alone));
-        gained += length(found) - length(&alone);
+        let gain = length_m(found.as_ref()) - length_m(alone.as_ref());
+        assert!(gain >= 0.0, "{line:?}: {gain}");
+        gained += gain;
         if let Some(found) = found {
             check(&chain, line, found, Some(0.0));
         }
@@ -107,6 +111,10 @@ fn neighbours_help_in_a_sweep() {
 
 fn go_on(_: Progress) -> ControlFlow<()> {
     ControlFlow::Continue(())
+}
+
+fn map_of(chain: &Chain, starts: usize, walls: Vec<WallGrid>) -> ChainMap {
+    ChainMap::build(&solver(chain, starts), walls, &go_on).expect("a map")
 }
 
 /// Maps of an arm without a closed form.
@@ -121,7 +129,7 @@ fn a_map_of_walls_for_any_chain() {
             .expect("two ends")
     };
     let walls = vec![facing(0.6, 0.0, 0.8), facing(0.0, 0.55, 3.0)];
-    let map = ChainMap::build(&solver(&Chain::iiwa7(), 12), walls.clone(), &go_on).expect("a map");
+    let map = map_of(&Chain::iiwa7(), 12, walls.clone());
     let arm = SrsArm::iiwa7();
     let exact = ReachabilityMap::build(&arm, &ExactConfig::default(), walls).expect("a map");
     let (mut asked, mut held) = (0, 0);
@@ -146,8 +154,7 @@ fn a_map_of_walls_for_any_chain() {
     assert!(asked > 800 && held > 300, "{held} of {asked}");
     // The walls of an arm without a closed form: every reported configuration holds its pose.
     let chain = six_joints();
-    let map = ChainMap::build(&solver(&chain, 40), vec![facing(0.5, 0.0, 1.0)], &go_on);
-    let map = map.expect("a map");
+    let map = map_of(&chain, 40, vec![facing(0.5, 0.0, 1.0)]);
     assert_eq!(map.lines().len(), 5);
     for (line, found) in map.lines() {
         check(&chain, line, found.expect("reachable"), Some(0.0));
@@ -155,22 +162,16 @@ fn a_map_of_walls_for_any_chain() {
     // Five lines, 15 cm apart, reach beyond both ends of the wall: all of its 0.6 x 1 m.
     let area_m2 = map.area_m2();
     assert!((area_m2 - 0.6).abs() < 1e-9, "{area_m2}");
-    let wide = ChainMap::build(&solver(&chain, 40), vec![facing(0.5, 0.0, 9.0)], &go_on);
-    let wide = wide.expect("a map");
-    let lengths = wide
-        .lines()
-        .map(|(_, f)| f.map_or(0.0, |f| f.interval().length_m()));
-    let lengths: Vec<f64> = lengths.collect();
+    let wide = map_of(&chain, 40, vec![facing(0.5, 0.0, 9.0)]);
+    let lengths: Vec<f64> = wide.lines().map(|(_, found)| length_m(found)).collect();
     let strips = lengths.windows(2).map(|ends| 0.5 * (ends[0] + ends[1]));
     let all_m2 = 0.15 * strips.sum::<f64>();
     assert!((wide.area_m2() - all_m2).abs() < 1e-9 && all_m2 > area_m2);
-    assert_eq!(
-        map.look_up(DVec3::new(0.5, 0.0, 0.4), DVec3::X * 9.0),
-        Some(true)
-    );
+    let there = DVec3::new(0.5, 0.0, 0.4);
+    assert_eq!(map.look_up(there, DVec3::X * 9.0), Some(true));
     for (point_m, normal) in [
-        (DVec3::new(0.5, 0.0, 0.4), DVec3::NEG_X),
-        (DVec3::new(0.5, 0.0, 0.4), DVec3::NAN),
+        (there, DVec3::NEG_X),
+        (there, DVec3::NAN),
         (DVec3::new(0.5, f64::NAN, 0.4), DVec3::X),
         (DVec3::new(0.6, 0.0, 0.4), DVec3::X),
         (DVec3::new(0.5, 0.0, 0.9), DVec3::X),
@@ -190,7 +191,7 @@ fn a_map_of_walls_for_any_chain() {
     };
     let mut pieces = vec![piece(-0.4, -0.1), piece(0.1, 0.4)];
     for _ in 0..2 {
-        let map = ChainMap::build(&solver(&chain, 12), pieces.clone(), &go_on).expect("a map");
+        let map = map_of(&chain, 12, pieces.clone());
         for (y, on) in [(-0.25, true), (0.0, false), (0.25, true)] {
             let found = map.look_up(DVec3::new(0.5, y, 0.4), DVec3::X);
             assert_eq!(found, Some(on), "at {y}");
@@ -206,20 +207,14 @@ fn a_free_roll_reaches_at_least_as_far() {
     joints[6].limit = JointLimit::symmetric_deg(10.0);
     let chain = Chain::new(joints, Chain::iiwa7().link_from_tip()).expect("valid");
     let fixed = solver(&chain, 6);
-    let config = OptimizationConfig {
-        starts: 6,
-        roll_rad: None,
-        ..OptimizationConfig::default()
-    };
-    let free = OptimizationSolver::new(&chain, config).expect("valid");
+    let free = solver_by(&chain, |c| (c.starts, c.roll_rad) = (6, None));
     let mut longer = 0;
     for height in [0.2, 0.5, 0.8] {
         let line = line(0.0, 0.5, height);
         let found = free.line(&line).expect("finite").expect("reachable");
         check(&chain, &line, &found, None);
         let own = fixed.line(&line).expect("finite");
-        let own = own.map_or(0.0, |f| f.interval().length_m());
-        longer += usize::from(found.interval().length_m() > own + 1e-3);
+        longer += usize::from(length_m(Some(&found)) > length_m(own.as_ref()) + 1e-3);
     }
     assert!(longer >= 2, "{longer}");
 }
@@ -290,12 +285,7 @@ fn the_same_seed_gives_the_same_bits() {
     let chain = Chain::iiwa7();
     let line = line(10.0, 0.4, 0.5);
     let run = |seed: u64| {
-        let config = OptimizationConfig {
-            seed,
-            starts: 2,
-            ..OptimizationConfig::default()
-        };
-        let solver = OptimizationSolver::new(&chain, config).expect("valid");
+        let solver = solver_by(&chain, |c| (c.seed, c.starts) = (seed, 2));
         solver.line(&line).expect("finite").expect("reachable")
     };
     assert_eq!(run(7), run(7));
@@ -309,10 +299,9 @@ fn a_sweep_can_be_stopped() {
     let mut seen = Vec::new();
     let stopped = solver.sweep(&lines, &mut |progress: Progress| {
         seen.push(progress.done);
-        if progress.done == 2 {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
+        match progress.done {
+            2 => ControlFlow::Break(()),
+            _ => ControlFlow::Continue(()),
         }
     });
     assert_eq!(stopped.expect_err("stopped"), ReachabilityError::Cancelled);

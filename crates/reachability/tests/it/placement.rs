@@ -1,26 +1,12 @@
 //! Base placement against brute force, in rotated scenes, and in hard cases.
 
-use crate::common::{exact_solver, place, scattered_targets, small_config, steps};
+use crate::common::{exact_solver, place, scattered_targets, small_config, steps, with_limit};
 use glam::{DMat3, DVec3};
-use hwall_kinematics::{JointLimit, Pose, SrsArm};
+use hwall_kinematics::{Pose, SrsArm};
 use hwall_reachability::{
     Interval, Placement, PlacementConfig, PlacementScores, Roll, Target, WallPlane,
     position_margin_m,
 };
-
-fn with_limit(arm: &SrsArm, joint: usize, min_deg: f64, max_deg: f64) -> SrsArm {
-    let mut limits = *arm.limits();
-    limits[joint] = JointLimit {
-        min_rad: min_deg.to_radians(),
-        max_rad: max_deg.to_radians(),
-    };
-    arm.with_limits(limits).expect("valid")
-}
-
-/// The frame of a base in the room.
-fn standing(x_m: f64, y_m: f64, z_m: f64, heading_rad: f64) -> Pose {
-    Pose::from_yaw(heading_rad, DVec3::new(x_m, y_m, z_m)).expect("finite")
-}
 
 /// y and x of a base, in the order of the grid, m.
 fn place_of(placement: &Placement) -> (f64, f64) {
@@ -51,7 +37,7 @@ fn by_hand(
     placement: &Placement,
 ) -> (usize, f64, f64) {
     let arm = match config.roll {
-        Roll::Free => with_limit(arm, 6, -360.0, 360.0),
+        Roll::Free => with_limit(arm, 6, [-360.0, 360.0]),
         _ => arm.clone(),
     };
     let (mut count, mut worst, mut sum) = (0, f64::INFINITY, 0.0);
@@ -86,13 +72,9 @@ fn check(arm: &SrsArm, targets: &[Target], config: &PlacementConfig) -> Placemen
         for ix in 0..config.x.count() {
             let mut best = (0, -1.0);
             for (index, &heading_rad) in config.headings_rad.iter().enumerate() {
+                let base_m = DVec3::new(config.x.at(ix), config.y.at(iy), config.z_m);
                 let candidate = Placement {
-                    room_from_base: standing(
-                        config.x.at(ix),
-                        config.y.at(iy),
-                        config.z_m,
-                        heading_rad,
-                    ),
+                    room_from_base: Pose::from_yaw(heading_rad, base_m).expect("finite"),
                     heading_rad,
                     reachable: 0,
                     total: targets.len(),
@@ -143,12 +125,12 @@ fn counts_and_ranking_are_those_of_brute_force() {
     check(&iiwa, &targets, &config);
     let arms = [
         SrsArm::iiwa14(),
-        with_limit(&iiwa, 0, -30.0, 30.0),
-        with_limit(&iiwa, 0, 20.0, 140.0),
-        with_limit(&iiwa, 0, -400.0, 400.0),
-        with_limit(&iiwa, 0, 200.0, 500.0),
-        with_limit(&iiwa, 2, -40.0, 75.0),
-        with_limit(&iiwa, 0, f64::NEG_INFINITY, 0.0),
+        with_limit(&iiwa, 0, [-30.0, 30.0]),
+        with_limit(&iiwa, 0, [20.0, 140.0]),
+        with_limit(&iiwa, 0, [-400.0, 400.0]),
+        with_limit(&iiwa, 0, [200.0, 500.0]),
+        with_limit(&iiwa, 2, [-40.0, 75.0]),
+        with_limit(&iiwa, 0, [f64::NEG_INFINITY, 0.0]),
     ];
     for arm in &arms {
         check(arm, &targets, &config);

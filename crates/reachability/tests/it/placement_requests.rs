@@ -4,7 +4,7 @@ use crate::common::{place, scattered_targets, small_config, steps};
 use glam::DVec3;
 use hwall_kinematics::SrsArm;
 use hwall_reachability::{Interval, PlacementConfig, ReachabilityError, Roll, Target, place_base};
-use hwall_testkit::refusal;
+use hwall_testkit::{refusal, refused};
 
 #[test]
 fn the_heat_map_has_the_shape_of_the_grid() {
@@ -67,55 +67,34 @@ fn bad_requests_are_named() {
     let arm = SrsArm::iiwa7();
     let good = scattered_targets(3);
     let with = |point_m: DVec3, normal: DVec3| vec![good[0], Target { point_m, normal }];
-    let far = |x| DVec3::new(x, 0.0, 0.0);
-    let none: fn(&mut PlacementConfig) = |_| ();
-    for (targets, change, named) in [
-        (vec![], none, "no targets"),
-        (with(far(f64::NAN), DVec3::X), none, "[0] is NaN"),
-        (
-            with(DVec3::Y * f64::INFINITY, DVec3::X),
-            none,
-            "not a finite number",
-        ),
-        (
-            with(DVec3::ZERO, DVec3::new(0.0, f64::NAN, 0.0)),
-            none,
-            "[1] is NaN",
-        ),
-        (with(DVec3::ZERO, DVec3::ZERO), none, "it must be"),
-        (
-            with(DVec3::ZERO, DVec3::new(1.0, 0.0, 0.1)),
-            none,
-            "leans by",
-        ),
-        (good.clone(), |c| c.headings_rad.clear(), "no headings"),
-        (
-            good.clone(),
-            |c| c.roll = Roll::AnyOf(Vec::new()),
-            "no rolls",
-        ),
-        (good.clone(), |c| c.headings_rad[2] = f64::NAN, "is NaN"),
-        (good.clone(), |c| c.z_m = f64::INFINITY, "is inf"),
-        (good.clone(), |c| c.roll = Roll::Fixed(f64::NAN), "is NaN"),
-        (
-            good.clone(),
-            |c| c.least_behind_m = Some(f64::NAN),
-            "is NaN",
-        ),
-        // Finite, but their distance is not.
-        (
-            with(far(1e308), DVec3::X),
-            |c| c.x = steps(-1e308, 1.0, 2),
-            "not a finite number",
-        ),
+    let far = DVec3::X * 1e308;
+    for (targets, named) in [
+        (vec![], "no targets"),
+        (with(DVec3::NAN, DVec3::X), "[0] is NaN"),
+        (with(DVec3::INFINITY, DVec3::X), "not a finite number"),
+        (with(DVec3::ZERO, DVec3::X.with_y(f64::NAN)), "[1] is NaN"),
+        (with(DVec3::ZERO, DVec3::ZERO), "it must be"),
+        (with(DVec3::ZERO, DVec3::new(1.0, 0.0, 0.1)), "leans by"),
     ] {
-        let mut config = small_config();
-        change(&mut config);
-        let said = refusal(place_base(&arm, &targets, &config));
+        let said = refusal(place_base(&arm, &targets, &small_config()));
         assert!(said.contains(named), "{named}: {said}");
     }
+    let place_good = |config| place_base(&arm, &good, &config);
+    refused!(small_config(), place_good, {
+        headings_rad = Vec::new() => "no headings";
+        headings_rad = vec![0.0, 0.9, f64::NAN] => "heading_rad";
+        roll = Roll::AnyOf(Vec::new()) => "no rolls";
+        roll = Roll::Fixed(f64::NAN);
+        z_m = f64::INFINITY;
+        least_behind_m = Some(f64::NAN);
+    });
+    // Finite, but their distance is not.
+    let mut config = small_config();
+    config.x = steps(-1e308, 1.0, 2);
+    let said = refusal(place_base(&arm, &with(far, DVec3::X), &config));
+    assert!(said.contains("not a finite number"), "{said}");
     // Far, but finite: nothing is reached.
-    let best = place(&arm, &with(far(1e308), DVec3::X)[1..], &small_config());
+    let best = place(&arm, &with(far, DVec3::X)[1..], &small_config());
     assert_eq!(best.best()[0].reachable, 0);
 }
 

@@ -1,5 +1,6 @@
 //! Planes at any inclination: a vertical one is bit-identical to a wall, others are right outside their bands.
 
+use crate::common::lines::places;
 use crate::common::{ANY_PART, exact_solver};
 use glam::DVec3;
 use hwall_kinematics::{Pose, SrsArm};
@@ -63,23 +64,15 @@ fn outside_their_bands_lines_are_never_wrong() {
             let line = plane.line(sampler.uniform(-0.2, 0.2));
             let found = solver.plane_line(&line).unwrap();
             assert!(found.unknown_m() < 1e-4, "{}", found.unknown_m());
-            let ends: Vec<f64> = (found.intervals.iter())
-                .flat_map(|i| [i.span.lo_m, i.span.hi_m])
-                .collect();
-            for k in 0..200 {
-                let s = match ends.get(k % 7) {
-                    Some(end) => end + sampler.uniform(-1e-5, 1e-5),
-                    None => sampler.uniform(-1.4, 1.4),
-                };
+            for s in places(&found, 1.2, &mut sampler, 200) {
                 if !found.is_proven(s) {
                     continue;
                 }
-                let rolls = match &roll {
-                    Roll::AnyOf(rolls) => rolls.clone(),
-                    _ => vec![0.3],
+                let holds = |roll: &f64| arm.is_reachable(&line.board_pose(s, *roll).unwrap());
+                let held = match &roll {
+                    Roll::AnyOf(rolls) => rolls.iter().any(holds),
+                    _ => holds(&0.3),
                 };
-                let held = (rolls.iter())
-                    .any(|roll| arm.is_reachable(&line.board_pose(s, *roll).unwrap()));
                 assert_eq!(found.contains(s), held, "{line:?} at {s}");
                 tested += 1;
                 reachable += usize::from(held);

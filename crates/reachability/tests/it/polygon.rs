@@ -16,12 +16,19 @@ fn precise(arm: &SrsArm, roll: Roll) -> ExactSolver {
     exact_solver(arm, |c| (c.accuracy_m, c.roll) = (1e-9, roll))
 }
 
-fn region(solver: &ExactSolver, plane: WallPlane, accuracy_m: f64) -> WallRegion {
-    let config = PolygonConfig {
-        accuracy_m,
-        ..PolygonConfig::default()
-    };
+/// The region with some settings changed.
+fn region_by(
+    solver: &ExactSolver,
+    plane: WallPlane,
+    change: impl FnOnce(&mut PolygonConfig),
+) -> WallRegion {
+    let mut config = PolygonConfig::default();
+    change(&mut config);
     WallRegion::of_plane(solver, &plane, &config).unwrap()
+}
+
+fn region(solver: &ExactSolver, plane: WallPlane, accuracy_m: f64) -> WallRegion {
+    region_by(solver, plane, |c| c.accuracy_m = accuracy_m)
 }
 
 fn plane(heading_deg: f64, distance_m: f64) -> WallPlane {
@@ -192,20 +199,14 @@ fn random_limits_keep_what_is_proven() {
     let proof_m = 5e-3;
     for _ in 0..60 {
         let (solver, plane) = drawn(&mut sampler);
-        let config = PolygonConfig {
-            accuracy_m: 5e-4,
-            proof_m: Some(proof_m),
-            ..PolygonConfig::default()
-        };
-        let region = WallRegion::of_plane(&solver, &plane, &config).unwrap();
+        let region = region_by(&solver, plane, |c| {
+            (c.accuracy_m, c.proof_m) = (5e-4, Some(proof_m));
+        });
         let proof = region.proof().expect("asked for");
         assert_eq!(proof.contradictions, [], "{plane:?}");
         parts += region.polygons().len();
-        holes += region
-            .polygons()
-            .iter()
-            .map(|p| p.holes.len())
-            .sum::<usize>();
+        let polygons = region.polygons().iter();
+        holes += polygons.map(|p| p.holes.len()).sum::<usize>();
         let edges = edges(&region);
         for _ in 0..1_000 {
             let at = WallPoint::new(sampler.uniform(-0.9, 0.9), sampler.uniform(-0.5, 1.2));
@@ -228,12 +229,9 @@ fn proofs_repair() {
     for _ in 0..30 {
         let (solver, plane) = drawn(&mut sampler);
         let of = |proof_m| {
-            let config = PolygonConfig {
-                spacing_m: 0.1,
-                proof_m,
-                ..PolygonConfig::default()
-            };
-            WallRegion::of_plane(&solver, &plane, &config).unwrap()
+            region_by(&solver, plane, |c| {
+                (c.spacing_m, c.proof_m) = (0.1, proof_m);
+            })
         };
         let (trusting, proven) = (of(None), of(Some(5e-3)));
         assert!(trusting.proof().is_none());
@@ -280,7 +278,7 @@ fn rings_are_nested_and_turn_the_right_way() {
     let polygon = &region.polygons()[0];
     assert_eq!(polygon.holes.len(), 1);
     let area = |ring: &[WallPoint]| -> f64 {
-        let pairs = (0..ring.len()).map(|i| (ring[i], ring[(i + 1) % ring.len()]));
+        let pairs = ring.iter().zip(ring.iter().cycle().skip(1));
         pairs
             .map(|(a, b)| 0.5 * (a.s_m * b.z_m - b.s_m * a.z_m))
             .sum()
@@ -288,9 +286,9 @@ fn rings_are_nested_and_turn_the_right_way() {
     assert!(area(&polygon.outline) > 1.5);
     assert!(area(&polygon.holes[0]) < -0.2);
     // The base axis is in the hole, both sides are not.
-    assert!(!region.contains(WallPoint::new(0.0, 0.3)));
-    assert!(region.contains(WallPoint::new(0.6, 0.3)));
-    assert!(region.contains(WallPoint::new(-0.6, 0.3)));
+    for (s, inside) in [(0.0, false), (0.6, true), (-0.6, true)] {
+        assert_eq!(region.contains(WallPoint::new(s, 0.3)), inside, "{s}");
+    }
     assert!(region.line_count() > 50);
 }
 
@@ -310,7 +308,7 @@ fn planes_out_of_reach_are_empty() {
     let radius = (0.8_f64.powi(2) - (0.8_f64 - 1e-5).powi(2)).sqrt();
     assert!(region.contains(WallPoint::new(0.9 * radius, 0.34)));
     assert!(!region.contains(WallPoint::new(1.1 * radius, 0.34)));
-    let disc = std::f64::consts::PI * radius * radius;
+    let disc = PI * radius * radius;
     assert!((region.area_m2() / disc - 1.0).abs() < 5e-3);
 }
 
@@ -319,11 +317,14 @@ fn heights_clip() {
     let solver = solver();
     let wall = plane(0.0, 0.326);
     let all = region(&solver, wall, 1e-4);
-    let config = |lo, hi| PolygonConfig {
-        heights_m: Some(Interval::new(lo, hi)),
-        ..PolygonConfig::default()
+    let clip = |lo, hi| {
+        let config = PolygonConfig {
+            heights_m: Some(Interval::new(lo, hi)),
+            ..PolygonConfig::default()
+        };
+        WallRegion::of_plane(&solver, &wall, &config)
     };
-    let clipped = WallRegion::of_plane(&solver, &wall, &config(0.2, 0.5)).unwrap();
+    let clipped = clip(0.2, 0.5).unwrap();
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for vertex in clipped.vertices() {
         (low, high) = (low.min(vertex.z_m), high.max(vertex.z_m));
@@ -340,15 +341,10 @@ fn heights_clip() {
             assert!(nearest_edge_point(&edges, at).distance_m(at) < 2e-4);
         }
     }
-    let above = WallRegion::of_plane(&solver, &wall, &config(3.0, 4.0)).unwrap();
-    assert_eq!(above.polygons(), []);
-    for (lo, hi) in [
-        (0.5, 0.2),
-        (0.2, 0.2),
-        (f64::NAN, 1.0),
-        (0.0, f64::INFINITY),
-    ] {
-        assert!(WallRegion::of_plane(&solver, &wall, &config(lo, hi)).is_err());
+    assert_eq!(clip(3.0, 4.0).unwrap().polygons(), []);
+    let infinite = f64::INFINITY;
+    for (lo, hi) in [(0.5, 0.2), (0.2, 0.2), (f64::NAN, 1.0), (0.0, infinite)] {
+        assert!(clip(lo, hi).is_err(), "{lo} {hi}");
     }
 }
 
@@ -382,11 +378,8 @@ fn nearest_points_are_those_of_brute_force() {
 fn proofs_cover_the_plane() {
     let solver = solver();
     for distance in [0.826, 0.376, 0.026] {
-        let config = PolygonConfig {
-            proof_m: Some(0.02),
-            ..PolygonConfig::default()
-        };
-        let region = WallRegion::of_plane(&solver, &plane(0.0, distance), &config).unwrap();
+        let wall = plane(0.0, distance);
+        let region = region_by(&solver, wall, |c| c.proof_m = Some(0.02));
         let proof = region.proof().expect("asked for");
         assert_eq!(proof.contradictions, []);
         assert_eq!(proof.unproven_m2, 0.0);
@@ -400,14 +393,11 @@ fn any_part_of_the_board_reaches_further() {
     let wide = exact_solver(&SrsArm::iiwa7(), |c| {
         (c.accuracy_m, c.board_part) = (1e-4, ANY_PART);
     });
-    let config = PolygonConfig {
-        accuracy_m: 5e-3,
-        heights_m: Some(Interval::new(0.9, 1.2)),
-        ..PolygonConfig::default()
-    };
-    let wall = plane(0.0, 0.526);
-    let wide = WallRegion::of_plane(&wide, &wall, &config).unwrap();
-    let narrow = WallRegion::of_plane(&solver(), &wall, &config).unwrap();
+    let [wide, narrow] = [wide, solver()].map(|solver| {
+        region_by(&solver, plane(0.0, 0.526), |c| {
+            (c.accuracy_m, c.heights_m) = (5e-3, Some(Interval::new(0.9, 1.2)));
+        })
+    });
     assert!(wide.area_m2() > narrow.area_m2() + 0.05);
     for vertex in narrow.vertices() {
         for aside in [-0.09, 0.09] {

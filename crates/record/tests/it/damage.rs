@@ -129,48 +129,6 @@ fn an_unfinished_file_is_whole_after_every_flush() {
     assert_eq!(taken(&path).ending(), Ending::Finished);
 }
 
-/// Flips, deletions and insertions: an error with an offset, or fewer messages, never a panic.
-#[test]
-fn changed_bytes_are_refused_or_read_and_never_panic() {
-    let (bytes, _) = whole("changed.mcap");
-    let mut sampler = Sampler::new(9);
-    let rounds = std::env::var("FUZZ_ROUNDS")
-        .ok()
-        .and_then(|n| n.parse().ok());
-    let (mut refused, mut read) = (0, 0);
-    for round in 0..rounds.unwrap_or(400) {
-        let mut changed = bytes[..bytes.len().min(200_000)].to_vec();
-        for _ in 0..=sampler.index(4) {
-            // Changes near the start hit framing and records outside chunks often enough.
-            let reach = if sampler.bool() { 400 } else { changed.len() };
-            let at = sampler.index(reach);
-            match round % 3 {
-                0 => changed[at] ^= 1 << sampler.index(8),
-                1 => changed[at] = sampler.index(256) as u8,
-                _ => {
-                    let end = (at + 1 + sampler.index(40)).min(changed.len());
-                    changed.drain(at..end);
-                }
-            }
-        }
-        match Recording::from_bytes(changed) {
-            Ok(recording) => {
-                for input in recording.inputs() {
-                    if let Err(error) = input {
-                        assert!(error.to_string().contains("byte"), "{error}");
-                    }
-                }
-                read += 1;
-            }
-            Err(error) => {
-                assert!(!error.to_string().is_empty());
-                refused += 1;
-            }
-        }
-    }
-    assert!(refused > 20 && read > 20, "{refused} refused, {read} read");
-}
-
 /// Corrupt messages in a chunk without a checksum.
 #[test]
 fn nonsense_in_messages_names_channel_and_place() {
@@ -194,10 +152,8 @@ fn nonsense_in_messages_names_channel_and_place() {
         match recording.inputs().find_map(Result::err) {
             Some(error) => {
                 let text = error.to_string();
-                assert!(
-                    text.contains("/session/") && text.contains("byte"),
-                    "{text}"
-                );
+                assert!(text.contains("/session/"), "{text}");
+                assert!(text.contains("byte"), "{text}");
                 wrong += 1;
             }
             None => sound += 1,

@@ -4,7 +4,7 @@ use hwall_redirection::glam::DVec3;
 use hwall_redirection::{
     ReachFrame, ReachShift, ReachThresholds, RedirectedReach, RedirectionError,
 };
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, refused};
 
 /// A reach towards a wall at any heading, and an unnoticed shift.
 fn drawn(
@@ -178,18 +178,12 @@ fn no_reach_and_numbers_that_make_no_sense_are_errors() {
         assert!(new(start, seen, seen, point).is_err());
         assert!(reach.virtual_hand(point).is_err());
     }
-    let spoil: [fn(&mut ReachThresholds); 5] = [
-        |t| t.gain = [0.0, 1.0],
-        |t| t.gain = [1.1, 1.2],
-        |t| t.gain = [0.9, f64::NAN],
-        |t| t.horizontal_rad = -0.1,
-        |t| t.vertical_rad = f64::NAN,
-    ];
-    for spoil in spoil {
-        let mut wrong = thresholds;
-        spoil(&mut wrong);
-        assert!(wrong.validate().is_err(), "{wrong:?}");
-    }
+    refused!(thresholds, |t: ReachThresholds| t.validate(), {
+        gain = [0.0, 1.0], [1.1, 1.2] => "least gain";
+        gain = [0.9, f64::NAN] => "largest gain";
+        horizontal_rad = -0.1;
+        vertical_rad = f64::NAN;
+    });
     // Vertical reaches are valid, too.
     for way in [DVec3::Z, DVec3::NEG_Z] {
         let frame = ReachFrame::new(start, start + way * 0.3).unwrap();

@@ -19,9 +19,8 @@ fn two_walls() -> Scene {
             [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(y, z)| DVec3::new(x, y, z));
         plain_surface(name, vec![[a, b, c], [a, c, d]])
     };
-    Scene::from_meshes(vec![wall("near", 1.0), wall("far", 2.0)])
-        .unwrap()
-        .0
+    let walls = vec![wall("near", 1.0), wall("far", 2.0)];
+    Scene::from_meshes(walls).unwrap().0
 }
 
 /// The closest point to a point beside an edge or corner lies on that edge or corner.
@@ -87,10 +86,8 @@ fn grazing_rays() {
             let direction = along.normalize() + DVec3::X * angle;
             let origin = target - direction * sampler.uniform(0.01, 3.0);
             let hit = scene.ray_cast(origin, direction).unwrap().expect("a wall");
-            assert_eq!(
-                (scene.surface(hit.surface).name.as_str(), hit.normal),
-                ("near", DVec3::NEG_X)
-            );
+            let name = scene.surface(hit.surface).name.as_str();
+            assert_eq!((name, hit.normal), ("near", DVec3::NEG_X));
             let expected = brute_ray(&all, origin, direction).unwrap();
             assert_close!(hit.distance_m, expected, Tol::abs(1e-14 / angle));
             assert_close!(hit.point_m.x, 1.0, Tol::abs(1e-15));
@@ -115,11 +112,8 @@ fn rays_that_start_on_a_surface() {
             assert_eq!(hit.distance_m, 0.0);
             assert_close!(hit.point_m, on, Tol::abs(1e-15));
             assert_eq!(scene.any_hit(on, direction, 1e-9), Ok(true));
-            assert_eq!(
-                scene.any_hit(on, direction, 0.0),
-                Ok(false),
-                "[0, 0) is empty"
-            );
+            // [0, 0) is empty.
+            assert_eq!(scene.any_hit(on, direction, 0.0), Ok(false));
         }
     }
     for (scale, offset) in PLACES.into_iter().take(4) {
@@ -137,9 +131,8 @@ fn rays_that_start_on_a_surface() {
                 continue;
             }
             let itself = 100.0 * tol / steep;
-            let distances = all
-                .iter()
-                .filter_map(|t| moeller_trumbore(on, direction, t));
+            let distance = |t| moeller_trumbore(on, direction, t);
+            let distances = all.iter().filter_map(distance);
             let next = distances.filter(|d| *d > itself).min_by(f64::total_cmp);
             let hit = scene.ray_cast(on, direction).unwrap().map(|h| h.distance_m);
             match (hit, next) {
@@ -173,19 +166,13 @@ fn two_hundred_surfaces() {
         for id in (0..8).map(|_| SurfaceId(sampler.index(200))) {
             let projected = scene.project_on(id, p).unwrap();
             assert_eq!(projected.surface, id);
-            assert_close!(
-                projected.distance_m,
-                brute_closest(&all, p, |s| s == id),
-                Tol::abs(1e-13)
-            );
+            let expected = brute_closest(&all, p, |s| s == id);
+            assert_close!(projected.distance_m, expected, Tol::abs(1e-13));
         }
         let touchable = scene.closest_touchable(p, f64::INFINITY).unwrap().unwrap();
         let wanted = |id: SurfaceId| scene.surface(id).touchable();
-        assert_close!(
-            touchable.distance_m,
-            brute_closest(&all, p, wanted),
-            Tol::abs(1e-13)
-        );
+        let expected = brute_closest(&all, p, wanted);
+        assert_close!(touchable.distance_m, expected, Tol::abs(1e-13));
         assert!(wanted(touchable.surface));
     }
 }
@@ -196,12 +183,8 @@ fn every_build_quality_gives_the_same_answers() {
     let mut scene = soup(43, 600, 1.0, DVec3::ZERO);
     let door = scene.find("door").unwrap();
     scene.set_opening(door, 0.5).unwrap();
-    let others = [
-        BuildQuality::Fast,
-        BuildQuality::Balanced,
-        BuildQuality::Best,
-    ]
-    .map(|quality| scene.with_build_quality(quality));
+    use BuildQuality::{Balanced, Best, Fast};
+    let others = [Fast, Balanced, Best].map(|quality| scene.with_build_quality(quality));
     let mut sampler = Sampler::new(44);
     for other in &others {
         assert_eq!(other.triangle_count(), scene.triangle_count());
@@ -240,10 +223,8 @@ fn a_million_triangles() {
         let (x, y) = (sampler.uniform(0.1, 7.0), sampler.uniform(0.1, 7.0));
         let surface = 0.1 * x.sin() * y.cos();
         let above = DVec3::new(x, y, 1.0);
-        let hit = scene
-            .ray_cast(above, DVec3::NEG_Z)
-            .unwrap()
-            .expect("the sheet");
+        let hit = scene.ray_cast(above, DVec3::NEG_Z).unwrap();
+        let hit = hit.expect("the sheet");
         // A cell of 1 cm bends by 1e-5 m, and the file has four decimals.
         assert_close!(hit.point_m.z, surface, Tol::abs(2e-4));
         let closest = scene.closest_point(above, 2.0).unwrap().unwrap();

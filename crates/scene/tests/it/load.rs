@@ -67,11 +67,8 @@ fn bad_numbers_and_indices_are_named_with_their_line() {
         "f 1 2 //3",
         "f 1.5 2 3",
     ] {
-        assert_eq!(
-            error(&format!("v 0 0 0\nv 1 0 0\n{bad}\n")).to_string(),
-            "OBJ line 3: malformed \"f\"",
-            "{bad}"
-        );
+        let said = error(&format!("v 0 0 0\nv 1 0 0\n{bad}\n")).to_string();
+        assert_eq!(said, "OBJ line 3: malformed \"f\"", "{bad}");
     }
     // Indices refer to vertices above the face.
     assert_eq!(error("f 1 2 3\nv 0 0 0\n"), out_of_range(1, 1, 0));
@@ -90,22 +87,19 @@ fn what_holds_no_scene_is_an_error() {
     }
     let files = Folder::new("binary");
     let binary = files.file("binary.obj", [0x7f, b'E', b'L', b'F', 0xff, 0xfe, 0]);
-    assert_eq!(
-        Scene::from_obj_file(&binary, None).unwrap_err(),
-        in_file(&binary, SceneError::NotText { offset: 6 })
-    );
+    let no_text = Scene::from_obj_file(&binary, None).unwrap_err();
+    let expected = in_file(&binary, SceneError::NotText { offset: 6 });
+    assert_eq!(no_text, expected);
     let missing = Scene::from_obj_file("no/such/file.obj", None).unwrap_err();
-    assert!(
-        matches!(&missing, SceneError::Io { path, kind, .. }
-            if path == "no/such/file.obj" && *kind == ErrorKind::NotFound),
-        "{missing}"
-    );
+    let SceneError::Io { path, kind, .. } = &missing else {
+        panic!("{missing}");
+    };
+    assert_eq!(path, "no/such/file.obj");
+    assert_eq!(*kind, ErrorKind::NotFound);
     let folder = Scene::from_obj_file(env!("CARGO_MANIFEST_DIR"), None).unwrap_err();
     assert!(matches!(folder, SceneError::Io { .. }), "{folder}");
-    assert_eq!(
-        Scene::from_meshes(Vec::new()).unwrap_err(),
-        SceneError::NoFaces
-    );
+    let nothing = Scene::from_meshes(Vec::new()).unwrap_err();
+    assert_eq!(nothing, SceneError::NoFaces);
 }
 
 #[test]
@@ -213,7 +207,6 @@ fn colours_come_from_the_library_and_a_bad_library_is_reported() {
     }
 }
 
-/// A group keeps the first material of its faces; a material stays active beyond its group.
 /// Regression: all names of a statement were read as one.
 #[test]
 fn one_statement_names_several_libraries() {
@@ -276,6 +269,7 @@ fn point(p: [i32; 3]) -> DVec3 {
     DVec3::from_array(p.map(f64::from))
 }
 
+/// A group keeps the first material of its faces; a material stays active beyond its group.
 #[test]
 fn materials_are_kept_by_name_without_a_library() {
     let obj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nf 1 2 3
@@ -301,10 +295,8 @@ fn materials_are_kept_by_name_without_a_library() {
 fn a_file_ten_kilometres_off_keeps_its_digits() {
     let obj = "v 10000.0001 5000 0\nv 10000.0001 5001 0\nv 10000.0001 5000 1\nf 1 2 3";
     let (scene, _) = load(obj).unwrap();
-    let hit = scene
-        .ray_cast(DVec3::new(10_001.0, 5000.25, 0.25), DVec3::NEG_X)
-        .unwrap()
-        .unwrap();
+    let eye = DVec3::new(10_001.0, 5000.25, 0.25);
+    let hit = scene.ray_cast(eye, DVec3::NEG_X).unwrap().unwrap();
     assert!((hit.point_m.x - 10_000.000_1).abs() < 1e-11, "{hit:?}");
 }
 
@@ -314,10 +306,8 @@ fn thousands_of_identical_triangles() {
     let t = [DVec3::ZERO, DVec3::X, DVec3::Y];
     let (scene, report) = Scene::from_meshes(vec![plain_surface("pile", vec![t; 5000])]).unwrap();
     assert_eq!((report.duplicate_faces, scene.triangle_count()), (4999, 1));
-    let hit = scene
-        .ray_cast(DVec3::new(0.2, 0.2, 1.0), DVec3::NEG_Z)
-        .unwrap()
-        .unwrap();
+    let above = DVec3::new(0.2, 0.2, 1.0);
+    let hit = scene.ray_cast(above, DVec3::NEG_Z).unwrap().unwrap();
     assert_eq!(hit.distance_m, 1.0);
 }
 
@@ -327,14 +317,10 @@ fn thousands_of_coinciding_boxes() {
     let n = 20_000;
     let pile = |i: i32| {
         let x = f64::from(i) * 1e-13;
-        [
-            DVec3::new(x, 0.0, 0.0),
-            DVec3::new(1.0 + x, 0.0, 0.0),
-            DVec3::new(x, 1.0, 0.0),
-        ]
+        [DVec3::ZERO, DVec3::X, DVec3::Y].map(|corner| corner + x * DVec3::X)
     };
-    let (scene, report) =
-        Scene::from_meshes(vec![plain_surface("pile", (0..n).map(pile).collect())]).unwrap();
+    let pile = plain_surface("pile", (0..n).map(pile).collect());
+    let (scene, report) = Scene::from_meshes(vec![pile]).unwrap();
     assert!(report.is_clean() && scene.triangle_count() == n as usize);
     for x in [0.1, 0.5] {
         let above = DVec3::new(x, 0.2, 0.5);
@@ -370,15 +356,10 @@ fn meshes_in_memory_are_checked_too() {
     let t = [DVec3::ZERO, DVec3::X, DVec3::Y];
     let nan = [DVec3::ZERO, DVec3::new(f64::NAN, 0.0, 0.0), DVec3::Y];
     let e = Scene::from_meshes(vec![plain_surface("a", vec![t, nan])]).unwrap_err();
-    assert!(
-        matches!(&e, SceneError::Parameter { value, .. } if value.is_nan()),
-        "{e}"
-    );
-    let e = Scene::from_meshes(vec![
-        plain_surface("a", vec![t]),
-        plain_surface("a", vec![t]),
-    ])
-    .unwrap_err();
+    let is_nan = matches!(&e, SceneError::Parameter { value, .. } if value.is_nan());
+    assert!(is_nan, "{e}");
+    let twice = [(); 2].map(|()| plain_surface("a", vec![t]));
+    let e = Scene::from_meshes(twice.into()).unwrap_err();
     let name = "a".to_owned();
     assert_eq!(e, SceneError::DuplicateSurface { name });
 }
@@ -419,10 +400,8 @@ fn concave_polygons_are_cut_without_overlap_from_any_corner() {
                 let face: Vec<String> = (1..=count).map(|k| k.to_string()).collect();
                 obj += &format!("f {}\n", face.join(" "));
                 let (scene, report) = load(&obj).unwrap();
-                assert!(
-                    (area_m2(&scene) - expected_m2).abs() < 1e-9,
-                    "{first} {turned}"
-                );
+                let off_m2 = area_m2(&scene) - expected_m2;
+                assert!(off_m2.abs() < 1e-9, "{first} {turned}");
                 assert_eq!(report.concave_polygons, 0);
             }
         }

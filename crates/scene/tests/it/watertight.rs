@@ -47,11 +47,8 @@ fn a_bumpy_sheet_does_not_leak() {
     ] {
         for n in [8, 100] {
             let scene = bumpy(n, 21, scale, offset);
-            assert_eq!(
-                leaks(&scene, scale, offset, 20_000, 22),
-                0,
-                "n {n}, scale {scale}, at {offset}"
-            );
+            let leaks = leaks(&scene, scale, offset, 20_000, 22);
+            assert_eq!(leaks, 0, "n {n}, scale {scale}, at {offset}");
         }
     }
 }

@@ -90,10 +90,9 @@ fn the_gaze_lands_on_the_target_when_it_is_said_to() {
                 assert_eq!(touch.landed_s.is_none(), touch.gaze_missed);
                 let Some(landed_s) = touch.landed_s else {
                     // The gaze is off target until the hand withdraws.
+                    let from_s = touch.look_s + 0.06;
                     for share in 0..=20 {
-                        let t_s = touch.look_s
-                            + 0.06
-                            + f64::from(share) / 20.0 * (touch.contact_s - touch.look_s - 0.06);
+                        let t_s = from_s + f64::from(share) / 20.0 * (touch.contact_s - from_s);
                         assert!(off_rad(&sequence, t_s, touch.target_m) > 0.2);
                     }
                     continue;
@@ -138,22 +137,14 @@ fn glances_change_nothing_but_the_gaze_and_the_pauses() {
     let of = |config| looking(config, 8, 12);
     let (plain, glancing) = (of(PersonConfig::default()), of(PersonConfig::glancing()));
     for (a, b) in plain.touches().iter().zip(glancing.touches()) {
-        assert_eq!(
-            (a.target_m, a.normal, a.depth_m),
-            (b.target_m, b.normal, b.depth_m)
-        );
+        let touched = |t: &TouchTruth| (t.target_m, t.normal, t.depth_m);
+        assert_eq!(touched(a), touched(b));
         assert_close!(a.start_s - a.look_s, b.start_s - b.look_s, Tol::abs(1e-9));
         // The crossing of the surface depends on the phase of the tremor.
-        assert_close!(
-            a.contact_s - a.start_s,
-            b.contact_s - b.start_s,
-            Tol::abs(5e-3)
-        );
-        assert_close!(
-            a.end_s - a.withdraw_s,
-            b.end_s - b.withdraw_s,
-            Tol::abs(1e-9)
-        );
+        let [a_s, b_s] = [a, b].map(|t| t.contact_s - t.start_s);
+        assert_close!(a_s, b_s, Tol::abs(5e-3));
+        let [a_s, b_s] = [a, b].map(|t| t.end_s - t.withdraw_s);
+        assert_close!(a_s, b_s, Tol::abs(1e-9));
     }
     // Without glances the points in view have no effect; without points there are no glances.
     let reaches: Vec<ReachPlan> = plan(8, 12).into_iter().map(Into::into).collect();

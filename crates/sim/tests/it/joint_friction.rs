@@ -1,8 +1,8 @@
 //! Joint friction and rotors against closed forms; exact rest.
 
-use crate::common::chain::{BOTH, LEVER_KG_M2, QUIET, START, iiwa7, lever, run, turning};
+use crate::common::chain::{BOTH, LEVER_KG_M2, QUIET, START, config, iiwa7, lever, run, turning};
 use hwall_kinematics::glam::DVec3;
-use hwall_sim::{ChainMotion, ChainMotionConfig, Integrator, JointFriction};
+use hwall_sim::{ChainMotion, Integrator, JointFriction};
 use hwall_testkit::{Sampler, Tol, assert_close};
 
 #[test]
@@ -14,11 +14,8 @@ fn viscous_friction_decays_exponentially() {
         let rate = 0.8 / LEVER_KG_M2;
         let decay = f64::exp(-rate);
         assert_close!(motion.qd()[0], 2.0 * decay, Tol::abs(2.0 * tolerance));
-        assert_close!(
-            motion.q()[0],
-            2.0 * (1.0 - decay) / rate,
-            Tol::abs(2.0 * tolerance)
-        );
+        let way = 2.0 * (1.0 - decay) / rate;
+        assert_close!(motion.q()[0], way, Tol::abs(2.0 * tolerance));
     }
 }
 
@@ -26,33 +23,30 @@ fn viscous_friction_decays_exponentially() {
 fn dry_friction_stops_where_the_closed_form_says_and_stays() {
     // I q̈ = -F: the joint stops after I v / F, at I v² / 2 F. With additional viscous friction b
     // q̇, it stops after (I / b) ln(1 + b v / F).
-    let (v, dry) = (1.5, 0.4);
-    for (integrator, tolerance) in [(Integrator::Rk4, 1e-12), (Integrator::SemiImplicit, 2e-3)] {
-        let mut motion = turning(JointFriction::coulomb(dry), integrator, v);
-        let stop_s = LEVER_KG_M2 * v / dry;
-        let steps = (stop_s / 1e-3).ceil() as usize + 1;
-        run(&mut motion, steps, 1e-3, &[0.0]);
-        assert_eq!(motion.qd()[0], 0.0);
-        let stop = LEVER_KG_M2 * v * v / (2.0 * dry);
-        assert_close!(motion.q()[0], stop, Tol::abs(tolerance));
-        let rest = motion.q()[0];
-        run(&mut motion, 1000, 1e-3, &[0.999 * dry]);
-        assert_eq!(motion.q()[0], rest);
-        assert_eq!(motion.qd()[0], 0.0);
-    }
-    let friction = JointFriction {
-        viscous_n_m_s_per_rad: 0.3,
-        ..JointFriction::coulomb(dry)
-    };
+    let (v, dry) = (1.5_f64, 0.4);
     let (rate, share) = (0.3 / LEVER_KG_M2, dry / 0.3);
     let stop_s = (1.0 + v / share).ln() / rate;
-    let stop = v / rate - share * stop_s;
-    for (integrator, tolerance) in [(Integrator::Rk4, 1e-10), (Integrator::SemiImplicit, 2e-3)] {
+    let with_both = (stop_s, v / rate - share * stop_s);
+    let dry_only = (LEVER_KG_M2 * v / dry, LEVER_KG_M2 * v * v / (2.0 * dry));
+    for (viscous, (stop_s, stop), integrator, tolerance) in [
+        (0.0, dry_only, Integrator::Rk4, 1e-12),
+        (0.0, dry_only, Integrator::SemiImplicit, 2e-3),
+        (0.3, with_both, Integrator::Rk4, 1e-10),
+        (0.3, with_both, Integrator::SemiImplicit, 2e-3),
+    ] {
+        let friction = JointFriction {
+            viscous_n_m_s_per_rad: viscous,
+            ..JointFriction::coulomb(dry)
+        };
         let mut motion = turning(friction, integrator, v);
         let steps = (stop_s / 1e-3).ceil() as usize + 1;
         run(&mut motion, steps, 1e-3, &[0.0]);
         assert_eq!(motion.qd()[0], 0.0);
         assert_close!(motion.q()[0], stop, Tol::abs(tolerance));
+        let rest = motion.q()[0];
+        run(&mut motion, 1000, 1e-3, &[0.999 * dry]);
+        assert_eq!(motion.q()[0], rest);
+        assert_eq!(motion.qd()[0], 0.0);
     }
 }
 
@@ -82,11 +76,7 @@ fn a_joint_breaks_away_above_its_breakaway_torque_only() {
 #[test]
 fn a_pendulum_with_dry_friction_comes_to_rest_away_from_the_bottom_without_chatter() {
     for integrator in BOTH {
-        let config = ChainMotionConfig {
-            friction: vec![JointFriction::coulomb(2.0)],
-            integrator,
-            ..Default::default()
-        };
+        let config = config(vec![JointFriction::coulomb(2.0)], integrator);
         let mut motion = ChainMotion::new(lever(DVec3::Y), &[0.3], &[0.0], config).unwrap();
         let mut reversals = 0;
         let mut last = 0.0;
@@ -111,11 +101,7 @@ fn a_loaded_arm_stays_exactly_at_rest_under_friction() {
     for integrator in BOTH {
         for _ in 0..20 {
             let dry = sampler.array_within([(0.1, 2.0); 7]);
-            let config = ChainMotionConfig {
-                friction: dry.map(JointFriction::coulomb).to_vec(),
-                integrator,
-                ..Default::default()
-            };
+            let config = config(dry.map(JointFriction::coulomb).to_vec(), integrator);
             let torques: Vec<f64> = (0..7)
                 .map(|i| gravity[i] + 0.999 * dry[i] * sampler.uniform(-1.0, 1.0))
                 .collect();
@@ -141,11 +127,7 @@ fn friction_only_takes_energy() {
                     viscous_n_m_s_per_rad: sampler.uniform(0.0, 0.5),
                 }
             });
-            let config = ChainMotionConfig {
-                friction: friction.collect(),
-                integrator,
-                ..Default::default()
-            };
+            let config = config(friction.collect(), integrator);
             let dynamics = iiwa7().with_gravity(DVec3::ZERO).unwrap();
             let qd = sampler.array_within([(-2.0, 2.0); 7]);
             let mut motion = ChainMotion::new(dynamics, &START, &qd, config).unwrap();

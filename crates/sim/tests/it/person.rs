@@ -23,11 +23,8 @@ fn sequence(seed: u64, count: usize) -> TouchSequence {
 
 #[test]
 fn minimum_jerk_peaks_at_1_875_times_distance_over_time() {
-    assert_eq!(
-        (minimum_jerk(0.0), minimum_jerk(0.5), minimum_jerk(1.0)),
-        (0.0, 0.5, 1.0)
-    );
-    assert_eq!((minimum_jerk(-1.0), minimum_jerk(7.0)), (0.0, 1.0));
+    let at = [-1.0, 0.0, 0.5, 1.0, 7.0].map(minimum_jerk);
+    assert_eq!(at, [0.0, 0.0, 0.5, 1.0, 1.0]);
     assert!(minimum_jerk(f64::NAN).is_nan());
 
     // A straight reach perpendicular to the surface is one such movement.
@@ -39,12 +36,8 @@ fn minimum_jerk_peaks_at_1_875_times_distance_over_time() {
     for seed in 0..20 {
         let person = Person::new(config, seed).unwrap();
         let target_m = config.hand_rest_m - DVec3::X * 0.4;
-        let sequence = person
-            .plan(&[TouchPlan {
-                target_m,
-                normal: DVec3::X * 3.0,
-            }])
-            .unwrap();
+        let normal = DVec3::X * 3.0;
+        let sequence = person.plan(&[TouchPlan { target_m, normal }]).unwrap();
         let touch = sequence.touches()[0];
         let reach_s = touch.press_s - touch.start_s;
         let speed = |i| {
@@ -52,11 +45,8 @@ fn minimum_jerk_peaks_at_1_875_times_distance_over_time() {
             sequence.true_index_velocity_m_per_s(t_s).length()
         };
         let peak = (0..=1000).map(speed).fold(0.0, f64::max);
-        assert_close!(
-            peak,
-            1.875 * (0.4 + touch.depth_m) / reach_s,
-            Tol::rel(1e-6)
-        );
+        let expected = 1.875 * (0.4 + touch.depth_m) / reach_s;
+        assert_close!(peak, expected, Tol::rel(1e-6));
     }
 }
 
@@ -65,9 +55,8 @@ fn same_seed_same_sequence_and_another_seed_another_person() {
     let times = || (0..3000).map(|i| f64::from(i) * 0.0137);
     let all = |seed| {
         let sequence = person(seed).plan(&plan(0, 10)).unwrap();
-        times()
-            .map(|t_s| sequence.sample(t_s))
-            .collect::<Vec<PersonSample>>()
+        let samples = times().map(|t_s| sequence.sample(t_s));
+        samples.collect::<Vec<PersonSample>>()
     };
     assert_eq!(all(5), all(5));
     assert_ne!(all(5), all(6));
@@ -76,14 +65,9 @@ fn same_seed_same_sequence_and_another_seed_another_person() {
 
     // The results are the same in any order.
     let sequence = person(5).plan(&plan(0, 10)).unwrap();
-    let mut backwards: Vec<_> = times()
-        .collect::<Vec<_>>()
-        .into_iter()
-        .rev()
-        .map(|t| sequence.sample(t))
-        .collect();
-    backwards.reverse();
-    assert_eq!(backwards, all(5));
+    for (t_s, sample) in times().zip(all(5)).collect::<Vec<_>>().into_iter().rev() {
+        assert_eq!(sequence.sample(t_s), sample, "{t_s} s");
+    }
     // Earlier touches do not depend on later ones.
     let shorter = person(5).plan(&plan(0, 10)[..4]).unwrap();
     assert_eq!(shorter.touches(), &sequence.touches()[..4]);
@@ -108,11 +92,8 @@ fn tracker_noise_has_the_configured_deviation_and_is_white() {
     for point in 0..5 {
         let mean = samples.iter().map(|s| s[point]).sum::<DVec3>() / f64::from(n);
         let variance = samples.iter().map(|s| s[point] * s[point]).sum::<DVec3>() / f64::from(n);
-        let neighbours = samples
-            .windows(2)
-            .map(|w| w[0][point] * w[1][point])
-            .sum::<DVec3>()
-            / f64::from(n);
+        let pairs = samples.windows(2).map(|w| w[0][point] * w[1][point]);
+        let neighbours = pairs.sum::<DVec3>() / f64::from(n);
         assert!(mean.abs().max_element() < 3e-5, "{mean}");
         for axis in 0..3 {
             assert_close!(variance[axis].sqrt(), 0.7e-3, Tol::rel(0.03));
@@ -160,22 +141,15 @@ fn the_hand_is_whole_and_moves_without_jumps() {
                 assert_close!(truth.gaze.length(), 1.0, Tol::abs(1e-12));
                 for (tip_m, last_m) in truth.tips_m.iter().zip(last.tips_m) {
                     assert!(tip_m.distance(truth.palm_m) < 0.65 * size);
-                    assert!(
-                        tip_m.distance(last_m) < 5e-3,
-                        "{} m in 1 ms",
-                        tip_m.distance(last_m)
-                    );
+                    let moved_m = tip_m.distance(last_m);
+                    assert!(moved_m < 5e-3, "{moved_m} m in 1 ms");
                 }
                 last = truth;
             }
             for touch in sequence.touches() {
                 let truth = sequence.truth(touch.contact_s);
-                assert!(
-                    truth
-                        .tips_m
-                        .iter()
-                        .all(|&tip_m| height(touch, tip_m) > -1e-9)
-                );
+                let outside = |&tip_m: &DVec3| height(touch, tip_m) > -1e-9;
+                assert!(truth.tips_m.iter().all(outside));
                 assert!(height(touch, truth.palm_m) > 0.0);
             }
         }
@@ -191,10 +165,8 @@ fn the_path_is_bowed_slightly() {
             let way = touch.target_m - from;
             let deviation = |i| {
                 let t_s = touch.start_s + (touch.contact_s - touch.start_s) * f64::from(i) / 100.0;
-                (sequence.true_index_tip(t_s) - from)
-                    .cross(way.normalize())
-                    .length()
-                    / way.length()
+                let gone = sequence.true_index_tip(t_s) - from;
+                gone.cross(way.normalize()).length() / way.length()
             };
             let largest = (0..=100).map(deviation).fold(0.0, f64::max);
             assert!((0.002..0.2).contains(&largest), "{largest}");
@@ -211,11 +183,8 @@ fn the_head_is_where_it_was_put_and_above_the_shoulder() {
         assert!(head_m.distance(DVec3::new(1.3, 0.0, 1.0)) < 6e-3);
     }
     // Facing -x, the right shoulder is at +y.
-    assert_close!(
-        person.shoulder_m(),
-        DVec3::new(1.3, 0.2, 0.7),
-        Tol::abs(1e-12)
-    );
+    let shoulder_m = DVec3::new(1.3, 0.2, 0.7);
+    assert_close!(person.shoulder_m(), shoulder_m, Tol::abs(1e-12));
 }
 
 #[test]
@@ -241,33 +210,16 @@ fn impossible_plans_are_errors_that_name_the_touch() {
         target_m: DVec3::new(1.2, 0.0, 0.5),
         normal: DVec3::X,
     };
-    let refused = person(0).plan(&[good, behind]);
-    assert!(
-        matches!(refused, Err(SimError::BehindSurface { touch: 1, .. })),
-        "{refused:?}"
-    );
-    for bad in [
-        TouchPlan {
-            target_m: DVec3::NAN,
-            ..good
-        },
-        TouchPlan {
-            normal: DVec3::NAN,
-            ..good
-        },
-        TouchPlan {
-            normal: DVec3::ZERO,
-            ..good
-        },
-        TouchPlan {
-            normal: DVec3::splat(f64::MAX),
-            ..good
-        },
-        TouchPlan {
-            target_m: DVec3::splat(-f64::MAX),
-            ..good
-        },
+    let refused = person(0).plan(&[good, behind]).unwrap_err();
+    assert!(matches!(refused, SimError::BehindSurface { touch: 1, .. }));
+    for (target_m, normal) in [
+        (DVec3::NAN, good.normal),
+        (good.target_m, DVec3::NAN),
+        (good.target_m, DVec3::ZERO),
+        (good.target_m, DVec3::splat(f64::MAX)),
+        (DVec3::splat(-f64::MAX), good.normal),
     ] {
+        let bad = TouchPlan { target_m, normal };
         assert!(person(0).plan(&[bad]).is_err(), "{bad:?}");
     }
 }

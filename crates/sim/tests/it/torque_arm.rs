@@ -2,7 +2,7 @@
 
 use crate::common::chain::BOTH;
 use crate::common::torque::{
-    arm, arm_by, arm_with, dynamics, force, kinematics, ms, overlay, start,
+    arm, arm_by, arm_with, dynamics, force, kinematics, moved, ms, overlay, start,
 };
 use hwall_haptics::{Arm, ArmCommand};
 use hwall_kinematics::glam::DVec3;
@@ -17,6 +17,10 @@ use hwall_sim::{
 use hwall_testkit::{Sampler, Tol, assert_close, refused};
 use std::f64::consts::TAU;
 use std::sync::Arc;
+
+fn four_joints() -> Chain {
+    Chain::new(Chain::iiwa7().joints()[..4].to_vec(), Pose::IDENTITY).unwrap()
+}
 
 fn weightless(config: TorqueConfig) -> TorqueArm {
     arm_with(dynamics().with_gravity(DVec3::ZERO).unwrap(), config)
@@ -74,11 +78,8 @@ fn overlays_change_by_one_newton_metre_in_a_millisecond_and_saturate() {
     arm.command(overlay(0, 10.5)).unwrap();
     for k in 1..=20 {
         ms(&mut arm, 1);
-        assert_close!(
-            arm.motor_torque()[0],
-            f64::from(k).min(10.5),
-            Tol::abs(1e-12)
-        );
+        let expected_n_m = f64::from(k).min(10.5);
+        assert_close!(arm.motor_torque()[0], expected_n_m, Tol::abs(1e-12));
     }
     arm.command(overlay(0, -5.0)).unwrap();
     ms(&mut arm, 4);
@@ -157,21 +158,18 @@ fn following(config: TorqueConfig) -> [f64; 3] {
 #[test]
 fn a_stream_is_followed_closely() {
     // With a command every millisecond, the delay lets the servo know the next commands.
-    let [rad, m, rest_m] = following(TorqueConfig {
+    let ideal = TorqueConfig {
         command_delay_s: 0.005,
         ..TorqueConfig::ideal()
-    });
-    println!("ideal: {rad:e} rad, {m:e} m, at rest {rest_m:e} m");
-    assert!(
-        rad < 2e-4 && m < 1e-4 && rest_m < 1e-9,
-        "{rad:e} {m:e} {rest_m:e}"
-    );
-    let [rad, m, rest_m] = following(TorqueConfig::default());
-    println!("default: {rad:e} rad, {m:e} m, at rest {rest_m:e} m");
-    assert!(
-        rad < 1e-3 && m < 6e-4 && rest_m < 3e-4,
-        "{rad:e} {m:e} {rest_m:e}"
-    );
+    };
+    for (name, config, most) in [
+        ("ideal", ideal, [2e-4, 1e-4, 1e-9]),
+        ("default", TorqueConfig::default(), [1e-3, 6e-4, 3e-4]),
+    ] {
+        let found = following(config);
+        println!("{name}: [rad, m, m at rest] {found:?}");
+        assert!((0..3).all(|i| found[i] < most[i]), "{name}: {found:?}");
+    }
 }
 
 #[test]
@@ -316,8 +314,7 @@ fn the_same_seed_gives_the_same_run_and_cuts_of_time_do_not_matter() {
 
 #[test]
 fn arms_of_fewer_joints_leave_the_rest_at_zero() {
-    let chain = Chain::iiwa7();
-    let short = Chain::new(chain.joints()[..4].to_vec(), Pose::IDENTITY).unwrap();
+    let short = four_joints();
     let model = ChainArm::new(short.clone()).unwrap();
     let dynamics = ChainDynamics::new(&short).unwrap();
     let begin = JointPositions([0.1, 0.5, 0.2, -0.8, 0.0, 0.0, 0.0]);
@@ -360,25 +357,24 @@ fn bad_input_is_refused() {
         Err(SimError::JointLimit { joint: 0, .. })
     ));
     assert!(at(JointPositions([nan; 7])).is_err());
-    let other = ChainDynamics::new(&Chain::iiwa14()).unwrap();
-    let mixed = TorqueArm::new(kinematics(), other, start(), default).map(|_| ());
-    assert!(matches!(mixed, Err(SimError::OtherArm { .. })));
-    let short = Chain::new(Chain::iiwa7().joints()[..4].to_vec(), Pose::IDENTITY).unwrap();
-    let short = ChainDynamics::new(&short).unwrap();
-    let mixed = TorqueArm::new(kinematics(), short, start(), default).map(|_| ());
-    assert!(matches!(mixed, Err(SimError::OtherArm { .. })));
+    for other in [Chain::iiwa14(), four_joints()] {
+        let other = ChainDynamics::new(&other).unwrap();
+        let mixed = TorqueArm::new(kinematics(), other, start(), default).map(|_| ());
+        assert!(matches!(mixed, Err(SimError::OtherArm { .. })), "{mixed:?}");
+    }
 
     let mut arm = arm(default);
     for dt_s in [0.0, -1e-3, nan, f64::INFINITY] {
         assert!(arm.advance(dt_s).is_err());
     }
     assert!(arm.apply_wrench(force(nan, 0.0, 0.0)).is_err());
-    assert!(arm.command(overlay(0, nan)).is_err());
-    assert!(
-        arm.command(ArmCommand::Position(JointPositions([nan; 7])))
-            .is_err()
-    );
-    assert!(arm.command(ArmCommand::Position(beyond)).is_err());
+    for command in [
+        overlay(0, nan),
+        ArmCommand::Position(JointPositions([nan; 7])),
+        ArmCommand::Position(beyond),
+    ] {
+        assert!(arm.command(command).is_err(), "{command:?}");
+    }
     ms(&mut arm, 10);
     assert_eq!(arm.q(), start());
     // Rejected commands leave the last one in force; too many are rejected.
@@ -411,9 +407,7 @@ fn nothing_is_allocated_after_construction() {
         let counted = allocation_counter::measure(|| {
             for k in 0..1500_usize {
                 let command = match k / 500 {
-                    0 => {
-                        ArmCommand::Position(JointPositions(start().0.map(|q| q + 1e-4 * k as f64)))
-                    }
+                    0 => ArmCommand::Position(moved(1e-4 * k as f64)),
                     1 => overlay(k % 7, 3.0),
                     _ => ArmCommand::Hold,
                 };

@@ -76,14 +76,9 @@ fn dropouts_occur_at_the_asked_rate_and_last() {
             assert_close!(mean_s, wanted_s, Tol::rel(0.1));
         }
         // Points are lost independently of each other.
-        let both = (0..n as usize)
-            .filter(|&k| !points[0][k] && !points[1][k])
-            .count();
-        assert_close!(
-            both as f64 / f64::from(n),
-            dropout * dropout,
-            Tol::new(1e-3, 0.25)
-        );
+        let both = (0..n as usize).filter(|&k| !points[0][k] && !points[1][k]);
+        let share = both.count() as f64 / f64::from(n);
+        assert_close!(share, dropout * dropout, Tol::new(1e-3, 0.25));
         // Visible points equal the tracker measurement.
         for sample in samples.iter().take(1000) {
             let measured = sequence.sample(sample.t_s);
@@ -93,13 +88,10 @@ fn dropouts_occur_at_the_asked_rate_and_last() {
         }
     }
     let never = sequence(PersonConfig::default(), 2, 1);
-    assert!((0..5000).all(|k| {
-        never
-            .tracked(f64::from(k) * 0.01)
-            .tips_m
-            .iter()
-            .all(Option::is_some)
-    }));
+    for k in 0..5000 {
+        let tips_m = never.tracked(f64::from(k) * 0.01).tips_m;
+        assert!(tips_m.iter().all(Option::is_some), "{tips_m:?}");
+    }
     let nothing = never.tracked(f64::NAN);
     assert!(nothing.palm_m.is_none() && nothing.head_m.is_none() && nothing.gaze.is_none());
 }
@@ -138,10 +130,8 @@ fn the_gaze_misses_and_leaves_as_often_as_asked() {
         for touch in sequence.touches() {
             let off = |t_s| {
                 let truth = sequence.truth(t_s);
-                truth
-                    .gaze
-                    .angle_between(touch.target_m - truth.head_m)
-                    .to_degrees()
+                let to_target_m = touch.target_m - truth.head_m;
+                truth.gaze.angle_between(to_target_m).to_degrees()
             };
             let (early, late) = (off(touch.start_s), off(touch.contact_s + 0.01));
             assert_eq!(touch.gaze_missed, early > 10.0, "{early}");
@@ -260,9 +250,7 @@ fn settings_out_of_their_range_are_named() {
 fn random_people_are_sound_and_unlike_each_other() {
     let people: Vec<_> = (0..1000).map(PersonConfig::random).collect();
     for (seed, config) in people.iter().enumerate() {
-        config
-            .validate()
-            .unwrap_or_else(|error| panic!("{seed}: {error}"));
+        assert_eq!(config.validate(), Ok(()), "{seed}");
         assert_eq!(*config, PersonConfig::random(seed as u64));
     }
     assert!(people.windows(2).all(|pair| pair[0] != pair[1]));

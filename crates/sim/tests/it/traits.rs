@@ -193,16 +193,10 @@ fn a_change_of_mind_is_smooth_and_told() {
             let share = (meant.switch_s - touch.start_s) / (touch.contact_s - touch.start_s);
             assert!((0.24..0.61).contains(&share), "{share}");
             // Until then, the path is that to the other target.
-            let straight = |target_m: DVec3| {
-                let from_m = sequence.true_index_tip(touch.start_s);
-                let gone = sequence.true_index_tip(meant.switch_s) - from_m;
-                gone.angle_between(target_m - from_m)
-            };
-            assert!(
-                straight(meant.target_m) < 0.35,
-                "{}",
-                straight(meant.target_m)
-            );
+            let from_m = sequence.true_index_tip(touch.start_s);
+            let gone_m = sequence.true_index_tip(meant.switch_s) - from_m;
+            let off_rad = gone_m.angle_between(meant.target_m - from_m);
+            assert!(off_rad < 0.35, "{off_rad}");
             // Position, velocity and acceleration stay bounded, tested in steps of 0.2 ms.
             let h = 2e-4;
             let steps = ((touch.press_s - touch.start_s) / h) as u32;
@@ -260,19 +254,11 @@ fn hands_that_stroke_move_along_the_surface_and_palms_that_push_face_it() {
         let [first, second] = [hand.touches()[0], hand.touches()[1]];
         let tip_m = |t_s: f64| hand.true_index_tip(t_s);
         assert!(tip_m(first.contact_s).distance(plan.target_m) < 1e-3);
-        let slid_m = tip_m(first.withdraw_s)
-            .with_x(0.0)
-            .distance(tip_m(first.contact_s).with_x(0.0));
-        let along = hand
-            .true_index_velocity_m_per_s(first.contact_s)
-            .with_x(0.0)
-            .length();
-        let strokes = gesture == Gesture::Stroking;
-        assert_eq!(
-            (slid_m > 0.04, along > 0.03),
-            (strokes, strokes),
-            "{slid_m} {along}"
-        );
+        let along = |v: DVec3| v.with_x(0.0).length();
+        let slid_m = along(tip_m(first.withdraw_s) - tip_m(first.contact_s));
+        let speed = along(hand.true_index_velocity_m_per_s(first.contact_s));
+        let strokes = [gesture == Gesture::Stroking; 2];
+        assert_eq!([slid_m > 0.04, speed > 0.03], strokes, "{slid_m} {speed}");
         // Position and velocity have no leap, and both rests are those of other hands.
         for at in [
             first.contact_s,
@@ -287,11 +273,8 @@ fn hands_that_stroke_move_along_the_surface_and_palms_that_push_face_it() {
         let back =
             |s: &hwall_sim::PersonSample| (s.tips_m[1] - s.palm_m).cross(s.tips_m[4] - s.palm_m);
         let faces = |s| -back(s).normalize().x;
-        assert_eq!(
-            faces(&touch) > 0.9,
-            gesture == Gesture::Pushing,
-            "{gesture:?}"
-        );
+        let pushes = gesture == Gesture::Pushing;
+        assert_eq!(faces(&touch) > 0.9, pushes, "{gesture:?}");
         assert!(faces(&rest) < 0.5);
         assert!(touch.tips_m.iter().all(|tip| tip.x > 0.599), "{gesture:?}");
     }

@@ -92,11 +92,15 @@ mod tests {
 
     #[test]
     fn what_is_no_address_is_said() {
-        let wrong = |text| socket_address(text).expect_err("refused");
-        assert!(wrong("localhost").contains("port is missing"));
-        assert!(wrong("localhost:fri").contains("no port"));
-        assert!(wrong("localhost:70000").contains("no port"));
-        assert!(wrong("no such host:1").contains("no such host"));
+        for (text, why) in [
+            ("localhost", "port is missing"),
+            ("localhost:fri", "no port"),
+            ("localhost:70000", "no port"),
+            ("no such host:1", "no such host"),
+        ] {
+            let said = socket_address(text).expect_err("refused");
+            assert!(said.contains(why), "{text}: {said}");
+        }
         assert!(host("no such host").is_err());
     }
 }

@@ -69,10 +69,8 @@ mod tests {
             let parsed = BaseFlag::parse(kind.name()).unwrap();
             assert!(matches!(parsed, BaseFlag::Corridor(found) if found == kind));
         }
-        assert!(matches!(
-            BaseFlag::parse("0.1,0,-0.2,90"),
-            Ok(BaseFlag::At(_))
-        ));
+        let place = BaseFlag::parse("0.1,0,-0.2,90");
+        assert!(matches!(place, Ok(BaseFlag::At(_))));
         for wrong in ["drive", "", "1,2,3", "0,0,NaN,0"] {
             let error = format!("{:#}", BaseFlag::parse(wrong).unwrap_err());
             assert!(error.contains("drives"), "{error}");

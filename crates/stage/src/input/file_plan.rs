@@ -213,26 +213,18 @@ mod tests {
     #[test]
     fn two_outputs_of_one_name_are_refused() {
         let path = scratch("two").join("x");
-        let plan = FilePlan::default()
-            .write("--json", Some(&path))
-            .write("--md", Some(&path));
-        let text = said(&plan);
+        let plan = FilePlan::default().write("--json", Some(&path));
+        let text = said(&plan.write("--md", Some(&path)));
         assert!(text.contains("--json") && text.contains("--md"), "{text}");
     }
 
     #[test]
     fn an_output_that_cannot_be_written_is_named_before_the_work() {
         let folder = scratch("unwritable");
-        let file = folder.join("file");
-        std::fs::write(&file, "").unwrap();
-        let named_as_folder = folder.join("new/");
-        for path in [
-            folder.clone(),
-            file.join("x"),
-            file.join("x/y"),
-            named_as_folder,
-        ] {
-            let text = said(&FilePlan::default().write("--out", Some(&path)));
+        std::fs::write(folder.join("file"), "").unwrap();
+        let paths = ["file/x", "file/x/y", "new/"].map(|name| folder.join(name));
+        for path in paths.iter().chain([&folder]) {
+            let text = said(&FilePlan::default().write("--out", Some(path)));
             assert!(text.contains("--out"), "{text}");
         }
         let deep = folder.join("new/deep");

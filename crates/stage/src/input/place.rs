@@ -387,10 +387,7 @@ mod tests {
         }
         // Nothing shows that the clustered ends are not on a wall, and the remark says so.
         let found = reaches_to_contact(&recording(false, false), true).expect("reaches");
-        assert!(
-            found.remark.contains("closest together"),
-            "{}",
-            found.remark
-        );
+        let remark = found.remark;
+        assert!(remark.contains("closest together"), "{remark}");
     }
 }

@@ -125,11 +125,8 @@ mod tests {
         ] {
             let said = looks_like(&scene);
             let flags = ["--scale 0.01", "--scale 0.001", "--up y"];
-            assert_eq!(
-                flags.map(|flag| said.split("; ").any(|s| s.ends_with(flag))),
-                hints,
-                "{said}"
-            );
+            let found = flags.map(|flag| said.split("; ").any(|s| s.ends_with(flag)));
+            assert_eq!(found, hints, "{said}");
         }
         assert!(looks_like(&room(|p| 100.0 * p)).contains("400.00 x 500.00 x 250.00 m"));
         // A single wall is not a floor, whatever it faces; a flat one is not a wall.

@@ -82,17 +82,18 @@ mod tests {
                     ann,1,0,0,0,0\nann,1,1,0,0,0\nann,2,0,0,0,0\nbob,2,0,0,0,0\nbob,2,1,0,0,0\nbob,2,2,0,0,0\n";
         let read = |wanted| said("several.csv", rows, wanted);
         let refused = read(None).unwrap_err();
-        assert!(
-            refused.contains("3 trials")
-                && refused.contains("--trial chooses, here ann/1, ann/2, bob/2"),
-            "{refused}"
-        );
+        for part in ["3 trials", "--trial chooses, here ann/1, ann/2, bob/2"] {
+            assert!(refused.contains(part), "{refused}");
+        }
         assert_eq!(read(Some("1")), Ok(2));
         assert_eq!(read(Some("bob/2")), Ok(3));
         for wrong in ["2", "3", "", "ann"] {
             let refused = read(Some(wrong)).unwrap_err();
             assert!(refused.contains("there are ann/1"), "{refused}");
         }
+        let nobody = "trial,t,palm_x,palm_y,palm_z\n1,0,0,0,0\n2,0,0,0,0\n";
+        let refused = said("nobody.csv", nobody, None).unwrap_err();
+        assert!(refused.contains("here 1, 2"), "{refused}");
         let one = "t,palm_x,palm_y,palm_z\n0,0,0,0\n";
         assert_eq!(said("one.csv", one, None), Ok(1));
         assert!(said("one.csv", one, Some("1")).is_err());

@@ -84,10 +84,8 @@ mod tests {
         arm.command(ArmCommand::Position(goal)).expect("taken");
         let mut touching = Touching::new(&board);
         for ms in 1..=20 {
-            let until_s = 1e-3 * f64::from(ms);
-            touching
-                .advance(&mut arm, until_s, None, None)
-                .expect("a step");
+            let step = touching.advance(&mut arm, 1e-3 * f64::from(ms), None, None);
+            step.expect("a step");
         }
         assert_eq!(touching.skipped_s(), 0.0);
         let push = Wrench {
@@ -95,9 +93,8 @@ mod tests {
             ..Wrench::default()
         };
         arm.apply_wrench(push).expect("finite");
-        touching
-            .advance(&mut arm, 30_000.0, None, None)
-            .expect("a step");
+        let step = touching.advance(&mut arm, 30_000.0, None, None);
+        step.expect("a step");
         let state = arm.state().expect("a state");
         assert!((state.t_s - 0.12).abs() < 1e-9, "{} s", state.t_s);
         assert!((state.t_s + touching.skipped_s() - 30_000.0).abs() < 1e-9);

@@ -282,10 +282,8 @@ mod tests {
         };
         let options = Options::of(&source.to_setup().unwrap()).unwrap();
         assert_eq!(options.base.origin_m, source.base.origin_m);
-        assert_eq!(
-            options.base.yaw_rad.to_bits(),
-            source.base.yaw_rad.to_bits()
-        );
+        let bits = [options.base, source.base].map(|base| base.yaw_rad.to_bits());
+        assert_eq!(bits[0], bits[1]);
         assert_eq!(options.training_people, people);
         assert_eq!(&options.likely_touches, source.likely_touches);
         assert_eq!((options.textured, options.level), (false, ArmLevel::Torque));
@@ -323,10 +321,8 @@ mod tests {
             let mut read = SessionSettings::of(source.scenery);
             set_from(&run, &mut read).unwrap();
             assert_eq!(read.filter, filter);
-            let others = (read.sees_head, read.watches_head);
-            assert_eq!(others, (false, true));
-            let times_s = (read.link_s, read.arm_minus_tracker_s);
-            assert_eq!(times_s, (0.2, -0.1));
+            assert_eq!((read.sees_head, read.watches_head), (false, true));
+            assert_eq!((read.link_s, read.arm_minus_tracker_s), (0.2, -0.1));
         }
         let mut others = settings;
         others.filter.max_gap_s += 0.1;
@@ -350,10 +346,8 @@ mod tests {
             std::fs::write(&path, bytes).unwrap();
             path
         };
-        let obj = file(
-            "room.obj",
-            b"# M\xfcller\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
-        );
+        let triangle = b"# M\xfcller\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+        let obj = file("room.obj", triangle);
         file("room.toml", b"\xef\xbb\xbf# M\xc3\xbcller\n");
         let urdf = file("arm.urdf", b"<!-- M\xfcller --><robot/>");
         let built_in = BuiltInRoom::new().unwrap();
@@ -400,9 +394,7 @@ mod tests {
         let (built_in, people) = (BuiltInRoom::new().unwrap(), TrainingPeople::default());
         let walls = Walls::default();
         let mut settings = SessionSettings::of(built_in.scenery(&walls, &people, true));
-        let error = set_from(&Run::default(), &mut settings)
-            .unwrap_err()
-            .to_string();
-        assert!(error.contains("hand_filter"), "{error}");
+        let error = set_from(&Run::default(), &mut settings).unwrap_err();
+        assert!(error.to_string().contains("hand_filter"), "{error}");
     }
 }

@@ -27,28 +27,20 @@ fn a_dozen_touches_led_end_to_end_are_safe_and_beside_the_others_in_the_tables()
     assert!(line.contains("no push: what gives way") && line.contains("no grasp"));
     let stage = Stage::of(&scenery, &predictors, 2e-3);
     let runs = people::run(&stage, &cast, |_| {}).unwrap();
-    let reachable = runs[0]
-        .touches
-        .iter()
-        .filter(|t| t.outcome.unreachable.is_none());
+    let touches = runs[0].touches.iter().map(|touch| &touch.outcome);
+    let reachable = touches.filter(|outcome| outcome.unreachable.is_none());
     let near = reachable
         .clone()
-        .filter(|t| t.outcome.gap_m < 0.05 && t.outcome.offset_m < 0.1);
+        .filter(|outcome| outcome.gap_m < 0.05 && outcome.offset_m < 0.1);
     let (near, all) = (near.count(), reachable.count());
-    assert!(
-        5 * near >= all,
-        "{near} of {all} under the hand within 5 cm"
-    );
+    let said = format!("{near} of {all} under the hand within 5 cm");
+    assert!(5 * near >= all, "{said}");
     assert_eq!(runs[0].run.leader, PredictorKind::EndToEnd);
     let table = tables::table(&runs, &walls.maps, Duration::ZERO).to_string();
-    assert!(
-        table.contains("| end-to-end") && !table.contains("NaN"),
-        "{table}"
-    );
+    assert!(table.contains("| end-to-end"), "{table}");
+    assert!(!table.contains("NaN"), "{table}");
     let right = tables::who_was_right(&runs).to_string();
     let header = right.lines().next().unwrap();
-    assert!(
-        header.contains("end-to-end, ms") && header.contains("ray cast, ms"),
-        "{header}"
-    );
+    assert!(header.contains("end-to-end, ms"), "{header}");
+    assert!(header.contains("ray cast, ms"), "{header}");
 }

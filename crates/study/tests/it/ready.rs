@@ -1,24 +1,15 @@
 //! The dissertation's studies as ready protocols, with simulated participants and with scripted people.
 
-use crate::common::{Counting, Script, folder};
+use crate::common::{self, Counting, Script, folder, once_by};
 use hwall_study::{
     Durability, EXPERIMENT_2_MEANS, ParticipantConfig, Participants, Patch, Procedure, Protocol,
-    ReadyProtocol, Roughness, SimulatedStage, Simulation, Stimulus, Study, StudyError, StudyFactor,
-    StudyReport, Surface, conduct, planted_for, ratings, sign_power, simulate,
+    ReadyProtocol, Roughness, Stimulus, Study, StudyError, StudyFactor, StudyReport, Surface,
+    conduct, planted_for, ratings, sign_power,
 };
 
 fn simulated(name: &str, protocol: Protocol, participants: ParticipantConfig) -> Study {
-    let who = Participants::Simulated {
-        once_per_condition: true,
-    };
     let folder = folder(&format!("ready-{name}"));
-    let mut study = Study::create(&folder, protocol, who, Durability::System).unwrap();
-    let simulation = Simulation {
-        participants,
-        once_per_condition: true,
-        kill_after: None,
-    };
-    simulate(&mut study, &SimulatedStage::new().unwrap(), &simulation).unwrap();
+    let study = common::simulated(&folder, protocol, &once_by(participants));
     // The log holds the same study.
     assert_eq!(Study::read(&folder).unwrap(), study.record());
     let _ = std::fs::remove_dir_all(&folder);
@@ -37,10 +28,8 @@ fn every_ready_protocol_can_be_run() {
         let protocol = ready.protocol();
         protocol.validate().unwrap();
         Stimulus::check_all(&protocol).unwrap();
-        assert_eq!(
-            (protocol.subjects, protocol.conditions()),
-            (subjects, trials)
-        );
+        assert_eq!(protocol.subjects, subjects);
+        assert_eq!(protocol.conditions(), trials);
         assert_eq!(ReadyProtocol::named(ready.name()), Ok(ready));
         assert_eq!(ReadyProtocol::of(&protocol), Some(ready));
         assert!(ready.is_comparable(&protocol));
@@ -133,16 +122,10 @@ fn planted_means_of_questions_come_back() {
     assert_eq!(found.len(), 3);
     for (found, planted) in found.iter().zip(EXPERIMENT_2_MEANS) {
         // The end of the scale reduces the mean slightly.
-        assert!(
-            (found.mean - planted).abs() < 0.25,
-            "{} {planted}",
-            found.mean
-        );
-        assert!(
-            found
-                .wilcoxon
-                .is_some_and(|w| w.p < 1e-6 && w.rank_biserial > 0.8)
-        );
+        let off = found.mean - planted;
+        assert!(off.abs() < 0.25, "{} {planted}", found.mean);
+        let wilcoxon = found.wilcoxon.unwrap();
+        assert!(wilcoxon.p < 1e-6 && wilcoxon.rank_biserial > 0.8);
         let [low, high] = found.median.ci.unwrap();
         assert!(low <= found.median.value && found.median.value <= high);
     }
@@ -163,21 +146,12 @@ fn with_people(name: &str, protocol: Protocol, answer: f64) -> (Study, Script, C
 fn people_touch_the_whiteboard_without_the_arm() {
     let protocol = ReadyProtocol::Experiment1.protocol();
     let (study, person, arm) = with_people("whiteboard", protocol, 5.0);
-    assert!(
-        arm.0
-            .iter()
-            .all(|s| s.surface == Surface::Wall && s.speed_mm_per_s == 0.0)
-    );
+    let is_still_wall = |s: &Stimulus| s.surface == Surface::Wall && s.speed_mm_per_s == 0.0;
+    assert!(arm.0.iter().all(is_still_wall));
     assert_eq!(arm.0.len(), 8);
-    let count = |what: &str| {
-        person
-            .asked
-            .iter()
-            .filter(|text| text.contains(what))
-            .count()
-    };
-    assert_eq!(count("Touch the whiteboard now"), 8);
-    assert_eq!(count("more like a real wall"), 8);
+    for words in ["Touch the whiteboard now", "more like a real wall"] {
+        assert_eq!(person.asked_with(words).count(), 8, "{words}");
+    }
     // The second touch always felt more real: the condition, if it came second.
     let record = study.record();
     for trial in &record.trials {
@@ -186,10 +160,8 @@ fn people_touch_the_whiteboard_without_the_arm() {
     }
     let found = &ratings(&record).unwrap()[0];
     let second = record.trials.iter().filter(|r| r.trial.second).count() as u64;
-    assert_eq!(
-        (found.signs.positive, found.signs.negative),
-        (second, 8 - second)
-    );
+    assert_eq!(found.signs.positive, second);
+    assert_eq!(found.signs.negative, 8 - second);
 }
 
 #[test]
@@ -198,22 +170,17 @@ fn people_get_each_question_in_its_words() {
     let wanted = protocol.questions.clone();
     let (study, person, _) = with_people("asked", protocol, 4.0);
     for question in &wanted {
-        assert_eq!(
-            person.asked.iter().filter(|text| *text == question).count(),
-            8
-        );
+        let asked = person.asked.iter().filter(|text| *text == question);
+        assert_eq!(asked.count(), 8);
     }
-    let found = ratings(&study.record()).unwrap();
-    assert!(
-        found
-            .iter()
-            .all(|r| r.counts == [0, 0, 0, 8, 0] && (r.signs.p - 2.0 / 256.0).abs() < 1e-12)
-    );
+    for found in ratings(&study.record()).unwrap() {
+        assert_eq!(found.counts, [0, 0, 0, 8, 0]);
+        assert!((found.signs.p - 2.0 / 256.0).abs() < 1e-12);
+    }
     let report = StudyReport::of(&study.record()).unwrap().to_markdown(&[]);
-    assert!(
-        report.contains(&wanted[1]) && report.contains("question 2"),
-        "{report}"
-    );
+    for part in [wanted[1].as_str(), "question 2"] {
+        assert!(report.contains(part), "{part}: {report}");
+    }
 }
 
 /// The experimenter is asked to exchange patches when they change; their numbers reveal nothing.
@@ -226,22 +193,11 @@ fn patches_are_exchanged_when_they_change() {
     let (_, person, arm) = with_people("patches", protocol, 5.0);
     let shown: Vec<Option<Patch>> = arm.0.iter().map(|s| s.patch).collect();
     let changes = 1 + shown.windows(2).filter(|pair| pair[0] != pair[1]).count();
-    let asked: Vec<&String> = person
-        .asked
-        .iter()
-        .filter(|text| text.contains("on the board"))
-        .collect();
-    assert_eq!(asked.len(), changes);
-    assert!(
-        asked
-            .iter()
-            .all(|text| text.contains("patch 2") || text.contains("patch 3"))
-    );
-    let all = person.said.iter().chain(&person.asked);
-    assert!(
-        all.clone()
-            .all(|text| !text.contains("cone") && !text.contains("study-3"))
-    );
+    let mut asked = person.asked_with("on the board");
+    assert_eq!(person.asked_with("on the board").count(), changes);
+    assert!(asked.all(|text| text.contains("patch 2") || text.contains("patch 3")));
+    let mut all = person.said.iter().chain(&person.asked);
+    assert!(all.all(|text| !text.contains("cone") && !text.contains("study-3")));
 }
 
 /// Every patch with elongated bumps feels rougher across the bumps than along them; the effect of the force is unchanged.
@@ -258,10 +214,8 @@ fn patches_feel_as_their_model_says() {
     };
     for patch in Patch::ALL {
         let [along, across] = [0.0, 90.0].map(|deg| felt(patch, deg).unwrap());
-        assert!(
-            along < across && along.is_finite(),
-            "{patch:?} {along} {across}"
-        );
+        assert!(along < across, "{patch:?} {along} {across}");
+        assert!(along.is_finite());
     }
     let no_patch = Stimulus::default();
     let same = roughness.ln(no_patch.angle_deg, no_patch.speed_mm_per_s);

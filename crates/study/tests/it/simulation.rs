@@ -1,43 +1,23 @@
 //! Whole studies with simulated participants.
 
-use crate::common;
+use crate::common::{self, ONCE, STAGE, once_by};
 use hwall::psychophysics::{Analysis, Effect, ErrorModel};
 use hwall_study::{
     Adaptive, AdaptiveThreshold, Answer, Durability, Fault, NextStep, ParticipantConfig,
     Participants, PlannedTrial, Presentation, Procedure, Protocol, Rendered, Roughness,
-    SimulatedParticipant, SimulatedStage, Simulation, Stimulus, Study, StudyFactor, StudyReport,
-    Surface, TrialKind, promised_power, simulate, write_attempts, write_trials,
+    SimulatedParticipant, Simulation, Stimulus, Study, StudyFactor, StudyReport, Surface,
+    TrialKind, promised_power, simulate, write_attempts, write_trials,
 };
 use std::fs;
 use std::path::PathBuf;
-use std::sync::LazyLock;
-
-/// Shared by all tests, because its maps take a second.
-static STAGE: LazyLock<SimulatedStage> = LazyLock::new(|| SimulatedStage::new().unwrap());
-
-/// Each condition once.
-const ONCE: Participants = Participants::Simulated {
-    once_per_condition: true,
-};
 
 fn folder(name: &str) -> PathBuf {
     common::folder(&format!("run-{name}"))
 }
 
-/// A simulation with these participants, each condition presented once.
-fn once_by(participants: ParticipantConfig) -> Simulation {
-    Simulation {
-        participants,
-        once_per_condition: true,
-        ..Simulation::default()
-    }
-}
-
 /// A whole study.
 fn simulated(name: &str, protocol: Protocol, simulation: &Simulation) -> Study {
-    let mut study = Study::create(&folder(name), protocol, ONCE, Durability::System).unwrap();
-    simulate(&mut study, &STAGE, simulation).unwrap();
-    study
+    common::simulated(&folder(name), protocol, simulation)
 }
 
 /// A study that is killed after every `after` trials, and resumed.
@@ -97,13 +77,12 @@ fn what_is_rendered_is_what_was_wanted() {
                 let least_n = if surface == Surface::Door { 1.0 } else { 3.0 };
                 assert!((least_n..15.0).contains(&shown.force_n.unwrap()));
                 assert!(shown.contact_s > 0.5);
-                // A door yields while its texture moves.
-                if surface == Surface::Door {
-                    assert!(shown.moved.unwrap().abs() > 0.003);
-                }
-                // A panel moves with the finger.
-                if surface == Surface::Panel {
-                    assert!((0.003..0.008).contains(&shown.moved.unwrap()));
+                match surface {
+                    // A door yields while its texture moves.
+                    Surface::Door => assert!(shown.moved.unwrap().abs() > 0.003),
+                    // A panel moves with the finger.
+                    Surface::Panel => assert!((0.003..0.008).contains(&shown.moved.unwrap())),
+                    _ => {}
                 }
             }
         }
@@ -126,10 +105,8 @@ fn a_killed_study_resumes_to_the_same_tables() {
     let simulation = once_by(ParticipantConfig::default());
     let whole = tables(&simulated("whole", protocol(3, 5), &simulation));
     assert_eq!(whole[1].lines().count(), 1 + 3 * 8);
-    assert_eq!(
-        tables(&killed("killed", protocol(3, 5), &simulation, 5)),
-        whole
-    );
+    let killed = killed("killed", protocol(3, 5), &simulation, 5);
+    assert_eq!(tables(&killed), whole);
     let header = whole[0].lines().next().unwrap();
     let begins = header.starts_with("subject,trial,block,angle,speed,wanted_angle_deg");
     let ends = header.ends_with("answer,answered_s,valid,why_not");
@@ -154,11 +131,8 @@ fn planted_effects_come_back() {
     let mut ordered = 0;
     let mut found = [0_usize; 2];
     for seed in 0..SEEDS {
-        let study = simulated(
-            &format!("seed-{seed}"),
-            protocol(SUBJECTS, seed),
-            &simulation,
-        );
+        let protocol = protocol(SUBJECTS, seed);
+        let study = simulated(&format!("seed-{seed}"), protocol, &simulation);
         let report = StudyReport::of(&study.record()).unwrap();
         let analysis = report.analysis.as_ref().unwrap();
         for (count, effect) in found.iter_mut().zip(["angle", "speed"]) {
@@ -166,9 +140,8 @@ fn planted_effects_come_back() {
             *count += usize::from(p < 0.05);
         }
         let [angle, speed] = [&report.groups[0], &report.groups[1]];
-        let right =
-            angle.is_less("0", "45") && angle.is_less("45", "90") && speed.is_less("20", "80");
-        ordered += usize::from(right);
+        let by_angle = angle.is_less("0", "45") && angle.is_less("45", "90");
+        ordered += usize::from(by_angle && speed.is_less("20", "80"));
         let text = report.to_markdown(&[("means.svg", "Means")]);
         for part in ["12 simulated subjects met 6 conditions", "(means.svg)"] {
             assert!(text.contains(part), "{part}: {text}");
@@ -270,14 +243,12 @@ fn thresholds_of_two_intervals_are_those_that_were_planted() {
         assert!(is_near, "{procedure:?}: {mean}, planted {truth}");
     }
     let speed = |levels: &[&str]| StudyFactor::new("speed", levels.iter().copied());
+    let angle = StudyFactor::new("angle", ["0", "90"]);
     for factors in [
         vec![speed(&["20", "40"])],
         vec![speed(&["0", "40", "60"])],
         vec![speed(&["20", "60", "40"])],
-        vec![
-            speed(&["20", "40", "60"]),
-            StudyFactor::new("angle", ["0", "90"]),
-        ],
+        vec![speed(&["20", "40", "60"]), angle],
     ] {
         let protocol = Protocol {
             factors,
@@ -318,9 +289,8 @@ fn the_study_of_the_dissertation_comes_back() {
         assert!(rougher.iter().all(|more| angle.is_less("0", more)));
         assert!(report.groups[1].is_less("0", "80"));
         let rough = ["63.43", "71.57", "90"];
-        let alike = rough
-            .iter()
-            .all(|a| rough.iter().all(|b| !angle.is_less(a, b)));
+        let is_alike = |a: &&str| rough.iter().all(|b| !angle.is_less(a, b));
+        let alike = rough.iter().all(is_alike);
         grouped += usize::from(alike && rough.iter().all(|more| angle.is_less("45", more)));
     }
     assert!(grouped >= 3, "{grouped} of 5");

@@ -23,11 +23,8 @@ fn the_order_of_roughness_is_that_of_the_levels() {
     assert_eq!([of(0), of(1), of(2)], [5.0, 1.0, 3.0]);
     assert_eq!(encoding.level(3), None);
     for (roughness, magnitude) in [(-9.0, 1.0), (0.2, 1.0), (0.3, 1.0), (0.31, 3.0), (9.0, 5.0)] {
-        assert_eq!(
-            encoding.level_for(roughness).unwrap().magnitude,
-            magnitude,
-            "{roughness}"
-        );
+        let level = encoding.level_for(roughness).unwrap();
+        assert_eq!(level.magnitude, magnitude, "{roughness}");
     }
     assert_eq!(encoding.level_for(f64::NAN), None);
     assert_eq!(encoding.least_step(), Some(2.0));
@@ -71,10 +68,8 @@ fn single_equal_and_too_many() {
     let equal = Encoding::new(&[0.5; 3], &three).unwrap();
     let got: Vec<f64> = (0..3).map(|i| equal.level(i).unwrap().magnitude).collect();
     assert_eq!(got, [1.0, 2.0, 4.0]);
-    assert_eq!(
-        magnitudes(&Encoding::new(&[0.2, 0.1], &levels(&[3.0; 4])).unwrap()),
-        [3.0; 2]
-    );
+    let alike = Encoding::new(&[0.2, 0.1], &levels(&[3.0; 4])).unwrap();
+    assert_eq!(magnitudes(&alike), [3.0; 2]);
     let few = |wanted, levels| Err(TextonError::TooFewLevels { wanted, levels });
     assert_eq!(Encoding::new(&[1.0; 4], &three), few(4, 3));
     assert_eq!(Encoding::new(&[], &three), few(0, 3));
@@ -129,11 +124,7 @@ fn the_largest_set_that_differs_pairwise() {
         }
         let found = discriminable(&magnitudes, &pairs).unwrap();
         assert!(found.len() >= 9);
-        assert!(
-            found
-                .windows(2)
-                .all(|w| magnitudes[w[0]] <= magnitudes[w[1]])
-        );
+        assert!(found.is_sorted_by_key(|level| magnitudes[*level]));
         for (i, a) in found.iter().enumerate() {
             for b in &found[..i] {
                 assert!(pairs.contains(&[*a, *b]) || pairs.contains(&[*b, *a]));
@@ -177,28 +168,17 @@ fn a_roughness_map_is_bilinear_between_the_middles_of_pixels() {
     assert_eq!(map.at(dvec2(f64::NAN, 0.5)), None);
     let single = RoughnessMap::new(1, 1, vec![0.4]).unwrap();
     assert_eq!(single.at(dvec2(0.3, 0.9)), Some(f64::from(0.4_f32)));
-    assert_eq!(
-        SurfaceRoughness::Uniform(0.7).at(dvec2(0.1, 0.1)),
-        Some(0.7)
-    );
-    for surface in [
-        SurfaceRoughness::Uniform(0.7),
-        SurfaceRoughness::Map(single),
-    ] {
+    let uniform = SurfaceRoughness::Uniform(0.7);
+    assert_eq!(uniform.at(dvec2(0.1, 0.1)), Some(0.7));
+    for surface in [uniform, SurfaceRoughness::Map(single)] {
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             assert_eq!(surface.at(dvec2(bad, 0.0)), None);
             assert_eq!(surface.at(dvec2(0.1, bad)), None);
         }
     }
-    for bad in [
-        (0, 0, vec![]),
-        (2, 2, vec![1.0; 3]),
-        (usize::MAX, 2, vec![1.0]),
-    ] {
-        assert!(matches!(
-            RoughnessMap::new(bad.0, bad.1, bad.2),
-            Err(TextonError::MapSize { .. })
-        ));
+    for (width, height, values) in [(0, 0, 0), (2, 2, 3), (usize::MAX, 2, 1)] {
+        let map = RoughnessMap::new(width, height, vec![1.0; values]);
+        assert!(matches!(map, Err(TextonError::MapSize { .. })), "{map:?}");
     }
     assert!(RoughnessMap::new(1, 1, vec![f32::NAN]).is_err());
 }

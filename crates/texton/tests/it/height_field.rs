@@ -2,9 +2,10 @@
 
 use crate::common::bumps::sized;
 use crate::common::pictures::picture;
-use crate::common::scratch::Scratch;
+use crate::common::refusals::{pixel, refused};
+use crate::common::scratch::scratch;
 use glam::{DVec2, dvec2};
-use hwall_texton::{HeightField, HeightSource, Patch, TextonError, Texture};
+use hwall_texton::{HeightField, HeightSource, Patch, RoughnessMap, TextonError, Texture};
 use std::path::Path;
 
 fn patch() -> Patch {
@@ -53,8 +54,7 @@ fn heights_are_those_of_the_surface() {
 
 #[test]
 fn pictures_read_back_to_the_bit() {
-    let scratch = Scratch::new("read-back");
-    let path = scratch.file("patch.exr");
+    let path = scratch("read-back.exr");
     let field = patch().height_field(0.1).unwrap();
     field.write_exr(&path).unwrap();
     let first = std::fs::read(&path).unwrap();
@@ -77,8 +77,7 @@ fn pictures_read_back_to_the_bit() {
 
 #[test]
 fn normals_are_unit_and_point_away() {
-    let scratch = Scratch::new("normals");
-    let path = scratch.file("normals.exr");
+    let path = scratch("normals.exr");
     let field = patch().height_field(0.05).unwrap();
     field.write_normal_exr(&path).unwrap();
     let blue = HeightSource {
@@ -100,26 +99,16 @@ fn normals_are_unit_and_point_away() {
 
 #[test]
 fn measured_pictures_are_read_with_what_is_given() {
-    let scratch = Scratch::new("foreign");
-    let path = scratch.file("scan.exr");
-    foreign(
-        &path,
-        (3, 2),
-        &[("depth", vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0])],
-    );
+    let path = scratch("scan.exr");
+    let depths = vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+    foreign(&path, (3, 2), &[("depth", depths)]);
     let unknown = HeightField::read_exr(&path, &HeightSource::default());
-    assert_eq!(
-        unknown,
-        Err(TextonError::Attribute {
-            name: "pixel pitch"
-        })
-    );
+    let name = "pixel pitch";
+    assert_eq!(unknown, Err(TextonError::Attribute { name }));
     let field = HeightField::read_exr(&path, &hundredths(1e-3)).unwrap();
     // The lowest row first.
-    assert_eq!(
-        field.heights_mm(),
-        &[0.004, 0.005, 0.006, 0.001, 0.002, 0.003]
-    );
+    let heights_mm: [f32; 6] = [0.004, 0.005, 0.006, 0.001, 0.002, 0.003];
+    assert_eq!(field.heights_mm(), heights_mm);
     let mesh = field.mesh(1.0, 1_000).unwrap().check();
     assert!(mesh.is_solid(), "{mesh:?}");
     assert_eq!(mesh.euler, 2);
@@ -127,44 +116,27 @@ fn measured_pictures_are_read_with_what_is_given() {
 
 #[test]
 fn wrong_pictures_are_refused() {
-    let scratch = Scratch::new("wrong");
-    let path = scratch.file("x.exr");
+    let path = scratch("wrong.exr");
     let read = || HeightField::read_exr(&path, &hundredths(1.0));
     assert!(matches!(read(), Err(TextonError::File { .. })));
     foreign(&path, (2, 1), &[("R", vec![0.0; 2]), ("G", vec![0.0; 2])]);
     assert!(matches!(read(), Err(TextonError::Channel { .. })));
     foreign(&path, (2, 2), &[("Y", vec![0.0, 1.0, 2.0, f32::NAN])]);
-    assert!(matches!(
-        read(),
-        Err(TextonError::Pixel {
-            column: 1,
-            row: 1,
-            ..
-        })
-    ));
-    patch()
-        .height_field(0.05)
-        .unwrap()
-        .write_exr(&path)
-        .unwrap();
+    assert_eq!(pixel(read()), [1, 1]);
+    let field = patch().height_field(0.05).unwrap();
+    field.write_exr(&path).unwrap();
     let whole = std::fs::read(&path).unwrap();
     for length in [0, 100, whole.len() / 2, whole.len() - 1] {
         std::fs::write(&path, &whole[..length]).unwrap();
         assert!(matches!(read(), Err(TextonError::File { .. })), "{length}");
     }
     for (columns, values) in [(2, 3), (0, 0), (0, 3), (2, 0)] {
-        let refused = HeightField::new(columns, 0.1, vec![0.0; values]);
-        assert!(matches!(refused, Err(TextonError::MapSize { .. })));
+        let odd = HeightField::new(columns, 0.1, vec![0.0; values]);
+        assert!(matches!(odd, Err(TextonError::MapSize { .. })));
     }
     // The lowest row comes first and is the last from the top.
-    assert!(matches!(
-        HeightField::new(2, 0.1, vec![0.0, f32::INFINITY, 0.0, 0.0, 0.0, 0.0]),
-        Err(TextonError::Pixel {
-            column: 1,
-            row: 2,
-            ..
-        })
-    ));
+    let heights = vec![0.0, f32::INFINITY, 0.0, 0.0, 0.0, 0.0];
+    assert_eq!(pixel(HeightField::new(2, 0.1, heights)), [1, 2]);
 }
 
 #[test]
@@ -182,8 +154,7 @@ fn a_height_field_becomes_a_solid() {
 /// Regression: only pixels were bounded, not channels and layers, so 632 bytes requested 1.17 GB.
 #[test]
 fn a_small_file_cannot_ask_for_much_memory() {
-    let scratch = Scratch::new("bomb");
-    let path = scratch.file("x.exr");
+    let path = scratch("bomb.exr");
     let names: Vec<String> = (0..8).map(|i| format!("c{i}")).collect();
     let channels: Vec<(&str, Vec<f32>)> =
         names.iter().map(|n| (n.as_str(), vec![0.0; 4])).collect();
@@ -201,6 +172,10 @@ fn a_small_file_cannot_ask_for_much_memory() {
         channel: Some("c0".to_owned()),
         ..hundredths(1.0)
     };
-    let error = HeightField::read_exr(&path, &source).unwrap_err();
-    assert!(error.to_string().contains("samples"), "{error}");
+    let heights = refused(HeightField::read_exr(&path, &source));
+    let roughness = refused(RoughnessMap::from_exr(std::io::Cursor::new(bytes)));
+    assert_eq!(
+        [heights, roughness],
+        ["samples of all layers and channels"; 2]
+    );
 }

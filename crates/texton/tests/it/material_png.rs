@@ -1,6 +1,6 @@
 //! Pictures of materials as PNG files.
 
-use crate::common::scratch::Scratch;
+use crate::common::scratch::scratch;
 use hwall_texton::{MaterialPicture, PictureKind, PngSource, Relief, TextonError};
 use png::{BitDepth, ColorType, Encoder};
 use std::f64::consts::TAU;
@@ -10,11 +10,8 @@ use std::path::Path;
 const SIDE: usize = 128;
 
 fn write(path: &Path, colour: ColorType, depth: BitDepth, data: &[u8]) {
-    let mut encoder = Encoder::new(
-        std::fs::File::create(path).unwrap(),
-        SIDE as u32,
-        SIDE as u32,
-    );
+    let file = std::fs::File::create(path).unwrap();
+    let mut encoder = Encoder::new(file, SIDE as u32, SIDE as u32);
     encoder.set_color(colour);
     encoder.set_depth(depth);
     let mut writer = encoder.write_header().unwrap();
@@ -35,8 +32,7 @@ fn source(relief_mm: Option<f64>) -> PngSource {
 
 #[test]
 fn a_height_map_has_its_relief_at_any_depth() {
-    let path = Scratch::new("material-heights");
-    let path = path.file("a.png");
+    let path = scratch("heights.png");
     let wide = |k| ((wave(k) * 65_535.0) as u16).to_be_bytes();
     let sixteen: Vec<u8> = (0..SIDE * SIDE).flat_map(wide).collect();
     let eight: Vec<u8> = (0..SIDE * SIDE).map(|k| (wave(k) * 255.0) as u8).collect();
@@ -52,17 +48,14 @@ fn a_height_map_has_its_relief_at_any_depth() {
         let relief = Relief::of(&picture).unwrap();
         let height = relief.height_mm / (0.4 * 0.2 / 2_f64.sqrt());
         assert!((0.93..1.07).contains(&height), "{height}");
-        assert!(
-            (0.9..1.2).contains(&(relief.period_mm() / 1.2)),
-            "{relief:?}"
-        );
+        let period = relief.period_mm() / 1.2;
+        assert!((0.9..1.2).contains(&period), "{relief:?}");
     }
 }
 
 #[test]
 fn a_colour_picture_counts_in_linear_light() {
-    let path = Scratch::new("material-colour");
-    let path = path.file("a.png");
+    let path = scratch("colour.png");
     let srgb = |light: f64| (255.0 * (1.055 * light.powf(1.0 / 2.4) - 0.055)).round() as u8;
     let data: Vec<u8> = (0..SIDE * SIDE).flat_map(|k| [srgb(wave(k)); 3]).collect();
     write(&path, ColorType::Rgb, BitDepth::Eight, &data);
@@ -75,13 +68,10 @@ fn a_colour_picture_counts_in_linear_light() {
     // Steps of one in a plain picture are noise; those of four bits are larger.
     let colours = (0..SIDE * SIDE).flat_map(|k| [127 + u8::from(k % 97 == 0); 3]);
     let nibbles = (0..SIDE * SIDE / 2).map(|k| 0x77 + u8::from(k % 97 == 0));
+    let (colours, nibbles): (Vec<u8>, Vec<u8>) = (colours.collect(), nibbles.collect());
     for (colour, depth, data) in [
-        (
-            ColorType::Rgb,
-            BitDepth::Eight,
-            colours.collect::<Vec<u8>>(),
-        ),
-        (ColorType::Grayscale, BitDepth::Four, nibbles.collect()),
+        (ColorType::Rgb, BitDepth::Eight, colours),
+        (ColorType::Grayscale, BitDepth::Four, nibbles),
     ] {
         write(&path, colour, depth, &data);
         for relief_mm in [None, Some(0.2)] {
@@ -92,16 +82,19 @@ fn a_colour_picture_counts_in_linear_light() {
     }
 }
 
+/// The kind of failure of reading a file.
+fn kind_of(path: &Path) -> ErrorKind {
+    match MaterialPicture::read_png(path, &source(None)) {
+        Err(TextonError::File { kind, .. }) => kind,
+        other => panic!("{other:?}"),
+    }
+}
+
 #[test]
 fn files_without_a_scale_or_a_picture_are_refused() {
-    let folder = Scratch::new("material-refused");
-    let path = folder.file("a.png");
-    write(
-        &path,
-        ColorType::Grayscale,
-        BitDepth::Eight,
-        &[7; SIDE * SIDE],
-    );
+    let path = scratch("refused.png");
+    let grey = [7; SIDE * SIDE];
+    write(&path, ColorType::Grayscale, BitDepth::Eight, &grey);
     let without = MaterialPicture::read_png(&path, &PngSource::default());
     assert!(matches!(without, Err(TextonError::Attribute { .. })));
     for width_mm in [0.0, f64::NAN] {
@@ -109,25 +102,17 @@ fn files_without_a_scale_or_a_picture_are_refused() {
             width_mm: Some(width_mm),
             relief_mm: None,
         };
-        assert!(matches!(
-            MaterialPicture::read_png(&path, &source),
-            Err(TextonError::Argument(_))
-        ));
+        let picture = MaterialPicture::read_png(&path, &source);
+        assert!(matches!(picture, Err(TextonError::Argument(_))));
     }
     let flat = MaterialPicture::read_png(&path, &source(Some(0.0)));
     assert!(matches!(flat, Err(TextonError::Argument(_))));
     let bytes = std::fs::read(&path).unwrap();
-    for (cut, kind) in [
-        (0, ErrorKind::UnexpectedEof),
-        (40, ErrorKind::UnexpectedEof),
-    ] {
+    for cut in [0, 40] {
         std::fs::write(&path, &bytes[..cut]).unwrap();
-        match MaterialPicture::read_png(&path, &source(None)) {
-            Err(TextonError::File { kind: found, .. }) => {
-                assert!([kind, ErrorKind::InvalidData].contains(&found), "{found}");
-            }
-            other => panic!("{other:?}"),
-        }
+        let kind = kind_of(&path);
+        let is_named = matches!(kind, ErrorKind::UnexpectedEof | ErrorKind::InvalidData);
+        assert!(is_named, "{kind}");
     }
     // A header that claims far more than the file can hold.
     let mut huge = bytes;
@@ -135,9 +120,5 @@ fn files_without_a_scale_or_a_picture_are_refused() {
     huge[20..24].copy_from_slice(&60_000_u32.to_be_bytes());
     std::fs::write(&path, &huge).unwrap();
     assert!(MaterialPicture::read_png(&path, &source(None)).is_err());
-    let missing = MaterialPicture::read_png(folder.file("b.png"), &source(None));
-    match missing {
-        Err(TextonError::File { kind, .. }) => assert_eq!(kind, ErrorKind::NotFound),
-        other => panic!("{other:?}"),
-    }
+    assert_eq!(kind_of(&scratch("missing.png")), ErrorKind::NotFound);
 }

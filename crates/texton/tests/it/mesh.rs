@@ -1,22 +1,18 @@
 //! Meshes of patches: solids, accurate, of the right volume, also when read back from files.
 
-use crate::common::bumps::{hemiellipsoids, radii, sized, staggered};
+use crate::common::bumps::{cone, hemiellipsoids, on_released_grid, radii, sized, staggered};
 use crate::common::refusals::refused;
-use crate::common::scratch::Scratch;
-use glam::dvec2;
+use crate::common::scratch::scratch;
+use glam::{DVec2, DVec3, dvec2, dvec3};
+use hwall_testkit::Sampler;
 use hwall_texton::{
-    ChordSide, Layout, MountingHole, Patch, PatchSpec, StlFormat, Tessellation, Texton,
-    TextonError, Texture, TriangleMesh,
+    ChordSide, Layout, MountingHole, Patch, PatchSpec, StlFormat, Tessellation, TextonError,
+    Texture, TriangleMesh,
 };
 use std::io::ErrorKind;
 
 fn patch(texture: Texture, size_mm: [f64; 2]) -> Patch {
     Patch::new(texture, sized(size_mm)).unwrap()
-}
-
-fn cones() -> Texture {
-    let texton = Texton::truncated_cone(radii(3.0, 1.0), 0.7).unwrap();
-    Texture::new(texton, *Texture::released().layout()).unwrap()
 }
 
 /// Checks for a solid within the requested error, with the volume that this error allows.
@@ -26,11 +22,8 @@ fn assert_good(patch: &Patch, ask: &Tessellation, what: &str) -> TriangleMesh {
     assert!(check.is_solid(), "{what}: {check:?}");
     let holes = patch.spec().holes.len() as i64;
     assert_eq!(check.euler, 2 - 2 * holes, "{what}");
-    assert_eq!(
-        check.triangles as u64,
-        patch.triangle_count(ask).unwrap(),
-        "{what}"
-    );
+    let count = patch.triangle_count(ask).unwrap();
+    assert_eq!(check.triangles as u64, count, "{what}");
     let error_mm = patch.chord_error_mm(&mesh);
     assert!(
         error_mm <= ask.accuracy_mm * (1.0 + 1e-9),
@@ -52,15 +45,10 @@ fn the_released_patch_at_10_um() {
     assert!(check.triangles <= 1_200_000, "{}", check.triangles);
     let off = patch.volume_mm3() - check.volume_mm3;
     assert!(off > 0.0 && off < 0.01 * check.area_mm2, "{off}");
-    let points = || mesh.points_mm().iter().map(|p| glam::DVec3::from(*p));
-    assert_eq!(
-        points().reduce(glam::DVec3::min),
-        Some(glam::dvec3(0.0, 0.0, -1.0))
-    );
-    assert_eq!(
-        points().reduce(glam::DVec3::max),
-        Some(glam::dvec3(200.0, 200.0, 0.7))
-    );
+    let points = || mesh.points_mm().iter().map(|p| DVec3::from(*p));
+    let (least, most) = (points().reduce(DVec3::min), points().reduce(DVec3::max));
+    assert_eq!(least, Some(dvec3(0.0, 0.0, -1.0)));
+    assert_eq!(most, Some(dvec3(200.0, 200.0, 0.7)));
     assert_eq!(patch.mesh(&Tessellation::default()).unwrap(), mesh);
 }
 
@@ -80,21 +68,16 @@ fn every_texture_keeps_every_accuracy() {
         ("flat", flat),
         ("tall", tall),
         ("thin", thin),
-        ("cones", cones()),
+        ("cones", on_released_grid(cone())),
         ("staggered", staggered(6.2, 1.8).unwrap()),
         ("staggered flat", staggered(13.0, 1.2).unwrap()),
         ("staggered square", staggered(8.7, 1.45).unwrap()),
     ] {
-        let size_mm = if name == "thin" {
-            [90.0, 6.0]
-        } else {
-            [27.0, 11.0]
-        };
-        let patch = patch(texture, size_mm);
+        let is_thin = name == "thin";
+        let patch = patch(texture, if is_thin { [90.0, 6.0] } else { [27.0, 11.0] });
         for accuracy_mm in [0.005, 0.1, 1.0] {
             let ask = Tessellation::with_accuracy_mm(accuracy_mm);
-            let what = format!("{name} at {accuracy_mm} mm");
-            assert_good(&patch, &ask, &what);
+            assert_good(&patch, &ask, &format!("{name} at {accuracy_mm} mm"));
         }
     }
 }
@@ -147,11 +130,8 @@ fn touching_bumps_bound_no_solid() {
     assert!(matches!(grown, Err(TextonError::Touching { .. })));
     // Slightly closer than STL can resolve, and slightly not.
     let close = hemiellipsoids(radii(3.0, 1.0), 0.7, [6.001, 2.001]).unwrap();
-    assert_good(
-        &patch(close, [30.0, 20.0]),
-        &Tessellation::default(),
-        "close",
-    );
+    let close = patch(close, [30.0, 20.0]);
+    assert_good(&close, &Tessellation::default(), "close");
 }
 
 #[test]
@@ -175,7 +155,7 @@ fn a_patch_cut_by_tile_borders_leaves_bumps_out() {
             volume_mm3 += tile.volume_mm3();
             assert_good(tile, &Tessellation::default(), "tile");
             let [x, y] = tile.spec().size_mm;
-            let inside = |c: glam::DVec2| c.x > 3.0 && c.x < x - 3.0 && c.y > 1.0 && c.y < y - 1.0;
+            let inside = |c: DVec2| c.x > 3.0 && c.x < x - 3.0 && c.y > 1.0 && c.y < y - 1.0;
             assert!(tile.centres_mm().all(inside));
         }
         assert_eq!(bumps, counts.placed);
@@ -223,10 +203,8 @@ fn a_million_bumps_are_counted_before_memory_is_taken() {
     let triangles = patch.triangle_count(&ask).unwrap();
     assert!(triangles > 300_000_000);
     let limit = ask.max_triangles;
-    assert_eq!(
-        patch.mesh(&ask),
-        Err(TextonError::TooManyTriangles { triangles, limit })
-    );
+    let too_many = TextonError::TooManyTriangles { triangles, limit };
+    assert_eq!(patch.mesh(&ask), Err(too_many));
     let ten = Patch::new(Texture::released(), sized([6.2e4, 2.2e5]));
     assert_eq!(refused(ten), "places of the grid");
 }
@@ -251,10 +229,8 @@ fn long_thin_tiles_and_far_first_bumps_are_bounded() {
     for far in [[-1e12, 0.0], [0.0, -1e12], [-1e300, 1.0]] {
         assert_eq!(refused(first(far)), "middle of the first bump, mm");
     }
-    assert!(matches!(
-        new(first([1e12, 1e12])),
-        Err(TextonError::NoBumps { .. })
-    ));
+    let none = new(first([1e12, 1e12]));
+    assert!(matches!(none, Err(TextonError::NoBumps { .. })));
     // The same bumps from a grid that starts far outside.
     for texture in [Texture::released(), staggered(6.2, 1.8).unwrap()] {
         let [x, y] = texture.layout().pitch_mm();
@@ -309,7 +285,7 @@ fn volume(mesh: &stl_io::IndexedMesh) -> f64 {
     let six = |f: &stl_io::IndexedTriangle| {
         let [a, b, c] = f
             .vertices
-            .map(|i| glam::DVec3::from_array(mesh.vertices[i].0.map(f64::from)));
+            .map(|i| DVec3::from_array(mesh.vertices[i].0.map(f64::from)));
         a.cross(b).dot(c)
     };
     mesh.faces.iter().map(six).sum::<f64>() / 6.0
@@ -317,19 +293,16 @@ fn volume(mesh: &stl_io::IndexedMesh) -> f64 {
 
 #[test]
 fn stl_files_are_watertight_for_an_independent_reader() {
-    let scratch = Scratch::new("stl");
-    for (name, patch) in [
-        ("released", Patch::released()),
-        ("cones", patch(cones(), [50.0, 50.0])),
-        (
-            "staggered",
-            patch(staggered(6.2, 1.8).unwrap(), [50.0, 50.0]),
-        ),
+    let path = scratch("patch.stl");
+    let small = |texture| patch(texture, [50.0, 50.0]);
+    for (accuracy_mm, patch) in [
+        (0.2, Patch::released()),
+        (0.01, small(on_released_grid(cone()))),
+        (0.01, small(staggered(6.2, 1.8).unwrap())),
     ] {
-        let ask = Tessellation::with_accuracy_mm(if name == "released" { 0.2 } else { 0.01 });
+        let ask = Tessellation::with_accuracy_mm(accuracy_mm);
         let mesh = patch.mesh(&ask).unwrap();
         for format in [StlFormat::Binary, StlFormat::Ascii] {
-            let path = scratch.file("patch.stl");
             mesh.write_stl(&path, format).unwrap();
             let mut file = std::io::BufReader::new(std::fs::File::open(&path).unwrap());
             let read = stl_io::read_stl(&mut file).unwrap();
@@ -349,11 +322,9 @@ fn stl_files_are_watertight_for_an_independent_reader() {
 
 #[test]
 fn obj_files_hold_every_digit() {
-    let mesh = patch(Texture::released(), [20.0, 10.0])
-        .mesh(&Tessellation::default())
-        .unwrap();
-    let scratch = Scratch::new("obj");
-    let path = scratch.file("patch.obj");
+    let patch = patch(Texture::released(), [20.0, 10.0]);
+    let mesh = patch.mesh(&Tessellation::default()).unwrap();
+    let path = scratch("patch.obj");
     mesh.write_obj(&path).unwrap();
     let text = std::fs::read_to_string(&path).unwrap();
     let (mut points, mut triangles) = (Vec::new(), Vec::new());
@@ -374,30 +345,24 @@ fn obj_files_hold_every_digit() {
 fn what_single_precision_cannot_hold_is_not_written() {
     let points = vec![[1e6, 0.0, 0.0], [1e6 + 1e-3, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let mesh = TriangleMesh::new(points, vec![[0, 1, 2]]).unwrap();
-    let scratch = Scratch::new("single");
-    let path = scratch.file("single.stl");
+    let path = scratch("single.stl");
     let written = mesh.write_stl(&path, StlFormat::Binary);
     assert_eq!(written, Err(TextonError::SinglePrecision { count: 2 }));
     let nowhere = std::path::Path::new("no such folder/x.stl");
     let refused = TriangleMesh::default().write_stl(nowhere, StlFormat::Binary);
-    assert!(matches!(
-        refused,
-        Err(TextonError::File {
-            kind: ErrorKind::NotFound,
-            ..
-        })
-    ));
+    let Err(TextonError::File { kind, .. }) = refused else {
+        panic!("{refused:?}");
+    };
+    assert_eq!(kind, ErrorKind::NotFound);
     std::fs::write(&path, "no STL at all").unwrap();
-    assert!(matches!(
-        TriangleMesh::read_stl(&path),
-        Err(TextonError::File { .. })
-    ));
+    let read = TriangleMesh::read_stl(&path);
+    assert!(matches!(read, Err(TextonError::File { .. })), "{read:?}");
 }
 
 /// Distance along a ray to the first hit of the mesh.
-fn cast(mesh: &TriangleMesh, from: glam::DVec3, along: glam::DVec3) -> f64 {
+fn cast(mesh: &TriangleMesh, from: DVec3, along: DVec3) -> f64 {
     let hit = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|i| glam::DVec3::from_array(mesh.points_mm()[i as usize]));
+        let [a, b, c] = t.map(|i| DVec3::from_array(mesh.points_mm()[i as usize]));
         let (u, v) = (b - a, c - a);
         let across = along.cross(v);
         let volume = u.dot(across);
@@ -415,17 +380,16 @@ fn cast(mesh: &TriangleMesh, from: glam::DVec3, along: glam::DVec3) -> f64 {
 #[test]
 fn the_true_surface_is_nowhere_farther_from_the_mesh() {
     let patch = patch(Texture::released(), [7.0, 3.0]);
-    let mut sampler = hwall_testkit::Sampler::new(5);
+    let mut sampler = Sampler::new(5);
     for accuracy_mm in [0.003, 0.01, 0.1] {
-        let mesh = patch
-            .mesh(&Tessellation::with_accuracy_mm(accuracy_mm))
-            .unwrap();
+        let ask = Tessellation::with_accuracy_mm(accuracy_mm);
+        let mesh = patch.mesh(&ask).unwrap();
         let mut worst: f64 = 0.0;
         for _ in 0..2_000 {
             let n = sampler.unit_vector();
-            let n = glam::dvec3(n.x, n.y, n.z.abs());
-            let on = glam::dvec3(3.1 + 3.0 * n.x, 1.1 + n.y, 0.7 * n.z);
-            let normal = glam::dvec3(n.x / 3.0, n.y, n.z / 0.7).normalize();
+            let n = dvec3(n.x, n.y, n.z.abs());
+            let on = dvec3(3.1 + 3.0 * n.x, 1.1 + n.y, 0.7 * n.z);
+            let normal = dvec3(n.x / 3.0, n.y, n.z / 0.7).normalize();
             // Along the inward normal, the path to the mesh is at least the distance.
             worst = worst.max(cast(&mesh, on, -normal));
         }

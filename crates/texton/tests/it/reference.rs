@@ -41,38 +41,26 @@ fn widths_spacings_and_encounters_of_all_textures_are_those_of_the_reference() {
                 match (ours, row[what].as_f64()) {
                     (None, None) => {}
                     (Some(a), Some(b)) => {
-                        assert!(
-                            (a - b).abs() < 1e-12 * b.abs().max(1.0),
-                            "{name} {deg} {what}: {a} {b}"
-                        );
+                        let is_near = (a - b).abs() < 1e-12 * b.abs().max(1.0);
+                        assert!(is_near, "{name} {deg} {what}: {a} {b}");
                     }
                     other => panic!("{name} {deg} {what}: {other:?}"),
                 }
             };
-            near("w_theta_mm", Some(texture.texton().width_mm(scan)));
-            near(
-                "width_across_scan_mm",
-                Some(texture.texton().breadth_mm(scan)),
-            );
+            let (texton, least) = (texture.texton(), texture.least_spaced_rad());
+            near("w_theta_mm", Some(texton.width_mm(scan)));
+            near("width_across_scan_mm", Some(texton.breadth_mm(scan)));
             near("d_ridge_mm", texture.spacing_mm(scan));
-            near(
-                "theta_min_deg",
-                Some(texture.least_spaced_rad().to_degrees()),
-            );
+            near("theta_min_deg", Some(least.to_degrees()));
             near("d_mean_encounter_mm", Some(texture.mean_encounter_mm(scan)));
             near("t_entry", Some(met.enters_mm));
             near("t_chord_mid", Some(met.middle_mm));
             near("t_own_exit", Some(met.leaves_mm));
-            near(
-                "t_own_exit",
-                Some(0.5 * texture.texton().contact_length_mm(scan)),
-            );
+            near("t_own_exit", Some(0.5 * texton.contact_length_mm(scan)));
             near("base_gap", Some(met.gap_mm()));
             for speed in [20.0, 80.0] {
-                near(
-                    &format!("ridge_hz_at_{speed}"),
-                    texture.ridge_frequency_hz(scan, speed),
-                );
+                let ridge = texture.ridge_frequency_hz(scan, speed);
+                near(&format!("ridge_hz_at_{speed}"), ridge);
                 let mean = texture.encounter_frequency_hz(scan, speed);
                 near(&format!("mean_encounter_hz_at_{speed}"), Some(mean));
             }
@@ -92,20 +80,12 @@ fn spacing_begins_at_the_least_angle() {
         assert!((spacing(least).unwrap() - beside).abs() < 1e-7, "{name}");
         assert_eq!(spacing(least - 1e-9), None, "{name}");
         // Along the axes exactly, and not just beside the long one.
-        assert_eq!(
-            texture.spacing_mm(ScanAngle::ALONG),
-            Some(texture.layout().pitch_mm()[0])
-        );
-        assert_eq!(
-            texture.spacing_mm(ScanAngle::ACROSS),
-            Some(texture.layout().pitch_mm()[1])
-        );
+        let [long, short] = texture.layout().pitch_mm();
+        assert_eq!(texture.spacing_mm(ScanAngle::ALONG), Some(long));
+        assert_eq!(texture.spacing_mm(ScanAngle::ACROSS), Some(short));
         assert_eq!(spacing(1e-9), None);
-        assert!(
-            (spacing(std::f64::consts::FRAC_PI_2 - 1e-9).unwrap() - texture.layout().pitch_mm()[1])
-                .abs()
-                < 1e-12
-        );
+        let beside = spacing(std::f64::consts::FRAC_PI_2 - 1e-9).unwrap();
+        assert!((beside - short).abs() < 1e-12, "{name}");
     }
 }
 
@@ -114,10 +94,7 @@ fn the_released_patch_is_that_of_the_script() {
     let truth: Value = serde_json::from_str(TRUTH).unwrap();
     let truth = &truth["released_patch"];
     let patch = Patch::released();
-    assert_eq!(
-        patch.counts().placed as u64,
-        truth["bumps"].as_u64().unwrap()
-    );
+    assert_eq!(truth["bumps"], patch.counts().placed);
     let number = |what: &str| truth[what].as_f64().unwrap();
     let bumps = patch.volume_mm3() - 200.0 * 200.0;
     assert!((bumps - number("total_bump_volume_mm3")).abs() < 1e-9);

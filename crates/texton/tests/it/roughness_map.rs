@@ -1,7 +1,7 @@
 //! Roughness maps from OpenEXR pictures.
 
 use crate::common::pictures::picture;
-use crate::common::refusals::refused;
+use crate::common::refusals::pixel;
 use hwall_texton::{RoughnessMap, TextonError};
 
 #[test]
@@ -14,11 +14,8 @@ fn a_roughness_map_from_openexr() {
     let named = write(&[("roughness", values.clone()), ("B", other.clone())]);
     assert_eq!(read(&named).unwrap(), map);
     assert_eq!(map.size(), [3, 2]);
-    let red = write(&[
-        ("R", values.clone()),
-        ("G", other.clone()),
-        ("B", other.clone()),
-    ]);
+    let green = ("G", other.clone());
+    let red = write(&[("R", values.clone()), green, ("B", other.clone())]);
     assert_eq!(read(&red).unwrap(), map);
     assert_eq!(read(&write(&[("height", values.clone())])).unwrap(), map);
     let none = write(&[("G", values.clone()), ("B", other)]);
@@ -35,33 +32,11 @@ fn a_roughness_map_from_openexr() {
         &named[..named.len() - 8],
         &named[..20],
     ] {
-        assert!(
-            matches!(read(bad), Err(TextonError::File { .. })),
-            "{} bytes",
-            bad.len()
-        );
+        let bytes = bad.len();
+        let read = read(bad);
+        assert!(matches!(read, Err(TextonError::File { .. })), "{bytes}");
     }
     let mut nan = values;
     nan[4] = f32::NAN;
-    assert!(matches!(
-        read(&write(&[("Y", nan)])),
-        Err(TextonError::Pixel {
-            column: 1,
-            row: 1,
-            ..
-        })
-    ));
-    // The header alone asks for more than is allowed: the last columns and rows of both windows.
-    let mut large = named.clone();
-    let window = [0_i32, 0, 2, 1].map(i32::to_le_bytes).concat();
-    let places: Vec<usize> = (0..large.len() - 16)
-        .filter(|&i| large[i..i + 16] == window[..])
-        .collect();
-    assert_eq!(places.len(), 2);
-    for at in places {
-        let last = [99_999_i32; 2].map(i32::to_le_bytes).concat();
-        large[at + 8..at + 16].copy_from_slice(&last);
-    }
-    let result = read(&large);
-    assert_eq!(refused(result), "samples of all layers and channels");
+    assert_eq!(pixel(read(&write(&[("Y", nan)]))), [1, 1]);
 }

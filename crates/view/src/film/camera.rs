@@ -108,10 +108,7 @@ mod tests {
         let seen = camera.polygon(&triangle);
         assert_eq!(seen.len(), 4);
         assert!(seen.iter().all(|p| p.is_finite()));
-        assert!(
-            camera
-                .polygon(&triangle.map(|p| p - DVec3::X * 5.0))
-                .is_empty()
-        );
+        let behind = triangle.map(|p| p - DVec3::X * 5.0);
+        assert!(camera.polygon(&behind).is_empty());
     }
 }

@@ -18,10 +18,8 @@ fn the_tool_is_where_the_arm_has_it() {
             let q = JointPositions(std::array::from_fn(|_| sampler.uniform(-2.0, 2.0)));
             let tool = *shown.poses(&q).last().unwrap();
             let error = tool.distance(&arm.forward(&q));
-            assert!(
-                error.position_m < 1e-12 && error.angle_rad < 1e-12,
-                "{error:?}"
-            );
+            assert!(error.position_m < 1e-12, "{error:?}");
+            assert!(error.angle_rad < 1e-12, "{error:?}");
         }
     }
 }

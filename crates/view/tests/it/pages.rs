@@ -72,16 +72,10 @@ fn corners_survive_their_grid() {
             .enumerate()
             .map(|(k, steps)| told["origin_m"][k % 3].as_f64().unwrap() + step_m * steps)
             .collect();
-        let written: Vec<f32> = surface
-            .triangles_m
-            .iter()
-            .flatten()
-            .flatten()
-            .copied()
-            .collect();
+        let written = surface.triangles_m.as_flattened().as_flattened();
         assert_eq!(read.len(), written.len());
         for (read, written) in read.iter().zip(written) {
-            assert!((read - f64::from(written)).abs() <= 0.5 * step_m + 1e-6);
+            assert!((read - f64::from(*written)).abs() <= 0.5 * step_m + 1e-6);
         }
     }
 }

@@ -1,5 +1,7 @@
 //! A session on the simulated arm whose inputs a test may spoil.
 
+pub(crate) mod files;
+
 use glam::DVec3;
 use hwall::contact::{
     ContactPrediction, DeterministicConfig, DeterministicPredictor, Predictor, PredictorInput,
@@ -12,6 +14,7 @@ use hwall::{Event, Session, SessionConfig, SessionState, Surroundings, WorldPose
 use hwall_sim::{
     HandContact, Person, PersonConfig, ServoArm, ServoConfig, SimError, TouchPlan, TouchSequence,
 };
+use std::rc::Rc;
 use std::sync::Arc;
 
 /// Control period, s.
@@ -41,10 +44,8 @@ pub(crate) fn person(config: PersonConfig, seed: u64, targets_m: &[DVec3]) -> To
         normal: DVec3::X,
     };
     let plans: Vec<TouchPlan> = targets_m.iter().map(plan).collect();
-    Person::new(config, seed)
-        .expect("a person")
-        .plan(&plans)
-        .expect("a plan")
+    let person = Person::new(config, seed).expect("a person");
+    person.plan(&plans).expect("a plan")
 }
 
 /// What one control step did.
@@ -96,7 +97,7 @@ impl Default for Faults {
 /// The gaze ray, spoiled.
 struct SpoiledPredictor {
     predictor: DeterministicPredictor,
-    point_m: Spoil<DVec3>,
+    faults: Rc<Faults>,
     answers: Vec<ContactPrediction>,
 }
 
@@ -106,7 +107,7 @@ impl Predictor for SpoiledPredictor {
         self.answers.clear();
         self.answers
             .extend(answers.iter().map(|p| ContactPrediction {
-                point_m: (self.point_m)(input.frame.t_s, p.point_m),
+                point_m: (self.faults.point_m)(input.frame.t_s, p.point_m),
                 ..*p
             }));
         &self.answers
@@ -124,10 +125,7 @@ pub(crate) struct Rig {
 /// The hand and the time around the arm.
 struct Around {
     hand: TouchSequence,
-    frame: Box<dyn Fn(HandFrame) -> Option<HandFrame>>,
-    state: Spoil<ArmState>,
-    now_s: Spoil<f64>,
-    world: Box<dyn Fn(f64) -> Option<WorldPose>>,
+    faults: Rc<Faults>,
     finger: HandContact,
     frames: usize,
     steps: usize,
@@ -138,14 +136,14 @@ impl Surroundings<ServoArm> for Around {
     fn next_cycle(&mut self, _: &mut ServoArm) -> Result<Option<f64>, SimError> {
         let t_s = self.steps as f64 * DT_S;
         self.steps += 1;
-        Ok((t_s < self.end_s).then(|| (self.now_s)(t_s, t_s)))
+        Ok((t_s < self.end_s).then(|| (self.faults.now_s)(t_s, t_s)))
     }
 
     fn next_frame(&mut self, _: f64) -> Option<HandFrame> {
         while self.frames as f64 * TRACKER_S <= self.t_s() {
             let sample = self.hand.sample(self.frames as f64 * TRACKER_S);
             self.frames += 1;
-            if let Some(frame) = (self.frame)(sample.hand_frame()) {
+            if let Some(frame) = (self.faults.frame)(sample.hand_frame()) {
                 return Some(frame);
             }
         }
@@ -153,11 +151,11 @@ impl Surroundings<ServoArm> for Around {
     }
 
     fn next_world(&mut self, _: f64) -> Option<WorldPose> {
-        (self.world)(self.t_s())
+        (self.faults.world)(self.t_s())
     }
 
     fn state(&mut self, state: ArmState) -> ArmState {
-        (self.state)(self.t_s(), state)
+        (self.faults.state)(self.t_s(), state)
     }
 }
 
@@ -179,9 +177,10 @@ impl Rig {
         let board = Board::default();
         let model = SrsArm::iiwa7().with_tool(board.flange_from_board_face().unwrap());
         let maps = maps_of(&scene, &model).unwrap();
+        let faults = Rc::new(faults);
         let predictor = SpoiledPredictor {
             predictor: DeterministicPredictor::new(DeterministicConfig::ray_led()).unwrap(),
-            point_m: faults.point_m,
+            faults: Rc::clone(&faults),
             answers: Vec::new(),
         };
         let config = SessionConfig {
@@ -199,10 +198,7 @@ impl Rig {
             session,
             around: Around {
                 hand,
-                frame: faults.frame,
-                state: faults.state,
-                now_s: faults.now_s,
-                world: faults.world,
+                faults,
                 finger: HandContact::default(),
                 frames: 0,
                 steps: 0,
@@ -278,11 +274,8 @@ fn check(servo: &ServoArm, last_command: &mut Option<JointPositions>, command: A
         return;
     };
     for j in 0..7 {
-        assert!(
-            q[j].is_finite() && arm.limits()[j].contains(q[j]),
-            "joint {j}: {} rad",
-            q[j]
-        );
+        let is_within = q[j].is_finite() && arm.limits()[j].contains(q[j]);
+        assert!(is_within, "joint {j}: {} rad", q[j]);
         let (from, most) = match last_command {
             Some(before) => (before[j], arm.max_velocity_rad_per_s()[j] * DT_S),
             None => (servo.q()[j], RESUMES_RAD),

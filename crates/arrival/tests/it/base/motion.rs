@@ -1,8 +1,8 @@
 //! The motion itself: limits, corners, refusals.
 
-use super::{DT_S, driven, somewhere, start};
+use super::{DT_S, at_rest, driven, somewhere, standing};
 use glam::{DVec2, dvec2};
-use hwall_arrival::base::{BaseDrive, BaseLimits, BasePose, BaseState};
+use hwall_arrival::base::{BaseDrive, BaseLimits, BaseState};
 use hwall_testkit::Sampler;
 use std::f64::consts::PI;
 
@@ -26,7 +26,7 @@ fn check_limits(limits: &BaseLimits, before: &BaseState, after: &BaseState) {
 fn the_base_keeps_its_limits_and_arrives() {
     let limits = BaseLimits::default();
     let mut sampler = Sampler::new(1);
-    let mut drive = BaseDrive::new(limits, start()).unwrap();
+    let mut drive = at_rest();
     for _ in 0..60 {
         let legs = 1 + sampler.index(3);
         let way: Vec<DVec2> = (0..legs).map(|_| somewhere(&mut sampler)).collect();
@@ -48,12 +48,8 @@ fn the_base_keeps_its_limits_and_arrives() {
         if steps == 20_000 {
             let pose = drive.state().pose();
             assert!(drive.has_arrived() && pose.at_m.distance(way[legs - 1]) <= 0.05);
-            assert!(
-                (pose.yaw_rad - yaw_rad)
-                    .rem_euclid(2.0 * PI)
-                    .min((yaw_rad - pose.yaw_rad).rem_euclid(2.0 * PI))
-                    < 1e-9
-            );
+            let off_rad = (pose.yaw_rad - yaw_rad + PI).rem_euclid(2.0 * PI) - PI;
+            assert!(off_rad.abs() < 1e-9, "{off_rad}");
         }
     }
 }
@@ -73,12 +69,7 @@ fn a_refused_base_brakes_on_its_line_and_stands() {
 #[test]
 fn a_base_seen_from_elsewhere_moves_alike() {
     let drive = driven(&[dvec2(2.0, -1.0)], -2.0, 300);
-    let frame = BasePose {
-        at_m: dvec2(-3.0, 7.0),
-        yaw_rad: 2.2,
-    }
-    .floor_from_base()
-    .unwrap();
+    let frame = standing(dvec2(-3.0, 7.0), 2.2).floor_from_base().unwrap();
     let there = drive.seen_from(&frame);
     let (a, b) = (there.state().pose().placed(&frame), drive.state().pose());
     assert!(a.at_m.distance(b.at_m) < 1e-12 && (a.yaw_rad - b.yaw_rad).abs() < 1e-12);
@@ -100,10 +91,7 @@ fn times_and_places_that_are_no_numbers_are_refused() {
     let bad = bad.map(|corner_m| ([corner_m, dvec2(2.0, 2.0)], 0.0));
     let turns = [f64::NAN, f64::INFINITY].map(|yaw_rad| ([DVec2::ONE; 2], yaw_rad));
     for (way, yaw_rad) in bad.into_iter().chain(turns) {
-        let mut drive = drive.clone();
-        for _ in 0..300 {
-            drive.step(DT_S, |_, _| true).unwrap();
-        }
+        let mut drive = driven(&[dvec2(0.0, 2.0)], 1.0, 300);
         let before = *drive.state();
         assert!(!before.is_at_rest());
         let refused = drive.set_route(&way, yaw_rad).unwrap_err().to_string();
@@ -118,10 +106,7 @@ fn times_and_places_that_are_no_numbers_are_refused() {
         assert!((pose.yaw_rad - stops.yaw_rad).abs() < 1e-9, "{pose:?}");
     }
     for (x, yaw_rad) in [(f64::NAN, 0.0), (0.0, f64::NAN), (f64::INFINITY, 0.0)] {
-        let nowhere = BasePose {
-            at_m: dvec2(x, 0.0),
-            yaw_rad,
-        };
+        let nowhere = standing(dvec2(x, 0.0), yaw_rad);
         assert!(nowhere.floor_from_base().is_err());
     }
 }

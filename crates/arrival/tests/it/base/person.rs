@@ -1,12 +1,11 @@
 //! The distance from a person.
 
-use super::{DT_S, driven, somewhere, start};
+use super::{DT_S, at_rest, driven, send_somewhere, somewhere, standing};
 use glam::{DVec2, dvec2};
 use hwall_arrival::base::{
-    BaseDrive, BaseLimits, BasePart, BasePose, BaseSafety, BaseState, SeenHand, Surroundings,
+    BaseDrive, BaseLimits, BasePart, BaseSafety, BaseState, SeenHand, Surroundings,
 };
-use hwall_testkit::Sampler;
-use std::f64::consts::PI;
+use hwall_testkit::{Sampler, refused};
 
 /// A platform, and a board before it.
 fn robot() -> [BasePart; 2] {
@@ -102,21 +101,18 @@ fn the_base_stands_before_anybody_reaches_it() {
     let mut apart = Apart::new(&safety);
     for seed in 0..40 {
         let mut sampler = Sampler::new(seed);
-        let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
+        let mut drive = at_rest();
         let mut been_m = vec![dvec2(4.0, 0.0)];
         let (mut velocity, mut wanted) = (DVec2::ZERO, DVec2::ZERO);
         for step in 0..4000 {
             let person_m = been_m[step];
             if step % 500 == 0 {
-                drive
-                    .set_route(&[somewhere(&mut sampler)], sampler.uniform(-PI, PI))
-                    .unwrap();
+                send_somewhere(&mut drive, &mut sampler);
             }
             if step % 100 == 0 {
-                let to_m = if sampler.bool() {
-                    drive.state().pose().at_m
-                } else {
-                    somewhere(&mut sampler)
+                let to_m = match sampler.bool() {
+                    true => drive.state().pose().at_m,
+                    false => somewhere(&mut sampler),
                 };
                 wanted = (to_m - person_m).normalize_or_zero() * sampler.uniform(0.0, 1.6);
             }
@@ -170,13 +166,11 @@ fn by_default_a_person_may_have_any_velocity_at_once() {
     let mut apart = Apart::new(&safety);
     for seed in 0..20 {
         let mut sampler = Sampler::new(seed);
-        let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
+        let mut drive = at_rest();
         let (mut person_m, mut velocity) = (dvec2(4.0, 0.0), DVec2::ZERO);
         for step in 0..4000 {
             if step % 500 == 0 {
-                drive
-                    .set_route(&[somewhere(&mut sampler)], sampler.uniform(-PI, PI))
-                    .unwrap();
+                send_somewhere(&mut drive, &mut sampler);
             }
             if step % 50 == 0 {
                 let to_m = match sampler.bool() {
@@ -275,11 +269,7 @@ fn nothing_moves_while_the_board_is_touched_or_a_hand_is_near() {
 #[test]
 fn a_hand_that_is_not_seen_may_be_anywhere_within_reach() {
     let (safety, parts) = (BaseSafety::default(), robot());
-    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
-    drive.set_route(&[dvec2(4.0, 0.0)], 0.0).unwrap();
-    for _ in 0..50 {
-        drive.step(DT_S, |_, _| true).unwrap();
-    }
+    let drive = driven(&[dvec2(4.0, 0.0)], 0.0, 50);
     let left_m = |hands: &[SeenHand], unseen_hand| {
         let seen = Surroundings {
             hands,
@@ -301,12 +291,9 @@ fn a_robot_without_parts_may_not_move() {
         hand_meets_m_per_s: 0.2,
         ..BaseSafety::default()
     };
-    let mut drive = BaseDrive::new(BaseLimits::default(), start()).unwrap();
+    let drive = at_rest();
     assert!(safety.may_meet_hand(&drive, drive.state(), &[]));
-    drive.set_route(&[dvec2(4.0, 0.0)], 0.0).unwrap();
-    for _ in 0..10 {
-        drive.step(DT_S, |_, _| true).unwrap();
-    }
+    let drive = driven(&[dvec2(4.0, 0.0)], 0.0, 10);
     let nobody = around(dvec2(1e6, 0.0), DVec2::ZERO, &[]);
     assert!(!safety.may_meet_hand(&drive, drive.state(), &[]));
     assert!(!safety.allows(&drive, drive.state(), &nobody));
@@ -415,31 +402,18 @@ fn an_old_sample_of_the_head_leaves_less() {
 
 #[test]
 fn settings_out_of_range_are_named() {
+    let of_start = |start| BaseDrive::new(BaseLimits::default(), start);
+    refused!(standing(DVec2::ZERO, 0.0), of_start, {
+        at_m = DVec2::NAN => "start of the base";
+    });
     let limits = BaseLimits {
         jerk_m_per_s3: f64::NAN,
         ..BaseLimits::default()
     };
-    assert!(BaseDrive::new(limits, start()).is_err());
-    let nowhere = BasePose {
-        at_m: DVec2::NAN,
-        yaw_rad: 0.0,
-    };
-    let error = BaseDrive::new(BaseLimits::default(), nowhere)
-        .unwrap_err()
-        .to_string();
-    assert!(error.contains("start of the base"), "{error}");
-    let slow = BaseSafety {
-        person_m_per_s: -1.0,
-        ..BaseSafety::default()
-    };
-    let error = slow.validate().unwrap_err().to_string();
-    assert!(error.contains("person_m_per_s"), "{error}");
+    assert!(BaseDrive::new(limits, standing(DVec2::ZERO, 0.0)).is_err());
+    refused!(BaseSafety::default(), |safety: BaseSafety| safety.validate(), {
+        person_m_per_s = -1.0;
+        person_m_per_s2 = f64::NAN, -1.0;
+    });
     assert!(BaseSafety::default().validate().is_ok() && measured().validate().is_ok());
-    for most in [f64::NAN, -1.0] {
-        let safety = BaseSafety {
-            person_m_per_s2: most,
-            ..BaseSafety::default()
-        };
-        assert!(safety.validate().is_err());
-    }
 }

@@ -1,5 +1,6 @@
 //! The poses that serve a wall, the ways there and the choice among them.
 
+use super::{DT_S, standing};
 use glam::{DVec2, DVec3, dvec2};
 use hwall_arrival::base::{
     BaseChoiceConfig, BaseChooser, BaseDrive, BaseHypothesis, BaseInversion, BaseInversionConfig,
@@ -34,6 +35,13 @@ fn room() -> Vec<WallFacet> {
     walls
 }
 
+/// The poses of an iiwa's base that serve the walls.
+fn inversion(walls: &[WallFacet]) -> BaseInversion {
+    let (arm, config) = (SrsArm::iiwa7(), BaseInversionConfig::default());
+    let map = BaseInversion::map(&arm, &config).unwrap();
+    BaseInversion::of_room(&map, walls, config).unwrap()
+}
+
 /// The floor of the room.
 const AREA: KeepOutArea = KeepOutArea {
     low_m: DVec2::ZERO,
@@ -42,9 +50,7 @@ const AREA: KeepOutArea = KeepOutArea {
 
 #[test]
 fn the_inversion_agrees_with_the_arm() {
-    let (arm, config) = (SrsArm::iiwa7(), BaseInversionConfig::default());
-    let map = BaseInversion::map(&arm, &config).unwrap();
-    let inversion = BaseInversion::of_room(&map, &room(), config).unwrap();
+    let (arm, inversion) = (SrsArm::iiwa7(), inversion(&room()));
     let mut sampler = Sampler::new(3);
     let (mut served, mut refused) = (0, 0);
     for _ in 0..200_000 {
@@ -102,11 +108,9 @@ fn mapped(base: &BasePose, point_m: DVec3, normal: DVec3) -> bool {
 /// A wall of 6.03 m and a shelf of 0.8 m: the middle of every cell is its own, but those above and below the shelf are on no surface.
 #[test]
 fn the_middle_of_a_cell_is_in_it() {
-    let (arm, config) = (SrsArm::iiwa7(), BaseInversionConfig::default());
-    let map = BaseInversion::map(&arm, &config).unwrap();
     let mut walls = room();
     walls[0].outline_m[1].x = -0.03;
-    let inversion = BaseInversion::of_room(&map, &walls, config).unwrap();
+    let inversion = inversion(&walls);
     let own = |cell: &usize| {
         let (point_m, normal) = inversion.middle(*cell).unwrap();
         inversion.cell(point_m, normal) == Some(*cell)
@@ -140,11 +144,8 @@ fn ways_stay_out_of_the_room() {
         for (a, b) in outside {
             assert!(!AREA.is_crossed(*a, *b), "{from_m} {way:?}");
         }
-        let around_m = way
-            .windows(2)
-            .map(|leg| leg[0].distance(leg[1]))
-            .sum::<f64>();
-        assert!(around_m <= 32.0);
+        let legs_m = way.windows(2).map(|leg| leg[0].distance(leg[1]));
+        assert!(legs_m.sum::<f64>() <= 32.0);
     }
 }
 
@@ -153,14 +154,8 @@ fn ways_stay_out_of_the_room() {
 fn a_base_that_cut_a_corner_goes_on() {
     let corner_m = dvec2(AREA.high_m.x, AREA.low_m.y);
     let to_m = corner_m + dvec2(0.2, 1.0);
-    let mut drive = BaseDrive::new(
-        BaseLimits::default(),
-        BasePose {
-            at_m: corner_m + dvec2(-0.014, 0.014),
-            yaw_rad: 0.0,
-        },
-    )
-    .unwrap();
+    let cut = standing(corner_m + dvec2(-0.014, 0.014), 0.0);
+    let mut drive = BaseDrive::new(BaseLimits::default(), cut).unwrap();
     let mut steps = 0;
     while steps == 0 || !drive.has_arrived() {
         // A new choice every 0.1 s.
@@ -168,12 +163,12 @@ fn a_base_that_cut_a_corner_goes_on() {
             let way = route(drive.stopping_m(), to_m, &AREA).unwrap();
             drive.set_route(&way, 0.0).unwrap();
         }
-        drive.step(0.004, |_, _| true).unwrap();
+        drive.step(DT_S, |_, _| true).unwrap();
         steps += 1;
         assert!(steps < 1000, "{:?}", drive.state().pose());
     }
     let least_s = drive.leg_s(1.02, 0.8);
-    assert!(f64::from(steps) * 0.004 < least_s + 0.2, "{steps} steps");
+    assert!(f64::from(steps) * DT_S < least_s + 0.2, "{steps} steps");
     // From farther inside it leaves first.
     let way = route(corner_m + dvec2(-0.2, 0.3), to_m, &AREA).unwrap();
     assert!(way.len() > 1);
@@ -202,9 +197,7 @@ fn a_base_slightly_inside_a_side_goes_on() {
 
 #[test]
 fn the_base_goes_where_it_serves_what_is_probable() {
-    let (arm, config) = (SrsArm::iiwa7(), BaseInversionConfig::default());
-    let map = BaseInversion::map(&arm, &config).unwrap();
-    let inversion = BaseInversion::of_room(&map, &room(), config).unwrap();
+    let inversion = inversion(&room());
     let nowhere = KeepOutArea {
         high_m: DVec2::NAN,
         ..AREA
@@ -212,10 +205,7 @@ fn the_base_goes_where_it_serves_what_is_probable() {
     let new = |area| BaseChooser::new(BaseChoiceConfig::default(), &inversion, area);
     assert!(new(nowhere).is_err());
     let chooser = new(AREA).unwrap();
-    let at = BasePose {
-        at_m: dvec2(3.0, -0.62),
-        yaw_rad: FRAC_PI_2,
-    };
+    let at = standing(dvec2(3.0, -0.62), FRAC_PI_2);
     let drive = BaseDrive::new(BaseLimits::default(), at).unwrap();
     let place = |point_m: DVec3, normal: DVec3, probability: f64| BaseHypothesis {
         point_m,
@@ -231,42 +221,27 @@ fn the_base_goes_where_it_serves_what_is_probable() {
     assert!(goes.at_m.x < -0.5 && goes.yaw_rad.abs() < 1e-9, "{goes:?}");
     assert_eq!(way.last(), Some(&goes.at_m));
     // A little more probable is not worth the way.
-    let doubtful = [
-        BaseHypothesis {
-            probability: 0.5,
-            ..here
-        },
-        BaseHypothesis {
-            probability: 0.5,
-            ..aside
-        },
-    ];
+    let doubtful = [here, aside].map(|place| BaseHypothesis {
+        probability: 0.5,
+        ..place
+    });
     assert_eq!(chooser.choose(&drive, Some(at), &doubtful).unwrap().0, at);
     assert!(chooser.choose(&drive, None, &[]).is_none());
     // Regression: with a number that is none in it every loss was NaN, and the first candidate won.
     let sound = chooser.choose(&drive, None, &[aside]);
     assert!(sound.is_some());
-    for bad in [
-        BaseHypothesis {
-            touch_s: f64::NAN,
-            ..here
-        },
-        BaseHypothesis {
-            probability: f64::NAN,
-            ..here
-        },
-        BaseHypothesis {
-            normal: DVec3::NAN,
-            ..here
-        },
-    ] {
+    let spoils: [fn(&mut BaseHypothesis); 3] = [
+        |place| place.touch_s = f64::NAN,
+        |place| place.probability = f64::NAN,
+        |place| place.normal = DVec3::NAN,
+    ];
+    for spoil in spoils {
+        let mut bad = here;
+        spoil(&mut bad);
         assert_eq!(chooser.choose(&drive, None, &[bad, aside]), sound);
         assert!(chooser.choose(&drive, None, &[bad]).is_none());
     }
-    let nowhere = BasePose {
-        at_m: DVec2::NAN,
-        ..at
-    };
+    let nowhere = standing(DVec2::NAN, 0.0);
     assert_eq!(chooser.choose(&drive, Some(nowhere), &[aside]), sound);
     // A place that no wall has is served from nowhere.
     let nowhere = place(DVec3::new(3.0, 3.0, 0.5), DVec3::Y, 0.8);

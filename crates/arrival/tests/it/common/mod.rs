@@ -2,10 +2,10 @@
 #![allow(unreachable_pub)]
 
 use glam::DVec3;
-use hwall_arrival::kinematics::{JointPositions, Pose, SrsArm};
+use hwall_arrival::kinematics::{ArmKinematics, JointPositions, Pose, SrsArm};
 use hwall_arrival::motion::{MotionConfig, MotionLimits};
 use hwall_arrival::reachability::{Interval, WallFacet, WallMaps, WallMapsConfig};
-use hwall_arrival::{Atlas, AtlasConfig, BoardExtent};
+use hwall_arrival::{Atlas, AtlasConfig, AtlasNode, AtlasWall, BoardExtent, NodePlace, TouchRange};
 use std::sync::LazyLock;
 
 pub const BOARD: BoardExtent = BoardExtent {
@@ -28,30 +28,32 @@ pub fn waiting() -> JointPositions {
 }
 
 /// A wall from `from` to `to` on the floor plan, with the person on the side a quarter turn to the right of its direction.
-pub fn wall(from: DVec3, to: DVec3, heights: Interval) -> WallFacet {
-    let normal = (to - from).cross(DVec3::Z).normalize();
-    let corner = |p: DVec3, z: f64| DVec3::new(p.x, p.y, z);
+pub fn wall(from: [f64; 2], to: [f64; 2], [low_m, high_m]: [f64; 2]) -> WallFacet {
+    let [from, to] = [from, to].map(|[x, y]| DVec3::new(x, y, 0.0));
+    let corners = [(from, low_m), (to, low_m), (to, high_m), (from, high_m)];
     WallFacet {
-        point_m: corner(0.5 * (from + to), 0.5 * (heights.lo_m + heights.hi_m)),
-        normal,
-        heights,
-        outline_m: vec![
-            corner(from, heights.lo_m),
-            corner(to, heights.lo_m),
-            corner(to, heights.hi_m),
-            corner(from, heights.hi_m),
-        ],
+        point_m: 0.5 * (from + to) + DVec3::Z * (0.5 * (low_m + high_m)),
+        normal: (to - from).cross(DVec3::Z).normalize(),
+        heights: Interval::new(low_m, high_m),
+        outline_m: corners.map(|(p, z)| p + DVec3::Z * z).to_vec(),
     }
 }
 
 /// A wall in front, and one that extends back from its left edge, as in the built-in room.
 pub fn room() -> Vec<WallFacet> {
-    let heights = Interval::new(0.1, 1.1);
-    let corner = DVec3::new(0.62, 0.2, 0.0);
+    let (corner, heights) = ([0.62, 0.2], [0.1, 1.1]);
     vec![
-        wall(DVec3::new(0.62, -0.6, 0.0), corner, heights),
-        wall(corner, DVec3::new(0.14, 0.84, 0.0), heights),
+        wall([0.62, -0.6], corner, heights),
+        wall(corner, [0.14, 0.84], heights),
     ]
+}
+
+/// Places 20 cm apart.
+pub fn range() -> TouchRange {
+    TouchRange {
+        spacing_m: 0.2,
+        ..TouchRange::default()
+    }
 }
 
 pub fn maps_of(arm: &SrsArm, facets: &[WallFacet]) -> WallMaps {
@@ -68,15 +70,45 @@ pub fn coarse() -> AtlasConfig {
 
 pub fn atlas_with(config: &AtlasConfig) -> Atlas {
     let arm = arm();
-    Atlas::build(
-        &arm,
-        &maps_of(&arm, &room()),
-        BOARD,
-        &limits(),
-        &waiting(),
-        config,
-    )
-    .expect("built")
+    let maps = maps_of(&arm, &room());
+    Atlas::build(&arm, &maps, BOARD, &limits(), &waiting(), config).expect("built")
+}
+
+/// An atlas with some of the coarse settings changed.
+pub fn atlas_but(change: impl FnOnce(&mut AtlasConfig)) -> Atlas {
+    let mut config = coarse();
+    change(&mut config);
+    atlas_with(&config)
+}
+
+/// All nodes with their places.
+pub fn nodes(atlas: &Atlas) -> Vec<(&AtlasWall, NodePlace, &AtlasNode)> {
+    let of_wall = |wall| {
+        let wall: &AtlasWall = wall;
+        let held = move |place| Some((wall, place, wall.node(place)?));
+        wall.places().filter_map(held)
+    };
+    atlas.walls().iter().flat_map(of_wall).collect()
+}
+
+/// Every node holds the board at its place, within the limits, and knows its least time.
+pub fn check_nodes(atlas: &Atlas, arm: &dyn ArmKinematics, accuracy: f64) {
+    for (wall, place, node) in nodes(atlas) {
+        let rotation = wall.plane().board_rotation(node.roll_rad);
+        let wanted = Pose::new(rotation, wall.point_m(place)).expect("finite");
+        let off = arm.forward(&node.q).distance(&wanted);
+        assert!(
+            off.position_m < accuracy && off.angle_rad < accuracy,
+            "{place:?}: {off:?}"
+        );
+        for (limit, q) in arm.limits().iter().zip(node.q.0) {
+            assert!(limit.contains(q), "{place:?}: {q}");
+        }
+        let least_s = atlas.limits().travel_time_s(atlas.waiting(), &node.q);
+        assert_eq!(node.arrival_s.to_bits(), least_s.to_bits());
+        assert_eq!(node.clear, node.excess_m == 0.0);
+        assert!(node.excess_m >= 0.0 && node.overhang_m >= 0.0);
+    }
 }
 
 /// The atlas of nodes 10 cm apart, built once for all tests.

@@ -1,6 +1,9 @@
 //! Reads the reference files and their excerpt; steps of filters.
 
-use hwall_bip::{Basis, Demonstration, Group, MotionFilter, Observation, PhaseVelocity, Prior};
+use hwall_bip::{
+    Basis, Demonstration, Group, Model, MotionFilter, Observation, PhaseVelocity, Prior,
+    TrainingConfig,
+};
 use hwall_testkit::{Sampler, minimum_jerk};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -53,6 +56,25 @@ pub(crate) fn groups(basis: Basis) -> Vec<Group> {
         Group::observed("hand", 18, basis),
         Group::controlled("arm", 7, basis),
     ]
+}
+
+/// The training of one observed group.
+pub(crate) fn one_group(dofs: usize, basis: Basis) -> TrainingConfig {
+    TrainingConfig::new(vec![Group::observed("hand", dofs, basis)])
+}
+
+/// A model of one observed group.
+pub(crate) fn trained(demonstrations: &[Demonstration], basis: Basis) -> Model {
+    Model::train(demonstrations, &one_group(demonstrations[0].dofs(), basis)).unwrap()
+}
+
+/// Values and slopes of the functions of a basis.
+pub(crate) fn evaluate(basis: Basis, phase: f64) -> (Vec<f64>, Vec<f64>) {
+    let (mut values, mut slopes) = (vec![0.0; basis.count()], vec![0.0; basis.count()]);
+    basis
+        .evaluate_into(phase, &mut values, &mut slopes)
+        .unwrap();
+    (values, slopes)
 }
 
 /// Prior and test runs of the excerpt in `tests/data`, rounded to 13 digits; its filter with the published convention is for `hwall-lab`.

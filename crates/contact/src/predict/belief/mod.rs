@@ -1,6 +1,7 @@
 //! Prediction from all evidence: hand motion, gaze, earlier touches and the surfaces.
 
 mod context;
+mod gaze_error;
 mod model;
 mod person;
 mod places;
@@ -37,7 +38,7 @@ pub use training::{LabelledStream, StreamContact, StreamFilters};
 ///    the present fixation and of the one before it, the places this person has touched, and everywhere else.
 /// 2. The distributions are weighted by how often each source is right in this phase of a reach, at this age of the fixation, and for this
 ///    agreement of fixation and motion ([`EvidenceModel`], learned from recordings). Each touch updates how reliable each source is for this
-///    person.
+///    person, and by which angles the gaze is off.
 /// 3. Each component is divided among the surfaces: density in the plane of a face, times the share of it that straight paths from the hand (or
 ///    from the eyes) meet first, times the sine of the angle of incidence. Untouchable surfaces block paths.
 /// 4. For each surface the components add up to a probability and a covariance; the point is the mean of those that agree with the most probable
@@ -67,6 +68,8 @@ pub struct FusedPredictor<E> {
     touch: TouchWatch,
     places: TouchedPlaces,
     person: Person,
+    /// The evidence model with the gaze error of this person.
+    evidence: EvidenceModel,
     estimate: Option<ContactEstimate>,
     fallback: DeterministicPredictor,
     /// A reported touch that has not been processed yet.
@@ -87,6 +90,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             shares: SurfaceShares::new(config.rays),
             fallback: DeterministicPredictor::new(config.fallback)?,
             felt: None,
+            evidence: config.evidence,
             config,
             gaze: GazeMemory::default(),
             side: SideWatch::default(),
@@ -97,6 +101,12 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             estimate: None,
             ranked: Vec::with_capacity(16),
         })
+    }
+
+    /// The predictions of the last sample, the most probable place first.
+    #[must_use]
+    pub fn ranked(&self) -> &[ContactPrediction] {
+        &self.ranked
     }
 
     /// The estimate of the last sample, before gaze and scene; `None` at rest.
@@ -151,12 +161,12 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         let registration_m2 = isotropic(self.config.registration_sd_m);
         let settings = (&self.config.watch, self.config.default_sd_m);
         let any = self.places.any();
-        let model = self.config.evidence;
+        let model = self.evidence;
         let sample = Sample::new(hand, &self.stream, &self.gaze, any, &model, settings);
         let Some(sample) = sample else { return false };
         let weights = self.person.shares(&sample, &model);
         let sights = sample.dwells.map(|dwell| {
-            let ray = dwell?.ray;
+            let ray = model.corrected(&dwell?.ray);
             scene.ray_cast(ray.origin_m, ray.direction).ok()?
         });
         for (source, weight) in EvidenceSource::ALL.into_iter().zip(weights) {
@@ -166,14 +176,14 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             let dwell = |i: usize| {
                 let dwell = sample.dwells[i]?;
                 let distance_m = sights[i].map_or(NOMINAL_FIXATION_M, |hit| hit.distance_m);
-                let gaussian = sample.along(&dwell, model.on_target_sd_rad, Some(distance_m))?;
+                let gaussian = sample.along(&dwell, &model, Some(distance_m))?;
                 Some((gaussian, self.seen(scene, hand, side, sights[i])))
             };
             let (gaussian, seen) = match source {
-                EvidenceSource::Motion => (sample.motion.map(|[motion, _]| motion), None),
+                EvidenceSource::Motion => (sample.end(&model), None),
                 EvidenceSource::MotionAndFixation => {
                     let seen = self.seen(scene, hand, side, sights[0]);
-                    (sample.confirmed(model.on_target_sd_rad), Some(seen))
+                    (sample.confirmed(&model), Some(seen))
                 }
                 EvidenceSource::Fixation => dwell(0).unzip(),
                 EvidenceSource::PreviousFixation => dwell(1).unzip(),
@@ -271,14 +281,16 @@ impl<E: ContactEstimator> FusedPredictor<E> {
 
     /// Is a place within the error of the line of sight?
     fn is_looked_at(&self, ray: &GazeRay, point_m: DVec3) -> bool {
+        let ray = self.evidence.corrected(ray);
         let angle_rad = ray.direction.angle_between(point_m - ray.origin_m);
-        angle_rad <= self.config.evidence.apart_rad()
+        angle_rad <= self.evidence.apart_rad()
     }
 
     /// Learns from a touch of a place.
     fn learn(&mut self, place: &SurfacePlace) {
+        let (people, own) = (&self.config.evidence, &mut self.evidence);
         self.person
-            .touched(place.point_m, &self.places, &self.config.evidence);
+            .touched(place.point_m, &self.places, people, own);
         self.places.touched(place.point_m, Some(*place));
     }
 }
@@ -326,7 +338,7 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
         self.ranked.clear();
         let finite = |e: &ContactEstimate| e.point_m.is_finite();
         self.estimate = self.stream.step(input.frame, input.hand).filter(finite);
-        let apart_rad = self.config.evidence.apart_rad();
+        let apart_rad = self.evidence.apart_rad();
         self.gaze.step(input.frame.t_s, &input.gaze, apart_rad);
         // Follow every sample, so that the fallback can take over at any time.
         let followed = self.fallback.follow(scene, input);
@@ -375,7 +387,7 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
         self.rest.forget();
         self.touch = TouchWatch::default();
         self.places.forget();
-        self.person = Person::default();
+        (self.person, self.evidence) = (Person::default(), self.config.evidence);
         self.fallback.reset();
         self.felt = None;
         self.estimate = None;

@@ -3,9 +3,11 @@
 use super::super::gaussian::Gaussian;
 use super::super::hand::phase::{PHASES, ReachPhase};
 use super::context::{AGES, COLUMNS, CUES, Context, SOURCES, SourceShares};
+use super::gaze_error;
 use crate::error::ContactError;
 use crate::matrices::isotropic;
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
+use hwall_hand::GazeRay;
 use hwall_numeric::check::{all_finite, positive, that};
 
 /// Shares by phase, fixation age and cue.
@@ -24,6 +26,11 @@ pub struct EvidenceModel {
     /// Number of touches in training; 0: untrained.
     pub touches: usize,
     pub(super) shares: Shares,
+    /// Error of the estimator by phase, as a multiple of the standard deviation that it states. The tail of its errors belongs to
+    /// [`EvidenceSource::Anywhere`](super::EvidenceSource::Anywhere), so this is the core.
+    pub(super) motion_scale: [f64; PHASES],
+    /// Mean angles from the next contact to the line of sight of a person, to the left and upwards in a frame with z up, rad.
+    pub(super) gaze_bias_rad: DVec2,
 }
 
 /// Untrained shares: people look at what they touch in five of six cases.
@@ -42,6 +49,8 @@ impl Default for EvidenceModel {
             rest: RestingHand::default(),
             touches: 0,
             shares: [[[AT_REST; COLUMNS]; AGES]; PHASES],
+            motion_scale: [1.0; PHASES],
+            gaze_bias_rad: DVec2::ZERO,
         };
         for phase in [ReachPhase::Onset, ReachPhase::UnderWay, ReachPhase::End] {
             model.set_shares(phase, REACHING);
@@ -92,6 +101,11 @@ impl EvidenceModel {
             }
         }
         context.only_those_there(shares)
+    }
+
+    /// A line of sight without its mean error.
+    pub(super) fn corrected(&self, ray: &GazeRay) -> GazeRay {
+        gaze_error::without(ray, self.gaze_bias_rad)
     }
 
     /// Lines of sight that differ by no more than this count as one place, rad.

@@ -1,6 +1,7 @@
-//! Reliability of the sources of evidence for this person, from the touches so far.
+//! Reliability of the sources of evidence and error of the gaze of this person, from the touches so far.
 
-use super::context::{SOURCES, SourceShares};
+use super::context::{EvidenceSource, SOURCES, SourceShares};
+use super::gaze_error::{self, GazeErrors};
 use super::model::EvidenceModel;
 use super::places::{FADES, TouchedPlaces};
 use super::sample::Sample;
@@ -16,6 +17,7 @@ pub(super) struct Person {
     /// By phase and source, over touches discounted with age: how often it was right, and the expected number.
     right: [SourceShares; PHASES],
     expected: [SourceShares; PHASES],
+    gaze: GazeErrors,
     /// The last sample in each phase since the last touch.
     seen: [Option<(Sample, SourceShares)>; PHASES],
 }
@@ -25,6 +27,7 @@ impl Default for Person {
         Self {
             right: [[0.0; SOURCES]; PHASES],
             expected: [[0.0; SOURCES]; PHASES],
+            gaze: GazeErrors::default(),
             seen: [None; PHASES],
         }
     }
@@ -46,13 +49,17 @@ impl Person {
         own
     }
 
-    /// Updates the reliability of the sources from a touch.
+    /// Updates the reliability of the sources and the error of the gaze from a touch. `people`: the model of all people; `model`: that of this
+    /// person, which changes.
     pub(super) fn touched(
         &mut self,
         contact_m: DVec3,
         places: &TouchedPlaces,
-        model: &EvidenceModel,
+        people: &EvidenceModel,
+        model: &mut EvidenceModel,
     ) {
+        // A touch counts for one fixation: the one that most probably was on the place.
+        let mut on_place = (None, 0.0);
         for (phase, seen) in std::mem::take(&mut self.seen).into_iter().enumerate() {
             let Some((sample, shares)) = seen else {
                 continue;
@@ -66,6 +73,25 @@ impl Person {
                 self.right[phase][i] = FADES * self.right[phase][i] + right[i];
                 self.expected[phase][i] = FADES * self.expected[phase][i] + nominal[i];
             }
+            let was_on = |source: EvidenceSource| right[source as usize];
+            let present =
+                was_on(EvidenceSource::MotionAndFixation) + was_on(EvidenceSource::Fixation);
+            let probabilities = [present, was_on(EvidenceSource::PreviousFixation)];
+            for (dwell, probability) in sample.dwells.into_iter().zip(probabilities) {
+                if let Some(dwell) = dwell
+                    && probability > on_place.1
+                {
+                    on_place = (Some(dwell), probability);
+                }
+            }
         }
+        self.gaze.fade(FADES);
+        if let (Some(dwell), probability) = on_place
+            && let Some(error_rad) = gaze_error::from(contact_m, &dwell.ray)
+        {
+            self.gaze.add(error_rad, dwell.noise_rad, probability);
+        }
+        let (bias_rad, sd_rad) = self.gaze.next(people.on_target_sd_rad, PEOPLE);
+        (model.gaze_bias_rad, model.on_target_sd_rad) = (bias_rad, sd_rad);
     }
 }

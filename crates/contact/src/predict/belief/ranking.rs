@@ -71,10 +71,12 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             let Some(best) = of(index).max_by(|a, b| a.mass.total_cmp(&b.mass)) else {
                 continue;
             };
-            // [`EvidenceSource::Anywhere`] gives no information about the point.
-            let is_of_none = best.source == EvidenceSource::Anywhere;
-            let named = |f: &&Face| is_of_none || f.source != EvidenceSource::Anywhere;
-            let moments = Moments::of(|| of(index).filter(named), best);
+            // [`EvidenceSource::Anywhere`] does not say where on a surface; during a reach it is the tail of the estimator's errors.
+            let is_anywhere = |f: &Face| f.source == EvidenceSource::Anywhere;
+            let is_of_none = is_anywhere(best);
+            let says_where = |f: &Face| is_of_none || !is_anywhere(f);
+            let counts = |f: &&Face| says_where(f) || self.estimate.is_some();
+            let moments = Moments::of(|| of(index).filter(counts), best, says_where);
             let met = SurfacePlace {
                 surface: face.surface,
                 point_m: best.met_m,

@@ -11,7 +11,7 @@ use super::places::TouchedPlaces;
 use crate::estimate::ContactEstimator;
 use crate::matrices::{Plane, axes_across, isotropic, square};
 use glam::{DMat3, DVec3};
-use hwall_hand::{HandState, WatchConfig};
+use hwall_hand::{GazeRay, HandState, WatchConfig};
 use std::f64::consts::TAU;
 
 /// Factor on the standard deviation of an estimate that is wrong.
@@ -31,7 +31,7 @@ const DEPTH_SD_M: f64 = 0.4;
 #[derive(Debug, Clone, Copy)]
 pub(in crate::predict) struct Sample {
     pub(super) context: Context,
-    /// Predicted end of the motion, and the same with the error of a wrong estimate; `None` at rest.
+    /// Predicted end of the motion as the estimator states it, and the same with the error of a wrong estimate; `None` at rest.
     pub(super) motion: Option<[Gaussian; 2]>,
     /// The present fixation and the one before.
     pub(super) dwells: [Option<Dwell>; 2],
@@ -59,7 +59,7 @@ impl Sample {
             _ => place.phase,
         };
         let cue = now.zip(motion.as_ref()).and_then(|(dwell, [motion, _])| {
-            Some((deviations(motion, dwell, model.on_target_sd_rad)? / DISAGREES).min(1.0))
+            Some((deviations(motion, dwell, model)? / DISAGREES).min(1.0))
         });
         place.rest_m.is_finite().then(|| Self {
             context: Context {
@@ -79,26 +79,34 @@ impl Sample {
     pub(super) fn along(
         &self,
         dwell: &Dwell,
-        sd_rad: f64,
+        model: &EvidenceModel,
         distance_m: Option<f64>,
     ) -> Option<Gaussian> {
-        let (origin_m, sight) = (dwell.ray.origin_m, dwell.ray.direction);
-        let sd_rad = sd_rad.hypot(dwell.noise_rad);
-        let across = DMat3::IDENTITY - square(sight);
         let by_motion = self.motion.as_ref();
-        if let Some(gaussian) = by_motion.and_then(|[_, astray]| on_sight(astray, dwell, sd_rad)) {
+        if let Some(gaussian) = by_motion.and_then(|[_, astray]| on_sight(astray, dwell, model)) {
             return Some(gaussian);
         }
+        let GazeRay {
+            origin_m,
+            direction: sight,
+        } = model.corrected(&dwell.ray);
+        let sd_rad = model.on_target_sd_rad.hypot(dwell.noise_rad);
+        let across = DMat3::IDENTITY - square(sight);
         let distance_m = distance_m?.max(NEAREST_FIXATION_M);
         let sd_m = sd_rad * distance_m;
         let covariance_m2 = square(sight) * (DEPTH_SD_M * DEPTH_SD_M) + across * (sd_m * sd_m);
         Gaussian::new(origin_m + sight * distance_m, covariance_m2)
     }
 
+    /// The end of the motion, with the learned error of the estimator.
+    pub(super) fn end(&self, model: &EvidenceModel) -> Option<Gaussian> {
+        let [motion, _] = self.motion.as_ref()?;
+        motion.stretched(model.motion_scale[self.context.phase as usize])
+    }
+
     /// The motion's end combined with the line of the present fixation.
-    pub(super) fn confirmed(&self, sd_rad: f64) -> Option<Gaussian> {
-        let ([motion, _], dwell) = (self.motion.as_ref()?, self.dwells[0]?);
-        on_sight(motion, &dwell, sd_rad.hypot(dwell.noise_rad))
+    pub(super) fn confirmed(&self, model: &EvidenceModel) -> Option<Gaussian> {
+        on_sight(&self.end(model)?, &self.dwells[0]?, model)
     }
 
     /// Contact if no other source is right.
@@ -122,15 +130,15 @@ impl Sample {
         };
         let dwell = |i: usize| {
             self.dwells[i].map_or(f64::NEG_INFINITY, |dwell| {
-                match self.along(&dwell, model.on_target_sd_rad, None) {
+                match self.along(&dwell, model, None) {
                     Some(along) => by(Some(along)),
-                    None => log_along_sight(&dwell, contact_m, model.on_target_sd_rad),
+                    None => log_along_sight(&dwell, contact_m, model),
                 }
             })
         };
         [
-            by(self.motion.map(|[motion, _]| motion)),
-            by(self.confirmed(model.on_target_sd_rad)),
+            by(self.end(model)),
+            by(self.confirmed(model)),
             dwell(0),
             dwell(1),
             places.log_density(contact_m, self.motion.as_ref().map(|[_, astray]| astray)),
@@ -153,8 +161,12 @@ impl Sample {
 }
 
 /// Product of a Gaussian and that about a line of sight.
-fn on_sight(gaussian: &Gaussian, dwell: &Dwell, sd_rad: f64) -> Option<Gaussian> {
-    let (origin_m, sight) = (dwell.ray.origin_m, dwell.ray.direction);
+fn on_sight(gaussian: &Gaussian, dwell: &Dwell, model: &EvidenceModel) -> Option<Gaussian> {
+    let GazeRay {
+        origin_m,
+        direction: sight,
+    } = model.corrected(&dwell.ray);
+    let sd_rad = model.on_target_sd_rad.hypot(dwell.noise_rad);
     let sd_m = sd_rad * (gaussian.mean_m - origin_m).dot(sight);
     let across = DMat3::IDENTITY - square(sight);
     let is_ahead = sd_m > sd_rad * NEAREST_FIXATION_M;
@@ -163,25 +175,26 @@ fn on_sight(gaussian: &Gaussian, dwell: &Dwell, sd_rad: f64) -> Option<Gaussian>
 
 /// Distance of a fixation from the predicted end, in standard deviations per axis; [`DISAGREES`] for eyes that look away, `None` if it cannot be
 /// computed.
-fn deviations(motion: &Gaussian, dwell: &Dwell, sd_rad: f64) -> Option<f64> {
-    let sight = dwell.ray.direction;
+fn deviations(motion: &Gaussian, dwell: &Dwell, model: &EvidenceModel) -> Option<f64> {
+    let sight = model.corrected(&dwell.ray).direction;
     let to_mean = motion.mean_m - dwell.ray.origin_m;
     let distance_m = to_mean.dot(sight);
     if distance_m < NEAREST_FIXATION_M {
         return Some(DISAGREES);
     }
     let axes = axes_across(sight);
-    let sd_m = distance_m * sd_rad.hypot(dwell.noise_rad);
+    let sd_m = distance_m * model.on_target_sd_rad.hypot(dwell.noise_rad);
     let spread = Plane::of(&motion.covariance_m2, axes).plus(sd_m * sd_m);
     let squared = spread.squared(axes.map(|axis| to_mean.dot(axis)));
     (squared >= 0.0).then(|| (0.5 * squared).sqrt())
 }
 
 /// Log density of a contact on a line of sight at unknown distance, per m³.
-fn log_along_sight(dwell: &Dwell, contact_m: DVec3, sd_rad: f64) -> f64 {
+fn log_along_sight(dwell: &Dwell, contact_m: DVec3, model: &EvidenceModel) -> f64 {
     let to_contact = contact_m - dwell.ray.origin_m;
-    let rad = dwell.ray.direction.angle_between(to_contact);
-    let variance = sd_rad * sd_rad + dwell.noise_rad * dwell.noise_rad;
+    let sight = model.corrected(&dwell.ray).direction;
+    let rad = sight.angle_between(to_contact);
+    let variance = model.on_target_sd_rad.powi(2) + dwell.noise_rad.powi(2);
     let square_m2 = to_contact
         .length_squared()
         .max(NEAREST_FIXATION_M * NEAREST_FIXATION_M);

@@ -163,6 +163,8 @@ impl EvidenceModel {
         let mut counts = none;
         let (mut dwells, mut squares) = (1.0, start.on_target_sd_rad.powi(2));
         let (mut rested, mut first, mut second) = (0.0, DVec3::ZERO, DMat3::ZERO);
+        // The prior counts as `PULL` touches in each of three directions.
+        let (mut ends, mut end_squares) = ([PULL; PHASES], [PULL; PHASES]);
         for row in rows {
             let Row {
                 sample, contact_m, ..
@@ -172,7 +174,13 @@ impl EvidenceModel {
             let Some(right) = sample.responsibilities(&shares, &logs) else {
                 continue;
             };
-            let counts = &mut counts[sample.context.phase as usize];
+            let phase = sample.context.phase as usize;
+            if let Some([motion, _]) = &sample.motion {
+                let weight = row.weight * right[EvidenceSource::Motion as usize];
+                ends[phase] += weight;
+                end_squares[phase] += weight * motion.mahalanobis_squared(*contact_m) / 3.0;
+            }
+            let counts = &mut counts[phase];
             let is_known = sample.context.cue.is_some();
             for (age, cue, part) in sample.context.nodes() {
                 let columns = [Some(cue), is_known.then_some(COLUMNS - 1)];
@@ -207,6 +215,7 @@ impl EvidenceModel {
         Self {
             on_target_sd_rad: (squares / dwells).max(1e-6).sqrt(),
             shares,
+            motion_scale: std::array::from_fn(|i| (end_squares[i] / ends[i]).sqrt()),
             rest: RestingHand {
                 mean_m,
                 covariance_m2: second * total.recip() + square(mean_m) * -1.0,

@@ -26,6 +26,11 @@ pub(crate) fn scene(quads: &[(&str, Quad)], sidecar: Option<&str>) -> Scene {
     Scene::from_obj_str(&obj, sidecar).unwrap().0
 }
 
+/// The same of plain walls.
+pub(crate) fn plain_scene(quads: &[(&str, Quad)]) -> Scene {
+    scene(quads, None)
+}
+
 /// A rectangle in the plane of a given x that faces smaller x.
 pub(crate) fn front(x: f64, [y0, y1]: [f64; 2], [z0, z1]: [f64; 2]) -> Quad {
     [[x, y1, z0], [x, y0, z0], [x, y0, z1], [x, y1, z1]]
@@ -166,6 +171,21 @@ impl Fused {
         };
         self.predictor.predict(scene, &input)
     }
+}
+
+/// Predictions for a hand and a gaze.
+pub(crate) fn see<'a>(
+    predictor: &'a mut (impl Predictor + ?Sized),
+    scene: &Scene,
+    hand: &HandState,
+    gaze: Gaze,
+) -> &'a [ContactPrediction] {
+    let input = PredictorInput {
+        frame: &HandFrame::empty(hand.t_s),
+        hand: Some(hand),
+        gaze,
+    };
+    predictor.predict(scene, &input)
 }
 
 pub(crate) fn hand(t_s: f64, point_m: DVec3, velocity_m_per_s: DVec3) -> HandState {

@@ -40,7 +40,6 @@ pub fn torque_arm() -> TorqueArm {
 /// A client like the manufacturer's samples: mirrors while it waits, then applies `overlay` from time 0.
 pub struct SampleClient {
     pub codec: Codec,
-    pub answered: u32,
     pub state: SessionState,
     sequence: u32,
     since_answer: u32,
@@ -51,7 +50,6 @@ impl SampleClient {
     pub fn new(codec: Codec) -> Self {
         Self {
             codec,
-            answered: 0,
             state: SessionState::Idle,
             sequence: 0,
             since_answer: 0,
@@ -101,7 +99,6 @@ impl SampleClient {
             data: Some(data),
         };
         self.sequence += 1;
-        self.answered += 1;
         let mut buffer: Datagram = [0; DATAGRAM_BYTES];
         let length = self
             .codec

@@ -293,23 +293,20 @@ mod tests {
         Barriers::from(BarrierTree::from(&all))
     }
 
-    fn in_front_m(barriers: &Barriers, at: [f64; 3]) -> f64 {
-        let point_m = DVec3::from_array(at);
-        barriers
-            .nearest(point_m)
-            .expect("there are some")
-            .in_front_m
-    }
-
     #[test]
     fn the_nearest_surface_decides() {
         let barriers = wall_and_box();
-        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} instead of {b}");
-        close(in_front_m(&barriers, [0.5, 0.0, 0.7]), -0.1);
-        close(in_front_m(&barriers, [0.601, 0.3, 0.3]), 0.001);
-        close(in_front_m(&barriers, [0.7, 0.0, 0.3]), -0.02);
-        close(in_front_m(&barriers, [0.75, 0.0, 0.3]), 0.03);
-        close(in_front_m(&barriers, [0.66, 0.21, 0.3]), 0.01);
+        for (at, wanted_m) in [
+            ([0.5, 0.0, 0.7], -0.1),
+            ([0.601, 0.3, 0.3], 0.001),
+            ([0.7, 0.0, 0.3], -0.02),
+            ([0.75, 0.0, 0.3], 0.03),
+            ([0.66, 0.21, 0.3], 0.01),
+        ] {
+            let found = barriers.nearest(DVec3::from_array(at));
+            let in_front_m = found.expect("there are some").in_front_m;
+            assert!((in_front_m - wanted_m).abs() < 1e-12, "{in_front_m}");
+        }
     }
 
     #[test]
@@ -318,20 +315,15 @@ mod tests {
         let board = Board::default();
         let facing_x = DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X);
         let face = Pose::new(facing_x, DVec3::new(0.72, 0.15, 0.3)).expect("finite");
-        let out = barriers
-            .most_in_front(&board, &face, &[None], &[None])
-            .expect("there are some");
-        assert!(out.in_front_m > 0.04, "{out:?}");
-        let footprint = Footprint::new(face, &board, 0.01);
-        let out = barriers
-            .most_in_front(&board, &face, &[Some(footprint)], &[None])
-            .expect("there are some");
-        assert!(out.in_front_m.abs() < 1e-12, "{out:?}");
+        let in_front_m = |face: &Pose, footprint: Option<Footprint>| {
+            let found = barriers.most_in_front(&board, face, &[footprint], &[None]);
+            found.expect("there are some").in_front_m
+        };
+        assert!(in_front_m(&face, None) > 0.04);
+        let footprint = Some(Footprint::new(face, &board, 0.01));
+        assert!(in_front_m(&face, footprint).abs() < 1e-12);
         // But not what is in front of the goal.
         let before = face.at(DVec3::new(0.74, 0.15, 0.3));
-        let out = barriers
-            .most_in_front(&board, &before, &[Some(footprint)], &[None])
-            .expect("there are some");
-        assert!(out.in_front_m > 0.02 - 1e-12, "{out:?}");
+        assert!(in_front_m(&before, footprint) > 0.02 - 1e-12);
     }
 }

@@ -88,6 +88,7 @@ impl JointGuard {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hwall_testkit::refused;
 
     const LIMIT: JointLimit = JointLimit {
         min_rad: -1.0,
@@ -115,29 +116,20 @@ mod tests {
         let at = |q, planned| guard.torque_n_m(0, 2.0, &LIMIT, 2.0, [q, 0.0], [planned, 0.0]);
         assert_eq!(at(0.97, 0.97), 0.0);
         assert!(at(0.98, 0.97) < 0.0);
-        assert_eq!(
-            guard.torque_n_m(0, 2.0, &LIMIT, 2.0, [0.0, 1.99], [0.0, 1.99]),
-            0.0
-        );
+        let fast = [0.0, 1.99];
+        assert_eq!(guard.torque_n_m(0, 2.0, &LIMIT, 2.0, fast, fast), 0.0);
     }
 
     #[test]
     fn bad_settings_are_named() {
-        for guard in [
-            JointGuard {
-                margin_rad: f64::NAN,
-                ..JointGuard::default()
-            },
-            JointGuard {
-                speed_share: 1.1,
-                ..JointGuard::default()
-            },
-            JointGuard {
-                most_n_m: [0.0; 7],
-                ..JointGuard::default()
-            },
-        ] {
-            assert!(guard.validate().is_err());
-        }
+        refused!(
+            JointGuard::default(),
+            |guard: JointGuard| guard.validate(),
+            {
+                margin_rad = f64::NAN;
+                speed_share = 1.1;
+                most_n_m = [0.0; 7];
+            }
+        );
     }
 }

@@ -164,10 +164,22 @@ mod tests {
         }
     }
 
+    /// After states at one angle and speed, for a number of cycles.
+    fn after(rad_per_s: f64, cycles: u32) -> StateConsistency {
+        let mut consistency = StateConsistency::default();
+        for k in 0..cycles {
+            let state = ArmState {
+                t_s: 1e-3 * f64::from(k),
+                ..at(1.0, rad_per_s)
+            };
+            assert_eq!(consistency.find(&state), Ok(()));
+        }
+        consistency
+    }
+
     #[test]
     fn a_held_arm_is_where_it_was() {
-        let mut consistency = StateConsistency::default();
-        assert_eq!(consistency.find(&at(1.0, 0.0)), Ok(()));
+        let mut consistency = after(0.0, 1);
         consistency.lose(&at(f64::NAN, 0.0), None, 0.0);
         let Err(Doubt::Elsewhere(by_rad)) = consistency.find(&at(1.1, 0.0)) else {
             panic!("believed");
@@ -181,10 +193,8 @@ mod tests {
 
     #[test]
     fn one_that_moved_comes_to_rest_further_on() {
-        let mut consistency = StateConsistency::default();
         for speed in [1.0, -1.0] {
-            consistency.believe();
-            assert_eq!(consistency.find(&at(1.0, speed)), Ok(()));
+            let mut consistency = after(speed, 1);
             consistency.lose(&at(f64::NAN, 0.0), None, 0.0);
             assert!(consistency.find(&at(1.0 - 0.1 * speed, 0.0)).is_err());
             assert!(consistency.find(&at(1.0 + 0.25 * speed, 0.0)).is_err());
@@ -194,8 +204,7 @@ mod tests {
 
     #[test]
     fn somebody_may_say_so() {
-        let mut consistency = StateConsistency::default();
-        assert_eq!(consistency.find(&at(1.0, 0.0)), Ok(()));
+        let mut consistency = after(0.0, 1);
         consistency.lose(&at(f64::NAN, 0.0), None, 0.0);
         assert!(consistency.find(&at(2.0, 0.0)).is_err());
         consistency.believe();
@@ -204,15 +213,7 @@ mod tests {
 
     #[test]
     fn an_arm_that_stands_may_say_the_same_for_ever() {
-        let mut consistency = StateConsistency::default();
-        for k in 0..1000 {
-            let t_s = 1e-3 * f64::from(k);
-            let state = ArmState {
-                t_s,
-                ..at(1.0, 0.0)
-            };
-            assert_eq!(consistency.find(&state), Ok(()));
-        }
+        let mut consistency = after(0.0, 1000);
         consistency.lose(&at(1.0, 0.0), Some(0.1), 0.0);
         assert_eq!(consistency.find(&at(1.0, 0.0)), Ok(()));
     }
@@ -226,16 +227,8 @@ mod tests {
 
     #[test]
     fn frozen_angles_say_nothing_until_they_change() {
-        let mut consistency = StateConsistency::default();
-        for k in 0..100 {
-            // The velocities continue, so the arm is known to move.
-            let t_s = 1e-3 * f64::from(k);
-            let state = ArmState {
-                t_s,
-                ..at(1.0, 0.5)
-            };
-            assert_eq!(consistency.find(&state), Ok(()));
-        }
+        // The velocities continue, so the arm is known to move.
+        let mut consistency = after(0.5, 100);
         consistency.lose(&at(1.0, 0.5), Some(0.1), 0.0);
         for _ in 0..1000 {
             let doubt = consistency.find(&at(1.0, 0.0));
@@ -247,16 +240,14 @@ mod tests {
 
     #[test]
     fn states_that_were_late_leave_the_arm_time_to_move() {
-        let mut consistency = StateConsistency::default();
-        assert_eq!(consistency.find(&at(1.0, 0.0)), Ok(()));
+        let mut consistency = after(0.0, 1);
         consistency.lose(&at(1.0, 0.0), None, 0.12);
         assert_eq!(consistency.find(&at(1.13, 0.0)), Ok(()));
     }
 
     #[test]
     fn a_velocity_that_is_none_proves_nothing() {
-        let mut consistency = StateConsistency::default();
-        assert_eq!(consistency.find(&at(1.0, f64::NAN)), Ok(()));
+        let mut consistency = after(f64::NAN, 1);
         consistency.lose(&at(1.0, 0.0), None, 0.0);
         assert!(consistency.find(&at(1.2, 0.0)).is_err());
     }

@@ -212,6 +212,17 @@ mod tests {
     use hwall_kinematics::{JointPositions, JointVelocities};
     use hwall_testkit::Sampler;
 
+    fn limits() -> GuardLimits {
+        GuardLimits::of_arm(&hwall_kinematics::SrsArm::iiwa7())
+    }
+
+    /// A cycle of a resting arm; is a push felt?
+    fn is_pushed(bias: &mut TorqueBias, limits: &GuardLimits, state: &ArmState) -> bool {
+        let contact = bias.contact(state, limits, 1e-3, |beyond, _| *beyond);
+        bias.step(state, limits, contact.is_none(), 1e-3);
+        contact.is_some()
+    }
+
     fn state(t_s: f64, torque_n_m: f64) -> ArmState {
         ArmState {
             t_s,
@@ -223,15 +234,13 @@ mod tests {
 
     #[test]
     fn a_push_while_the_bias_is_measured_is_no_bias() {
-        let limits = GuardLimits::of_arm(&hwall_kinematics::SrsArm::iiwa7());
+        let limits = limits();
         for pushed in [0.30..0.42, 0.42..0.44, 0.45..0.47, 0.49..0.52] {
             let mut bias = TorqueBias::new(BiasConfig::default());
             for k in 0..1500 {
                 let t_s = 1e-3 * f64::from(k);
                 let torque_n_m = if pushed.contains(&t_s) { 15.0 } else { 0.1 };
-                let state = state(t_s, torque_n_m);
-                let contact = bias.contact(&state, &limits, 1e-3, |beyond, _| *beyond);
-                bias.step(&state, &limits, contact.is_none(), 1e-3);
+                is_pushed(&mut bias, &limits, &state(t_s, torque_n_m));
                 let found = bias.bias().map_or(0.1, |found| found[0]);
                 assert!((found - 0.1).abs() < 0.5, "{pushed:?}, {t_s} s: {found}");
             }
@@ -241,7 +250,7 @@ mod tests {
 
     #[test]
     fn a_bias_is_a_mean_of_many_samples_from_the_beginning() {
-        let limits = GuardLimits::of_arm(&hwall_kinematics::SrsArm::iiwa7());
+        let limits = limits();
         let mut sampler = Sampler::new(5);
         let mut bias = TorqueBias::new(BiasConfig::default());
         for k in 0..2000 {
@@ -262,29 +271,25 @@ mod tests {
     /// A hand that presses harder by 2 N m a second, and sensors that drift by 0.2 N m a minute.
     #[test]
     fn a_growing_push_is_no_bias_and_a_drift_is() {
-        let limits = GuardLimits::of_arm(&hwall_kinematics::SrsArm::iiwa7());
+        let limits = limits();
         for (n_m_per_s, after_s) in [(2.0, Some(1.0)), (-2.0, Some(1.0)), (0.2 / 60.0, None)] {
             let mut bias = TorqueBias::new(BiasConfig::default());
             let named = (0..900_000).find(|k| {
                 let t_s = 1e-3 * f64::from(*k);
                 let state = state(t_s, n_m_per_s * (t_s - 1.0).max(0.0));
-                let contact = bias.contact(&state, &limits, 1e-3, |beyond, _| *beyond);
-                bias.step(&state, &limits, contact.is_none(), 1e-3);
-                contact.is_some()
+                is_pushed(&mut bias, &limits, &state)
             });
             // The wrist is the first to notice: 3 % of 40 N m.
             let named_s = named.map(|k| 1e-3 * f64::from(k));
             assert_eq!(named_s.is_some(), after_s.is_some(), "{named_s:?}");
-            let late = named_s
-                .zip(after_s)
-                .map_or(0.0, |(at_s, from_s)| at_s - from_s);
+            let late = named_s.unwrap_or(0.0) - after_s.unwrap_or(0.0);
             assert!(late < 0.7, "{late} s");
         }
     }
 
     #[test]
     fn the_same_sample_again_and_one_that_is_not_finite_are_none() {
-        let limits = GuardLimits::of_arm(&hwall_kinematics::SrsArm::iiwa7());
+        let limits = limits();
         let mut bias = TorqueBias::new(BiasConfig::default());
         for _ in 0..2000 {
             bias.step(&state(1.0, 5.0), &limits, true, 1e-3);

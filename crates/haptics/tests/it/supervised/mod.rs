@@ -18,13 +18,18 @@ pub(crate) struct Bench {
     pub(crate) force: Option<Wrench>,
     pub(crate) command: ArmCommand,
     pub(crate) ticks: u32,
-    /// Values with jitter, like measurements.
-    trembles: bool,
 }
 
 impl Bench {
     pub(crate) fn new() -> Self {
         Self::with(SupervisorConfig::default())
+    }
+
+    /// After some good cycles.
+    pub(crate) fn after(cycles: usize) -> Self {
+        let mut bench = Self::new();
+        bench.run(cycles);
+        bench
     }
 
     /// Its first state counts.
@@ -56,7 +61,6 @@ impl Bench {
             force: Some(Wrench::default()),
             command: ArmCommand::Position(home()),
             ticks: 0,
-            trembles: true,
         }
     }
 
@@ -67,39 +71,24 @@ impl Bench {
         self.state.t_s = self.now_s;
         for point in &mut self.person {
             point.stamp_s = self.now_s;
-            if self.trembles {
-                point.position_m.z += if self.ticks.is_multiple_of(2) {
-                    1e-5
-                } else {
-                    -1e-5
-                };
-            }
+            // Values with jitter, like measurements.
+            let is_even = self.ticks.is_multiple_of(2);
+            point.position_m.z += if is_even { 1e-5 } else { -1e-5 };
         }
         let mut now_s = self.now_s;
-        let sound = (
-            self.state,
-            self.person.clone(),
-            self.target,
-            self.force,
-            self.command,
-        );
+        let (state, person) = (self.state, self.person.clone());
+        let (target, force, command) = (self.target, self.force, self.command);
         spoil(self, &mut now_s);
-        let input = SupervisorInput {
+        let step = self.supervisor.step(&SupervisorInput {
             now_s,
             state: &self.state,
             person: &self.person,
             target: self.target.map(|target| (target, self.now_s)),
             force: self.force,
             command: self.command,
-        };
-        let step = self.supervisor.step(&input);
-        (
-            self.state,
-            self.person,
-            self.target,
-            self.force,
-            self.command,
-        ) = sound;
+        });
+        (self.state, self.person) = (state, person);
+        (self.target, self.force, self.command) = (target, force, command);
         step
     }
 
@@ -116,10 +105,7 @@ impl Bench {
         steps: usize,
         spoil: impl Fn(&mut Self, &mut f64),
     ) -> SupervisorStep {
-        let mut last = self.step_with(&spoil);
-        for _ in 1..steps {
-            last = self.step_with(&spoil);
-        }
-        last
+        let last = (0..steps).map(|_| self.step_with(&spoil)).last();
+        last.expect("at least one step")
     }
 }

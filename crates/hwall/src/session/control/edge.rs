@@ -85,10 +85,8 @@ mod tests {
     use glam::DVec3;
     use hwall_contact::{DeterministicConfig, DeterministicPredictor};
     use hwall_haptics::{ArmState, Board, RenderStep};
-    use hwall_kinematics::JointPositions;
-    use hwall_kinematics::{JointTorques, JointVelocities, SrsArm};
-    use hwall_scene::Scene;
-    use hwall_scene::SurfaceId;
+    use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, SrsArm};
+    use hwall_scene::{Scene, SurfaceId};
 
     const CONTACT_S: f64 = 0.35;
 
@@ -106,14 +104,8 @@ mod tests {
         let (scene, _) = Scene::from_obj_str(obj, None).expect("a wall");
         let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led());
         let (arm, board) = (SrsArm::iiwa7(), Board::default());
-        let session = Session::new(
-            &arm,
-            &board,
-            scene,
-            Walls::default(),
-            predictor.expect("limits"),
-            SessionConfig::default(),
-        );
+        let (predictor, config) = (predictor.expect("limits"), SessionConfig::default());
+        let session = Session::new(&arm, &board, scene, Walls::default(), predictor, config);
         let mut control = session.expect("a session").control;
         let at = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
         let state = ArmState {
@@ -163,20 +155,12 @@ mod tests {
         assert!(keeps_until(Some(NOW_S + 0.01), 0.0, |_| {}));
         assert!(!keeps_until(Some(NOW_S - 0.01), 0.0, |_| {}));
         // Not for a place that is far away, in a world that moved, without a target or without a normal.
-        let far = |guidance: &mut Guidance| {
-            if let Some(target) = &mut guidance.target {
-                target.point_m.y = 0.5;
-            }
-        };
-        assert!(!keeps(0.0, far));
+        let far = |target: &mut BoardTarget| target.point_m.y = 0.5;
+        assert!(!keeps(0.0, |g| g.target.iter_mut().for_each(far)));
         assert!(!keeps(0.0, |guidance| guidance.world_moves = 1));
         assert!(!keeps(0.0, |guidance| guidance.target = None));
-        let no_normal = |guidance: &mut Guidance| {
-            if let Some(target) = &mut guidance.target {
-                target.normal = DVec3::NAN;
-            }
-        };
-        assert!(!keeps(0.0, no_normal));
+        let no_normal = |target: &mut BoardTarget| target.normal = DVec3::NAN;
+        assert!(!keeps(0.0, |g| g.target.iter_mut().for_each(no_normal)));
         // A place outside the maps goes to the solver: the arm cannot hold the board there with its face towards itself.
         let unknown = |normal: DVec3| {
             move |guidance: &mut Guidance| {

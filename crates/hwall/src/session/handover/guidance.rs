@@ -266,42 +266,30 @@ mod tests {
             world_moves: 3,
             people_before: 2,
         };
-        let without = |change: &dyn Fn(&mut Guidance)| {
+        let changes: [fn(&mut Guidance); 19] = [
+            |_| {},
+            |g| *g = Guidance::default(),
+            |g| g.target = None,
+            |g| g.target.iter_mut().for_each(|t| t.roll_rad = None),
+            |g| g.target.iter_mut().for_each(|t| t.near = None),
+            |g| g.surface = None,
+            |g| g.roughness = None,
+            |g| g.fingertip = None,
+            |g| g.palm_m = None,
+            |g| g.head_m = None,
+            |g| g.elbow_m = None,
+            |g| g.other_hand_m = None,
+            |g| g.bystanders[0] = None,
+            |g| g.bystanders[3] = None,
+            |g| g.waits = None,
+            |g| g.waits.iter_mut().for_each(|w| w.prepositions_to = None),
+            |g| g.answer = None,
+            |g| g.gesture = None,
+            |g| g.contact_s = None,
+        ];
+        for change in changes {
             let mut guidance = full;
             change(&mut guidance);
-            guidance
-        };
-        for guidance in [
-            full,
-            Guidance::default(),
-            without(&|g| g.target = None),
-            without(&|g| {
-                g.target = g.target.map(|t| BoardTarget {
-                    roll_rad: None,
-                    ..t
-                });
-            }),
-            without(&|g| g.surface = None),
-            without(&|g| g.roughness = None),
-            without(&|g| g.fingertip = None),
-            without(&|g| g.target = g.target.map(|t| BoardTarget { near: None, ..t })),
-            without(&|g| g.palm_m = None),
-            without(&|g| g.head_m = None),
-            without(&|g| g.elbow_m = None),
-            without(&|g| g.other_hand_m = None),
-            without(&|g| g.bystanders[0] = None),
-            without(&|g| g.bystanders[3] = None),
-            without(&|g| g.waits = None),
-            without(&|g| {
-                g.waits = g.waits.map(|w| PostureTarget {
-                    prepositions_to: None,
-                    ..w
-                });
-            }),
-            without(&|g| g.answer = None),
-            without(&|g| g.gesture = None),
-            without(&|g| g.contact_s = None),
-        ] {
             assert_eq!(Guidance::from_words(&guidance.to_words()), guidance);
         }
     }

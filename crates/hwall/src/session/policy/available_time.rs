@@ -143,16 +143,21 @@ mod tests {
     use super::*;
     use hwall_hand::HandPoint;
 
+    fn at(t_s: f64, distance_m: f64) -> TimeFrame {
+        TimeFrame {
+            t_s,
+            known: Some((SurfaceId(0), DVec3::X)),
+            distance_m,
+        }
+    }
+
     /// Dispatches the board at `sent_s` to a place that is touched `left_s` later, s.
     fn touch_after(time: &mut AvailableTime, sent_s: f64, left_s: f64) {
         for k in 0..=200 {
             let t_s = sent_s + 0.01 * f64::from(k) * left_s;
-            let distance_m = (0.3 * (1.0 - 0.01 * f64::from(k))).abs();
-            time.step(&TimeFrame {
-                t_s,
-                known: (k <= 120).then_some((SurfaceId(0), DVec3::X)),
-                distance_m,
-            });
+            let mut frame = at(t_s, (0.3 * (1.0 - 0.01 * f64::from(k))).abs());
+            frame.known = frame.known.filter(|_| k <= 120);
+            time.step(&frame);
         }
     }
 
@@ -173,11 +178,7 @@ mod tests {
     #[test]
     fn a_hand_that_stays_touches_once() {
         let mut time = AvailableTime::nominal(0.86);
-        let touching = |k: u32| TimeFrame {
-            t_s: 0.01 * f64::from(k),
-            known: Some((SurfaceId(0), DVec3::X)),
-            distance_m: if k < 40 { 0.2 } else { 0.001 },
-        };
+        let touching = |k: u32| at(0.01 * f64::from(k), if k < 40 { 0.2 } else { 0.001 });
         for k in 0..60 {
             time.step(&touching(k));
         }
@@ -190,11 +191,6 @@ mod tests {
 
     #[test]
     fn what_says_nothing_teaches_nothing() {
-        let at = |t_s: f64, distance_m: f64| TimeFrame {
-            t_s,
-            known: Some((SurfaceId(0), DVec3::X)),
-            distance_m,
-        };
         let mut time = AvailableTime::nominal(0.86);
         // A hand that is found on the surface, and one that came to no known place.
         time.step(&at(1.0, 0.0));
@@ -250,18 +246,10 @@ mod tests {
             ..behind
         };
         assert!(distance_m(&other, near_m).is_nan());
-        assert!(
-            TimeFrame::new(0.0, Some(&to), &to, None)
-                .distance_m
-                .is_nan()
-        );
+        let unseen = TimeFrame::new(0.0, Some(&to), &to, None);
+        assert!(unseen.distance_m.is_nan());
         // An unknown distance neither starts nor ends a touch.
         let mut time = AvailableTime::nominal(0.86);
-        let at = |t_s: f64, distance_m: f64| TimeFrame {
-            t_s,
-            known: Some((SurfaceId(0), DVec3::X)),
-            distance_m,
-        };
         time.step(&at(0.0, 0.3));
         time.step(&at(0.1, f64::NAN));
         assert_eq!(time.budget_s(), 0.86);

@@ -146,13 +146,9 @@ mod tests {
     }
 
     #[test]
-    fn whoever_touches_what_they_look_at_is_trusted() {
+    fn a_look_in_vain_costs_trust_and_touches_win_it_back() {
         assert_eq!(share_after(&[]), 1.0);
         assert_eq!(share_after(&[true; 5]), 1.0);
-    }
-
-    #[test]
-    fn a_look_in_vain_costs_trust_and_touches_win_it_back() {
         assert!(share_after(&[false]) < 0.6);
         assert!(share_after(&[true, true, false]) < 0.8);
         let mut forgiven = vec![false];

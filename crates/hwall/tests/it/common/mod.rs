@@ -41,6 +41,11 @@ pub(crate) fn world_at(t_s: f64, by_m: DVec3) -> WorldPose {
     }
 }
 
+/// Tells a session that the world is shifted by so much, m, from a time on, s.
+pub(crate) fn shift_world<P: Predictor>(session: &mut Session<P>, t_s: f64, by_m: DVec3) {
+    session.world(&world_at(t_s, by_m)).expect("in order");
+}
+
 /// The iiwa with the face of the board as its tool.
 pub(crate) fn iiwa() -> SrsArm {
     SrsArm::iiwa7().with_tool(Board::default().flange_from_board_face().expect("a board"))
@@ -116,6 +121,27 @@ pub(crate) fn corners_m(face: &Pose) -> [DVec3; 4] {
             0.0,
         ))
     })
+}
+
+/// Where a command moves the arm, rad; `None`: the arm is to hold.
+pub(crate) fn position(command: ArmCommand) -> Option<JointPositions> {
+    match command {
+        ArmCommand::Position(q) => Some(q),
+        _ => None,
+    }
+}
+
+/// Largest difference between the commands of two runs, rad; infinite if one holds where the other moves.
+pub(crate) fn largest_difference_rad(
+    some: &[Option<JointPositions>],
+    others: &[Option<JointPositions>],
+) -> f64 {
+    let differences = some.iter().zip(others).map(|pair| match pair {
+        (Some(a), Some(b)) => a.max_abs_difference(b),
+        (None, None) => 0.0,
+        _ => f64::INFINITY,
+    });
+    differences.fold(0.0, f64::max)
 }
 
 /// A hand that rests, reaches straight for a wall facing +x, presses, slides while pressing, and retracts. It has neither tremor nor noise;
@@ -358,5 +384,10 @@ impl<A: Plant> Bench<A> {
         while self.now_s() < until_s {
             self.cycle(session);
         }
+    }
+
+    /// Cycles for a time, s.
+    pub(crate) fn run_for<P: Predictor>(&mut self, session: &mut Session<P>, for_s: f64) {
+        self.run(session, self.now_s() + for_s);
     }
 }

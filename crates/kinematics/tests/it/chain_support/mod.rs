@@ -1,7 +1,7 @@
 //! Shared by the tests of general chains: reference configurations and further robots.
 
 use glam::{DMat3, DVec3};
-use hwall_kinematics::{Chain, ChainJoint, JointLimit, Pose};
+use hwall_kinematics::{Chain, ChainJoint, JointLimit, Pose, SrsGeometry};
 use hwall_testkit::Sampler;
 use serde_json::Value;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -67,6 +67,21 @@ pub(crate) fn reach_poses(set: &Value) -> Vec<(Pose, Reference)> {
     poses.map(Reference).map(with_pose).collect()
 }
 
+/// Geometry of base to shoulder, upper arm, forearm and hand, m.
+pub(crate) const fn geometry([d_bs_m, d_se_m, d_ew_m, d_wf_m]: [f64; 4]) -> SrsGeometry {
+    SrsGeometry {
+        d_bs_m,
+        d_se_m,
+        d_ew_m,
+        d_wf_m,
+    }
+}
+
+/// The inverse of [`geometry`].
+pub(crate) const fn lengths_m(g: &SrsGeometry) -> [f64; 4] {
+    [g.d_bs_m, g.d_se_m, g.d_ew_m, g.d_wf_m]
+}
+
 pub(crate) fn row_major(rows: &[f64]) -> DMat3 {
     DMat3::from_cols_slice(rows).transpose()
 }
@@ -82,18 +97,15 @@ pub(crate) fn franka() -> Chain {
         (0.0, 0.0, FRAC_PI_2, -0.0175, 3.7525),
         (0.088, 0.0, FRAC_PI_2, -2.8973, 2.8973),
     ];
-    let joints = rows
-        .iter()
-        .enumerate()
-        .map(|(i, &(a, d, alpha, min_rad, max_rad))| {
-            let origin = about_x(alpha, DVec3::new(a, 0.0, 0.0)) * shift(0.0, 0.0, d);
-            ChainJoint::revolute(
-                format!("panda_{}", i + 1),
-                origin,
-                DVec3::Z,
-                JointLimit::new(min_rad, max_rad),
-            )
-        });
+    let rows = rows.into_iter().enumerate();
+    let joints = rows.map(|(i, (a, d, alpha, min_rad, max_rad))| {
+        let origin = about_x(alpha, DVec3::X * a) * shift(0.0, 0.0, d);
+        let (name, limit) = (
+            format!("panda_{}", i + 1),
+            JointLimit::new(min_rad, max_rad),
+        );
+        ChainJoint::revolute(name, origin, DVec3::Z, limit)
+    });
     Chain::new(joints.collect(), shift(0.0, 0.0, 0.107)).expect("panda")
 }
 
@@ -107,17 +119,13 @@ pub(crate) fn ur5e() -> Chain {
         (0.0997, 0.0, -FRAC_PI_2),
         (0.0996, 0.0, 0.0),
     ];
-    let limit = JointLimit::new(-2.0 * PI, 2.0 * PI);
     let mut origin = Pose::IDENTITY;
     let mut joints = Vec::new();
-    for (i, &(d, a, alpha)) in rows.iter().enumerate() {
-        joints.push(ChainJoint::revolute(
-            format!("ur_{}", i + 1),
-            origin,
-            DVec3::Z,
-            limit,
-        ));
-        origin = shift(0.0, 0.0, d) * about_x(alpha, DVec3::new(a, 0.0, 0.0));
+    for (i, (d, a, alpha)) in rows.into_iter().enumerate() {
+        let limit = JointLimit::new(-2.0 * PI, 2.0 * PI);
+        let name = format!("ur_{}", i + 1);
+        joints.push(ChainJoint::revolute(name, origin, DVec3::Z, limit));
+        origin = shift(0.0, 0.0, d) * about_x(alpha, DVec3::X * a);
     }
     Chain::new(joints, origin).expect("ur5e")
 }
@@ -125,11 +133,8 @@ pub(crate) fn ur5e() -> Chain {
 /// Revolute and prismatic joints with arbitrary axes and origins.
 pub(crate) fn random_chain(sampler: &mut Sampler, n: usize, prismatic_share: f64) -> Chain {
     let joints = (0..n).map(|i| {
-        let origin = Pose::new(
-            sampler.rotation(),
-            sampler.unit_vector() * sampler.uniform(0.0, 0.4),
-        )
-        .expect("pose");
+        let (rotation, direction) = (sampler.rotation(), sampler.unit_vector());
+        let origin = Pose::new(rotation, direction * sampler.uniform(0.0, 0.4)).expect("pose");
         let axis = sampler.unit_vector() * sampler.uniform(0.1, 3.0);
         let name = format!("joint {i}");
         if sampler.uniform(0.0, 1.0) < prismatic_share {
@@ -139,21 +144,15 @@ pub(crate) fn random_chain(sampler: &mut Sampler, n: usize, prismatic_share: f64
         }
     });
     let joints = joints.collect();
-    Chain::new(
-        joints,
-        Pose::new(sampler.rotation(), sampler.unit_vector() * 0.2).expect("pose"),
-    )
-    .expect("chain")
+    let tip = Pose::new(sampler.rotation(), sampler.unit_vector() * 0.2);
+    Chain::new(joints, tip.expect("pose")).expect("chain")
 }
 
 /// Uniform within the limits, unlimited ones cut at half a turn.
 pub(crate) fn random_q(chain: &Chain, sampler: &mut Sampler) -> Vec<f64> {
-    let range = |l: &JointLimit| (l.min_rad.max(-PI), l.max_rad.min(PI));
-    chain
-        .joints()
-        .iter()
-        .map(|j| range(&j.limit))
-        .map(|(lo, hi)| sampler.uniform(lo, hi))
+    let limits = chain.joints().iter().map(|joint| joint.limit);
+    limits
+        .map(|l| sampler.uniform(l.min_rad.max(-PI), l.max_rad.min(PI)))
         .collect()
 }
 

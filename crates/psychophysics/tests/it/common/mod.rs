@@ -3,7 +3,10 @@
 pub(crate) mod deviation;
 pub(crate) mod files;
 
-use hwall_psychophysics::{Factor, Groups, Study};
+use hwall_psychophysics::{
+    Adjustment, AnalysisConfig, ErrorModel, Factor, Groups, PairAnswers, Study,
+};
+use hwall_testkit::Sampler;
 
 /// Factors a, b, c and d with these numbers of levels.
 pub(crate) fn factors(sizes: &[usize]) -> Vec<Factor> {
@@ -32,4 +35,38 @@ pub(crate) fn study(
     let at = (0..subjects).flat_map(|s| (0..cells).map(move |c| (s, c)));
     let values = at.map(|(s, c)| value(s, c)).collect();
     Study::from_values(factors(sizes), None, values).expect("a study")
+}
+
+/// Both error models, aligned ranks and tests of pairs.
+pub(crate) fn everything() -> AnalysisConfig {
+    AnalysisConfig {
+        errors: vec![ErrorModel::Strata, ErrorModel::Pooled],
+        art: true,
+        posthoc: Some(Adjustment::Holm),
+        ..AnalysisConfig::default()
+    }
+}
+
+/// Answers by stimulus, number of "greater" and number of trials.
+pub(crate) fn pairs<const N: usize>(answers: [(f64, u32, u32); N]) -> [PairAnswers; N] {
+    answers.map(|(stimulus, greater, trials)| PairAnswers {
+        stimulus,
+        greater,
+        trials,
+    })
+}
+
+/// Answers of an observer who calls the stimulus greater with a probability.
+pub(crate) fn observed(
+    sampler: &mut Sampler,
+    (stimulus, probability): (f64, f64),
+    trials: u32,
+) -> PairAnswers {
+    let greater = (0..trials).filter(|_| sampler.uniform(0.0, 1.0) < probability);
+    let greater = greater.count() as u32;
+    PairAnswers {
+        stimulus,
+        greater,
+        trials,
+    }
 }

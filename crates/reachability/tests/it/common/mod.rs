@@ -4,10 +4,10 @@ pub(crate) mod lines;
 pub(crate) mod solids;
 
 use glam::DVec3;
-use hwall_kinematics::SrsArm;
+use hwall_kinematics::{JointLimit, SrsArm, SrsGeometry, SrsParameters};
 use hwall_reachability::{
-    BoardPart, ExactConfig, ExactSolver, Interval, PlacementConfig, PlacementScores, Steps, Target,
-    WallFacet, WallLine, WallPlane, place_base,
+    BoardPart, Carried, ExactConfig, ExactSolver, Interval, PlacementConfig, PlacementScores,
+    Plate, Steps, Target, WallFacet, WallGrid, WallLine, WallPlane, place_base,
 };
 use hwall_testkit::Sampler;
 use std::f64::consts::PI;
@@ -19,6 +19,50 @@ pub(crate) const ANY_PART: BoardPart = BoardPart::Any {
     half_width_m: 0.1,
     half_height_m: 0.1,
 };
+
+/// The same board as a body.
+pub(crate) const BOARD: Plate = Plate {
+    half_width_m: 0.1,
+    half_height_m: 0.1,
+    thickness_m: 0.02,
+};
+
+pub(crate) const fn carried(plate: Plate) -> Carried {
+    Carried {
+        plate: Some(plate),
+        last_link: None,
+    }
+}
+
+/// The arm with other limits of one joint, degrees.
+pub(crate) fn with_limit(arm: &SrsArm, joint: usize, [min, max]: [f64; 2]) -> SrsArm {
+    let mut limits = *arm.limits();
+    limits[joint] = JointLimit::new(min.to_radians(), max.to_radians());
+    arm.with_limits(limits).expect("valid")
+}
+
+/// An iiwa, `size` times as large.
+pub(crate) fn scaled_iiwa(size: f64) -> SrsArm {
+    let iiwa = SrsParameters::iiwa7();
+    let g = iiwa.geometry;
+    let geometry = SrsGeometry {
+        d_bs_m: size * g.d_bs_m,
+        d_se_m: size * g.d_se_m,
+        d_ew_m: size * g.d_ew_m,
+        d_wf_m: size * g.d_wf_m,
+    };
+    SrsArm::new(SrsParameters { geometry, ..iiwa }).expect("valid")
+}
+
+/// All planes and heights of a heading.
+pub(crate) const fn grid(heading_rad: f64, distances: Steps, heights: Steps) -> WallGrid {
+    WallGrid {
+        heading_rad,
+        distances,
+        heights,
+        span_m: None,
+    }
+}
 
 /// The settings with some changed.
 pub(crate) fn exact_config(change: impl FnOnce(&mut ExactConfig)) -> ExactConfig {

@@ -36,11 +36,8 @@ fn faces(sampler: &mut Sampler) -> Vec<Face> {
         let size = 10.0_f64.powf(sampler.uniform(-7.0, -1.0));
         push([0; 3].map(|_| middle + sampler.unit_vector() * size));
         let along = sampler.unit_vector() * 0.2;
-        push([
-            middle,
-            middle + along,
-            middle + 0.3 * along + 1e-5 * sampler.unit_vector(),
-        ]);
+        let aside = 0.3 * along + 1e-5 * sampler.unit_vector();
+        push([middle, middle + along, middle + aside]);
     }
     faces
 }
@@ -90,11 +87,8 @@ fn hits_are_those_of_the_exact_test_alone() {
             let nearest = distances.min_by(|a, b| a.0.total_cmp(&b.0))?;
             Some((clipped.skipped_m + nearest.0, nearest.1))
         });
-        assert_eq!(
-            found.map(|hit| hit.distance_m),
-            nearest.map(|(distance_m, _)| distance_m),
-            "{ray:?}"
-        );
+        let distance_m = found.map(|hit| hit.distance_m);
+        assert_eq!(distance_m, nearest.map(|nearest| nearest.0), "{ray:?}");
         assert_eq!(part.any_hit(&ray, f64::INFINITY), nearest.is_some());
         if let (Some(hit), Some((_, triangle))) = (found, nearest) {
             hits += 1;

@@ -26,21 +26,23 @@ pub(crate) fn lever(axis: DVec3) -> ChainDynamics {
 
 pub(crate) const LEVER_KG_M2: f64 = 0.5;
 
-pub(crate) fn turning(friction: JointFriction, integrator: Integrator, qd: f64) -> ChainMotion {
-    let config = ChainMotionConfig {
-        friction: vec![friction],
+/// Without rotors and stops.
+pub(crate) fn config(friction: Vec<JointFriction>, integrator: Integrator) -> ChainMotionConfig {
+    ChainMotionConfig {
+        friction,
         integrator,
         ..Default::default()
-    };
+    }
+}
+
+pub(crate) fn turning(friction: JointFriction, integrator: Integrator, qd: f64) -> ChainMotion {
+    let config = config(vec![friction], integrator);
     ChainMotion::new(lever(DVec3::Z), &[0.0], &[qd], config).unwrap()
 }
 
 /// The arm at [`START`] in motion, without friction and stops.
 pub(crate) fn moving(integrator: Integrator, qd: f64) -> ChainMotion {
-    let config = ChainMotionConfig {
-        integrator,
-        ..Default::default()
-    };
+    let config = config(Vec::new(), integrator);
     ChainMotion::new(iiwa7(), &START, &[qd; 7], config).unwrap()
 }
 

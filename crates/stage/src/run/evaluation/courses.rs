@@ -268,12 +268,10 @@ mod tests {
 
     #[test]
     fn two_walls_of_a_corner_are_two_places() {
-        let mut other = place(0.0);
+        let [here, mut other, mut behind] = [place(0.0); 3];
         other.normal = DVec3::Y;
-        assert!(!are_near(&place(0.0), &other));
-        assert!(are_near(&place(0.0), &place(0.09)) && !are_near(&place(0.0), &place(0.11)));
-        let mut behind = place(0.0);
         behind.point_m.x -= 0.06;
-        assert!(!are_near(&place(0.0), &behind));
+        assert!(are_near(&here, &place(0.09)) && !are_near(&here, &place(0.11)));
+        assert!(!are_near(&here, &other) && !are_near(&here, &behind));
     }
 }

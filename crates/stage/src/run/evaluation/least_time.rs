@@ -415,10 +415,8 @@ mod tests {
             compared += 1;
         }
         assert!(worst_s < 0.001, "{worst_s}");
-        println!(
-            "largest excess over a dense search: {:.2} ms",
-            1e3 * worst_s
-        );
+        let worst_ms = 1e3 * worst_s;
+        println!("largest excess over a dense search: {worst_ms:.2} ms");
     }
 
     #[test]
@@ -450,17 +448,11 @@ mod tests {
         std::fs::remove_file(&path).unwrap();
         let searched = searched.unwrap();
         let (point_m, normal) = touch_at(&searched, &searched.start());
-        let limits =
-            MotionLimits::of_arm(&**searched.kinematics(), &MotionConfig::default()).unwrap();
-        let place = PlaceTolerance::default();
-        let search = LeastTime::new(&searched, &place, limits).unwrap();
         let beside_m = point_m + DVec3::new(0.0, 0.15, 0.05);
-        let [found] = search
-            .to_touch(beside_m, normal, &[searched.start()])
-            .unwrap();
-        let found = found.expect("within reach");
+        let found = least(&searched).to_touch(beside_m, normal, &[searched.start()]);
+        let found = found.unwrap()[0].expect("within reach");
         let pose = searched.kinematics().forward(&found.q);
-        assert!(place.holds(&board, &pose, beside_m, normal));
+        assert!(PlaceTolerance::default().holds(&board, &pose, beside_m, normal));
         assert!(found.time_s < 1.0, "{}", found.time_s);
         assert!(arm.closed_form().is_some() && searched.closed_form().is_none());
     }

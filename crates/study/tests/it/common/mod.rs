@@ -1,9 +1,36 @@
 //! Shared by the tests.
 
 use hwall_study::{
-    Answer, Ask, Presentation, Presenter, Rendered, Respondent, Stimulus, StudyError,
+    Answer, Ask, Durability, ParticipantConfig, Participants, Presentation, Presenter, Protocol,
+    Rendered, Respondent, SimulatedStage, Simulation, Stimulus, Study, StudyError, simulate,
 };
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+
+/// Shared by all tests, because its maps take a second.
+pub(crate) static STAGE: LazyLock<SimulatedStage> =
+    LazyLock::new(|| SimulatedStage::new().unwrap());
+
+/// Each condition once.
+pub(crate) const ONCE: Participants = Participants::Simulated {
+    once_per_condition: true,
+};
+
+/// A simulation with these participants, each condition presented once.
+pub(crate) fn once_by(participants: ParticipantConfig) -> Simulation {
+    Simulation {
+        participants,
+        once_per_condition: true,
+        ..Simulation::default()
+    }
+}
+
+/// A whole study with simulated participants.
+pub(crate) fn simulated(folder: &Path, protocol: Protocol, simulation: &Simulation) -> Study {
+    let mut study = Study::create(folder, protocol, ONCE, Durability::System).unwrap();
+    simulate(&mut study, &STAGE, simulation).unwrap();
+    study
+}
 
 /// A folder for one test, not created yet.
 pub(crate) fn folder(name: &str) -> PathBuf {
@@ -42,6 +69,11 @@ impl Script {
             said: Vec::new(),
             asked: Vec::new(),
         }
+    }
+
+    /// The questions with these words.
+    pub(crate) fn asked_with<'a>(&'a self, words: &'a str) -> impl Iterator<Item = &'a String> {
+        self.asked.iter().filter(move |text| text.contains(words))
     }
 }
 

@@ -1,6 +1,8 @@
 //! Bumps and textures by their numbers.
 
-use hwall_texton::{Layout, Level, PatchSpec, Radii, ScanAngle, Texton, TextonError, Texture};
+use hwall_texton::{
+    Layout, Level, PatchSpec, Radii, RoughnessModel, ScanAngle, Texton, TextonError, Texture,
+};
 
 /// Long and short radius, mm.
 pub(crate) const fn radii(long_mm: f64, short_mm: f64) -> Radii {
@@ -21,6 +23,27 @@ pub(crate) fn hemiellipsoids(
 pub(crate) fn staggered(long_mm: f64, short_mm: f64) -> Result<Texture, TextonError> {
     let texton = Texton::hemiellipsoid(radii(3.0, 1.0), 0.7)?;
     Texture::new(texton, Layout::Staggered { long_mm, short_mm })
+}
+
+/// A truncated cone of 6 x 2 x 0.7 mm.
+pub(crate) fn cone() -> Texton {
+    Texton::truncated_cone(radii(3.0, 1.0), 0.7).unwrap()
+}
+
+/// A texton where the released texture has its bumps.
+pub(crate) fn on_released_grid(texton: Texton) -> Texture {
+    Texture::new(texton, *Texture::released().layout()).unwrap()
+}
+
+/// The roughness that a model predicts.
+pub(crate) fn roughness(
+    model: &dyn RoughnessModel,
+    texture: &Texture,
+    scan: ScanAngle,
+    speed_mm_per_s: f64,
+) -> f64 {
+    let prediction = model.predict(texture, scan, speed_mm_per_s).unwrap();
+    prediction.value().unwrap()
 }
 
 /// A patch of a size in one piece.

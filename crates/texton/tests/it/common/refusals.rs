@@ -11,3 +11,12 @@ pub(crate) fn refused<T: std::fmt::Debug>(result: Result<T, TextonError>) -> &'s
         other => panic!("{other:?}"),
     }
 }
+
+/// Column and row of the pixel that an error is about.
+#[cfg(feature = "exr")]
+pub(crate) fn pixel<T: std::fmt::Debug>(result: Result<T, TextonError>) -> [usize; 2] {
+    match result {
+        Err(TextonError::Pixel { column, row, .. }) => [column, row],
+        other => panic!("{other:?}"),
+    }
+}

@@ -1,25 +1,10 @@
-//! Temporary files of a test.
+//! Temporary files of tests.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// A temporary folder for a test, removed at its end.
-pub(crate) struct Scratch(PathBuf);
-
-impl Scratch {
-    pub(crate) fn new(name: &str) -> Self {
-        let name = format!("hwall-texton-{}-{name}", std::process::id());
-        let folder = std::env::temp_dir().join(name);
-        std::fs::create_dir_all(&folder).unwrap();
-        Self(folder)
-    }
-
-    pub(crate) fn file(&self, name: &str) -> PathBuf {
-        self.0.join(name)
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
+/// The path of a file of one test, which does not exist yet.
+pub(crate) fn scratch(name: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("texton-{name}"));
+    let _ = std::fs::remove_file(&path);
+    path
 }

@@ -68,10 +68,6 @@ fn where_the_reach_ends_no_joint_stops_at_once() {
             }
             before = arm.q;
         }
-        println!(
-            "{speed} m/s: {hardest:.2} times the acceleration, {:.3} m, faster again by {again:.2e} m/s",
-            arm.reached()
-        );
         assert!(arm.rate.abs() < 1e-3, "{}", arm.rate);
         assert!(hardest < 2.0, "{speed} m/s: {hardest}");
         assert!(again < 1e-4, "{speed} m/s: {again}");

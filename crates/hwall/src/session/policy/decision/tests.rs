@@ -107,12 +107,8 @@ fn at_an_edge_the_surface_is_served_on_which_the_board_is_in_time() {
             ..PolicyConfig::default()
         };
         let mut policy = Policy::new(config, NOMINAL_S, 0.075).expect("valid");
-        match rests(
-            &mut policy,
-            &ranked,
-            Arm([Some(0.5), Some(1.2)]),
-            [0.0, 0.4],
-        ) {
+        let arm = Arm([Some(0.5), Some(1.2)]);
+        match rests(&mut policy, &ranked, arm, [0.0, 0.4]) {
             Decision::Present(contact) => contact.surface.0,
             other => panic!("{other:?}"),
         }
@@ -249,18 +245,9 @@ fn a_hand_that_sets_off_brings_the_board_and_one_that_trembles_leaves_or_comes_t
 fn a_point_that_is_held_is_less_well_known_by_how_far_the_newest_one_is_off() {
     let mut policy = policy();
     let arm = Arm([Some(0.5), None]);
-    rests(
-        &mut policy,
-        &[looked_at(place(0, 0.0, 0.01, 1.0), 0.2)],
-        arm,
-        [0.0, 0.4],
-    );
-    let Decision::Present(held) = rests(
-        &mut policy,
-        &[looked_at(place(0, 0.02, 0.01, 1.0), 0.2)],
-        arm,
-        [0.41, 0.45],
-    ) else {
+    let [first, next] = [0.0, 0.02].map(|y| [looked_at(place(0, y, 0.01, 1.0), 0.2)]);
+    rests(&mut policy, &first, arm, [0.0, 0.4]);
+    let Decision::Present(held) = rests(&mut policy, &next, arm, [0.41, 0.45]) else {
         panic!("the board was sent")
     };
     assert_eq!(held.point_m.y, 0.0);
@@ -293,16 +280,14 @@ fn the_explanation_names_the_choice_and_what_it_saves() {
         assert_eq!(why.choice().kind, kind, "{why}");
         let probability: f64 = why.places.iter().map(|place| place.probability).sum();
         assert!((probability + why.elsewhere - 1.0).abs() < 1e-12);
-        let least = why
-            .others
-            .iter()
-            .fold(f64::INFINITY, |least, other| least.min(other.loss));
+        let others = why.others.iter().map(|other| other.loss);
+        let least = others.fold(f64::INFINITY, f64::min);
         let saved = why.last.loss - why.choice().loss;
-        assert!(why.taken.is_none() || saved > why.least_gain, "{why}");
-        assert!(
-            why.taken.is_some() || least >= why.last.loss - why.least_gain,
-            "{why}"
-        );
+        let is_worth_it = match why.taken {
+            Some(_) => saved > why.least_gain,
+            None => least >= why.last.loss - why.least_gain,
+        };
+        assert!(is_worth_it, "{why}");
         taken += u32::from(why.taken.is_some());
     }
     assert!(taken > 0);
@@ -310,12 +295,9 @@ fn the_explanation_names_the_choice_and_what_it_saves() {
 
 #[test]
 fn a_fast_hand_is_expected_when_it_would_have_slowed_down() {
-    let time = TimeToContact {
-        mean_s: 0.6,
-        sd_s: None,
-    };
+    let (mean_s, sd_s) = (0.6, None);
     let contact = ContactPrediction {
-        time_to_contact_s: Some(time),
+        time_to_contact_s: Some(TimeToContact { mean_s, sd_s }),
         ..place(0, 0.0, 0.01, 1.0)
     };
     let expected_s = |speed_m_per_s: f64| {
@@ -330,31 +312,39 @@ fn a_fast_hand_is_expected_when_it_would_have_slowed_down() {
     }
 }
 
-/// An arm whose board moves along y with its third joint: its middle is known.
-#[derive(Clone, Copy)]
-struct Rail(Arm);
+/// An arm that waits elsewhere, or knows where the middle of its board is.
+struct Other {
+    arm: Arm,
+    waits_at: JointPositions,
+    middle_m: fn(&JointPositions) -> Option<DVec3>,
+}
 
-impl Presenting for Rail {
+impl Presenting for Other {
     fn waits_at(&self) -> Option<JointPositions> {
-        self.0.waits_at()
+        Some(self.waits_at)
     }
 
     fn stand(&self, contact: &ContactPrediction) -> Option<Stand> {
-        self.0.stand(contact)
+        self.arm.stand(contact)
     }
 
     fn travel_s(&self, from: &JointPositions, to: &JointPositions) -> Option<f64> {
-        self.0.travel_s(from, to)
+        self.arm.travel_s(from, to)
     }
 
     fn middle_m(&self, q: &JointPositions) -> Option<DVec3> {
-        Some(DVec3::new(0.6, 10.0 * q[2], 0.5))
+        (self.middle_m)(q)
     }
 }
 
 #[test]
 fn slack_shortens_a_way_by_the_root_of_its_length_and_by_no_more_than_half_of_it() {
-    let rail = Rail(Arm([Some(0.0), None]));
+    // The board moves along y with the third joint.
+    let rail = Other {
+        arm: Arm([Some(0.0), None]),
+        waits_at: JointPositions::default(),
+        middle_m: |q| Some(DVec3::new(0.6, 10.0 * q[2], 0.5)),
+    };
     let stand = rail.stand(&place(0, 0.4, 0.02, 1.0)).expect("held");
     let from = JointPositions::default();
     let arrives_s = |slack_m: f64| way::arrival_s(&rail, Some(&from), &stand, slack_m);
@@ -368,7 +358,8 @@ fn slack_shortens_a_way_by_the_root_of_its_length_and_by_no_more_than_half_of_it
         assert_eq!(arrives_s(none_m), whole_s);
     }
     // An arm that cannot say where its board is gets no credit.
-    assert_eq!(way::arrival_s(&rail.0, Some(&from), &stand, 0.1), whole_s);
+    let blind_s = way::arrival_s(&rail.arm, Some(&from), &stand, 0.1);
+    assert_eq!(blind_s, whole_s);
     // The reaction is not shortened.
     let way = Way::at(Some(from)).to(&rail, stand.q, 1.0);
     let saved_s = way.left_s(1.0) - way.left_within_s(&rail, &stand, 0.1, 1.0);
@@ -473,34 +464,17 @@ fn times_that_are_no_numbers_or_endless_leave_every_loss_a_number() {
     }
 }
 
-/// An arm that waits elsewhere from some time on.
-struct Turns(Arm, JointPositions);
-
-impl Presenting for Turns {
-    fn waits_at(&self) -> Option<JointPositions> {
-        Some(self.1)
-    }
-
-    fn stand(&self, contact: &ContactPrediction) -> Option<Stand> {
-        self.0.stand(contact)
-    }
-
-    fn travel_s(&self, from: &JointPositions, to: &JointPositions) -> Option<f64> {
-        self.0.travel_s(from, to)
-    }
-
-    fn middle_m(&self, _: &JointPositions) -> Option<DVec3> {
-        None
-    }
-}
-
 #[test]
 fn a_waiting_posture_that_changes_is_travelled_to() {
     let mut policy = policy();
     let arm = |rad: f64| {
         let mut waits_at = JointPositions::default();
         waits_at[2] = rad;
-        Turns(Arm([None, None]), waits_at)
+        Other {
+            arm: Arm([None, None]),
+            waits_at,
+            middle_m: |_| None,
+        }
     };
     let nothing = [place(0, 0.0, 0.02, 1.0)];
     let mut step = |t_s: f64, rad: f64| {
@@ -523,29 +497,42 @@ fn time(median_s: f64) -> TouchTime {
     }
 }
 
+/// Weighs choices before anything has happened.
+fn chooser<'a>(
+    config: &'a PolicyConfig,
+    arm: &'a Arm,
+    hypotheses: &'a [Hypothesis],
+) -> Chooser<'a, Arm> {
+    Chooser {
+        config,
+        arm,
+        reach_m: 0.075,
+        hypotheses,
+        t_s: 0.0,
+        awaited: None,
+        glance_s: 0.3,
+        unknown: time(NOMINAL_S),
+        revealed: time(NOMINAL_S),
+    }
+}
+
 #[test]
 fn a_pre_position_counts_the_time_until_the_arm_is_there() {
     let arm = Arm([Some(0.6), None]);
     let contact = place(0, 0.0, 0.01, 1.0);
     let stand = arm.stand(&contact).expect("held");
-    let hypothesis = Hypothesis {
+    let hypotheses = [Hypothesis {
         contact,
         sds_m: [0.01; 2],
         chance: 0.7,
         time: time(0.5),
         reaches: false,
         stand: Some(stand),
-    };
+    }];
+    let config = PolicyConfig::default();
     let chooser = Chooser {
-        config: &PolicyConfig::default(),
-        arm: &arm,
-        reach_m: 0.075,
-        hypotheses: &[hypothesis],
-        t_s: 0.0,
-        awaited: None,
-        glance_s: 0.3,
-        unknown: time(NOMINAL_S),
         revealed: time(0.4),
+        ..chooser(&config, &arm, &hypotheses)
     };
     let choice = Choice::Preposition(Goal { contact, stand });
     let waits = arm.waits_at().expect("somewhere");
@@ -606,17 +593,11 @@ fn short_glances_make_it_cheaper_to_send_the_board() {
     let arm = Arm([Some(0.6), None]);
     let contact = place(0, 0.0, 0.01, 1.0);
     let stand = arm.stand(&contact).expect("held");
+    let config = PolicyConfig::default();
     let loss = |glance_s: f64| {
         let chooser = Chooser {
-            config: &PolicyConfig::default(),
-            arm: &arm,
-            reach_m: 0.075,
-            hypotheses: &[],
-            t_s: 0.0,
-            awaited: None,
             glance_s,
-            unknown: time(NOMINAL_S),
-            revealed: time(NOMINAL_S),
+            ..chooser(&config, &arm, &[])
         };
         let way = Way::at(arm.waits_at()).to(&arm, stand.q, 0.0);
         chooser.loss(&Choice::Present(Goal { contact, stand }), &way)
@@ -639,15 +620,8 @@ fn a_false_dispatch_is_charged_once() {
     let config = PolicyConfig::default();
     let loss = |awaited: Option<Goal>| {
         let chooser = Chooser {
-            config: &config,
-            arm: &arm,
-            reach_m: 0.075,
-            hypotheses: &[],
-            t_s: 0.0,
             awaited,
-            glance_s: 0.3,
-            unknown: time(NOMINAL_S),
-            revealed: time(NOMINAL_S),
+            ..chooser(&config, &arm, &[])
         };
         let way = Way::at(goal(0.0).stand.q);
         chooser.loss(&Choice::Present(goal(0.0)), &way)
