@@ -3,7 +3,7 @@
 use hwall_lab::attack::targets;
 
 const INPUTS: u64 = 800;
-const RUNS: u64 = 60;
+const RUNS: u64 = 150;
 
 #[test]
 fn nothing_gets_through() {

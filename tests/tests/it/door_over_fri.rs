@@ -225,7 +225,8 @@ fn a_door_opens_over_fri_by_torques() -> anyhow::Result<()> {
         assert!(outcome.most_rad > 0.04, "{outcome:?}");
         assert!(outcome.last_rad.abs() < 0.005, "{outcome:?}");
         assert!(outcome.off_m < 0.015, "{outcome:?}");
-        if version == FriVersion::V1_15 {
+        // Both codecs, and both settings of the springs.
+        if version != FriVersion::V2_5 {
             assert_eq!(by_torques()?, outcome, "again, to the last bit");
         }
     }

@@ -10,7 +10,7 @@ use hwall_bridge::{
     BridgeConfig, BridgeError, BridgeServer, CHECK_BOUND_M, Calibration, CalibrationError,
     FIT_BOUND_M,
 };
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, Verdict, attack};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -176,6 +176,16 @@ fn a_text_that_is_no_calibration_is_refused() {
         let error = Calibration::from_json(wrong).expect_err("no calibration");
         assert!(matches!(error, CalibrationError::File { .. }), "{wrong}");
     }
+    let report = attack("calibration", &[good.into_bytes()], 20_000, 5, |bytes| {
+        let Ok(found) = Calibration::from_json(&String::from_utf8_lossy(bytes)) else {
+            return Verdict::Refused;
+        };
+        assert!(found.rms_m() <= FIT_BOUND_M);
+        assert!(found.base_from_headset().position_m().is_finite());
+        Verdict::Accepted
+    });
+    assert_eq!(report.findings, 0, "{:?}", report.examples);
+    assert!(report.accepted > 0 && report.refused > 0, "{report:?}");
 }
 
 /// A headset in front of a standing board.

@@ -9,7 +9,7 @@ const AGREE: f64 = 1.0;
 
 /// Mean and covariance of a contact by the faces of one surface.
 pub(super) struct Moments {
-    /// Mean of the faces that say where and agree with the best one, m: nobody would touch a mean between two possible targets.
+    /// Mean of the faces that agree with the best one and whose source says where, m: nobody would touch a mean between two possible targets.
     pub(super) mean_m: DVec3,
     /// Covariance about that mean, over all faces, m²: positive semidefinite, like that of each face.
     pub(super) covariance_m2: DMat3,

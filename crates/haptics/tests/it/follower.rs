@@ -307,3 +307,45 @@ fn settings_out_of_range_are_named() {
         far_rad = f64::NAN;
     });
 }
+
+#[test]
+fn limits_hold_at_each_of_100_000_steps_while_the_goal_moves() {
+    let mut s = Sampler::new(21);
+    let mut f = follower(FollowerConfig::default());
+    let arm = arm();
+    let limits = *f.limits();
+    let most_speed = limits.velocity_rad_per_s;
+    let mut aim = reachable(&mut s, &arm);
+    let (mut before, mut speed_before, mut fastest) = (start(), [0.0; 7], 0.0_f64);
+    for i in 0..100_000 {
+        if s.uniform(0.0, 1.0) < 0.01 {
+            aim = reachable(&mut s, &arm);
+        } else if i % 8 == 0 {
+            aim.point_m += s.unit_vector() * 0.01;
+        }
+        f.aim(&aim).unwrap();
+        let q = f.step(DT_S).unwrap();
+        for j in 0..7 {
+            let speed = (q[j] - before[j]) / DT_S;
+            assert!(
+                // Differences over a millisecond of positions with an error of 1e-11 rad.
+                speed.abs() <= most_speed[j] + 1e-8,
+                "step {i} joint {j}: {speed} rad/s"
+            );
+            let acceleration = (speed - speed_before[j]) / DT_S;
+            assert!(
+                acceleration.abs() <= limits.acceleration_rad_per_s2[j] + 1e-6,
+                "step {i} joint {j}: {acceleration} rad/s²"
+            );
+            assert!(
+                arm.limits()[j].contains(q[j]),
+                "step {i} joint {j}: {} rad",
+                q[j]
+            );
+            fastest = fastest.max(speed.abs() / most_speed[j]);
+            speed_before[j] = speed;
+        }
+        before = q;
+    }
+    assert!(fastest > 0.99, "the test must reach the limits");
+}

@@ -75,6 +75,40 @@ fn piecewise_constant_forces_in_all_regimes_agree_with_an_independent_integratio
 }
 
 #[test]
+fn steps_of_a_spring_and_damper_are_those_of_the_textbook() {
+    let (m, k, force) = (2.0, 50.0, 10.0);
+    let omega: f64 = 5.0;
+    for zeta in [0.0_f64, 0.1, 0.7, 0.999_999, 1.0, 1.000_001, 3.0, 100.0] {
+        for t in [1e-6, 1e-3, 0.1, 0.7, 3.0, 10.0] {
+            let mut moving = object(ObjectConfig {
+                stiffness: k,
+                damping: 2.0 * zeta * (k * m).sqrt(),
+                ..ObjectConfig::new(m)
+            });
+            moving.step(force, t).unwrap();
+            let x = if zeta < 0.9 {
+                let wd = omega * (1.0 - zeta * zeta).sqrt();
+                let decay = (-zeta * omega * t).exp();
+                let sine = zeta / (1.0 - zeta * zeta).sqrt() * (wd * t).sin();
+                force / k * (1.0 - decay * ((wd * t).cos() + sine))
+            } else if zeta > 1.1 {
+                let root = (zeta * zeta - 1.0).sqrt();
+                let (s1, s2) = (omega * (zeta - root), omega * (zeta + root));
+                force / k * (1.0 - (s2 * (-s1 * t).exp() - s1 * (-s2 * t).exp()) / (s2 - s1))
+            } else {
+                force / k * (1.0 - (1.0 + omega * t) * (-omega * t).exp())
+            };
+            let allowed = if (zeta - 1.0).abs() < 1e-3 && zeta != 1.0 {
+                1e-6
+            } else {
+                1e-13
+            };
+            assert_close!(moving.position(), x, Tol::abs(allowed));
+        }
+    }
+}
+
+#[test]
 fn a_free_door_with_friction_stops_where_its_energy_is_used_up() {
     let (inertia, friction, push, push_s): (f64, f64, f64, f64) = (4.0, 1.5, 9.0, 0.8);
     let mut door = object(ObjectConfig {

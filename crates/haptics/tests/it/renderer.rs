@@ -284,9 +284,19 @@ fn an_unreachable_target_holds_the_last_goal_with_its_reason_and_recovers() {
     rig.step_with(far);
     for _ in 0..3000 {
         let step = rig.step_with(far);
-        assert!(matches!(step.unreachable, Some(Unreachable::TooFar { .. })));
+        assert!(
+            matches!(step.unreachable, Some(Unreachable::TooFar { gap_m }) if gap_m > 0.5),
+            "{step:?}"
+        );
         assert_eq!((step.phase, step.goal), (Phase::NonContact, goal));
     }
+    // A place inside the base keeps the goal, too.
+    let inside = |_: &mut f64, _: &mut ArmState, target: &mut Option<BoardTarget>| {
+        target.as_mut().unwrap().point_m = DVec3::new(0.0, 0.0, 0.34);
+    };
+    rig.step_with(inside);
+    let step = rig.step_with(inside);
+    assert!(step.unreachable.is_some() && step.goal == goal, "{step:?}");
     assert_eq!(Some(rig.state.q), goal);
     rig.target.as_mut().unwrap().point_m.y -= 0.2;
     assert_eq!(rig.run(3000).unreachable, None);

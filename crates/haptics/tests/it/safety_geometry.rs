@@ -222,7 +222,13 @@ fn a_box_holds_what_is_inside() {
     };
     inside.validate().unwrap();
     assert!(inside.contains(DVec3::ZERO) && inside.contains(DVec3::ONE));
-    assert!(!inside.contains(DVec3::new(0.0, 0.0, 1.1)) && !inside.contains(DVec3::NAN));
+    assert!(!inside.contains(DVec3::NAN));
+    for out_m in DVec3::AXES
+        .into_iter()
+        .flat_map(|axis| [-1.1 * axis, 1.1 * axis])
+    {
+        assert!(!inside.contains(out_m), "{out_m}");
+    }
     for max_m in [DVec3::splat(-2.0), DVec3::NAN] {
         assert!(WorkspaceBox { max_m, ..inside }.validate().is_err());
     }

@@ -58,6 +58,18 @@ fn a_hold_names_the_fault_that_is_left() {
 
 /// Whatever else fails meanwhile, only a person can end a requested stop.
 #[test]
+fn a_stop_on_demand_lasts_until_it_is_reset() {
+    let mut bench = Bench::after(5);
+    bench.supervisor.stop();
+    let step = bench.run(5000);
+    let reason = SafeReason::Requested;
+    assert_eq!(step.state, SafeState::Stopped { reason });
+    assert!(step.latched && step.command == ArmCommand::Hold);
+    bench.supervisor.reset();
+    assert_eq!(bench.run(300).state, SafeState::Normal);
+}
+
+#[test]
 fn a_stop_on_demand_outlasts_other_faults() {
     let mut bench = Bench::with(SupervisorConfig {
         latch: Latch::Nothing,
@@ -67,8 +79,9 @@ fn a_stop_on_demand_outlasts_other_faults() {
     bench.supervisor.stop();
     let broken = bench.run_with(20, |b, _| b.state.q.0[3] += 1.0);
     assert!(broken.latched, "{broken:?}");
-    let after = bench.run(1000);
+    let after = bench.run(5000);
     assert_eq!((after.state.name(), after.latched), ("stopped", true));
+    assert_eq!(after.command, ArmCommand::Hold);
     bench.supervisor.reset();
     assert_eq!(bench.run(600).state, SafeState::Normal);
 }

@@ -169,3 +169,21 @@ fn a_goal_out_of_reach_is_told_once() {
     assert!(matches!(why[..], [Unreachable::TooFar { .. }]), "{why:?}");
     assert_eq!(session.state(), SessionState::Approaching);
 }
+
+#[test]
+fn events_that_nobody_asks_for_are_counted_and_the_newest_stay() {
+    let hand = Hand::reaching_in(1.5, TARGET_M);
+    let (mut session, mut bench) = (session(wall(0.6)), Bench::new(hand));
+    bench.run(&mut session, 6.0);
+    let frames = (6.0 / TRACKER_S).ceil() as u64;
+    let mut kept = 0;
+    let mut newest_s: f64 = 0.0;
+    while let Some(event) = session.perception_mut().next_event() {
+        kept += 1;
+        newest_s = event.t_s;
+    }
+    let missed = session.perception().missed_events();
+    assert!(missed > 0 && kept + missed >= 2 * frames, "{kept} {missed}");
+    assert!(newest_s > 5.95, "{newest_s} s");
+    assert_eq!(session.control().missed_events(), 0);
+}

@@ -1,10 +1,9 @@
 //! Results do not depend on the heading of the base, the handedness of the world or the unit of length.
 
-use crate::chain_support::{geometry, lengths_m};
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{
     ArmKinematics, BranchPolicy, Chain, ChainArm, ChainJoint, JointLimit, JointPositions,
-    NearestConfig, Pose, SrsArm, SrsParameters, Verdict,
+    NearestConfig, Pose, SrsArm, SrsGeometry, SrsParameters, Verdict,
 };
 use hwall_testkit::Sampler;
 
@@ -16,6 +15,13 @@ fn pose(sampler: &mut Sampler, length_m: f64) -> Pose {
 
 fn reference(sampler: &mut Sampler) -> JointPositions {
     JointPositions(sampler.array_within([(-1.8, 1.8); 7]))
+}
+
+/// The arm with an unlimited first joint.
+fn endless() -> SrsArm {
+    let mut limits = *SrsArm::iiwa7().limits();
+    limits[0] = JointLimit::FREE;
+    SrsArm::iiwa7().with_limits(limits).expect("valid")
 }
 
 fn nearest(arm: &dyn ArmKinematics, pose: &Pose, from: &JointPositions) -> Option<JointPositions> {
@@ -60,13 +66,12 @@ fn compare(
 
 #[test]
 fn a_turn_about_the_first_axis_is_a_turn_of_the_first_joint() {
-    let mut limits = *SrsArm::iiwa7().limits();
-    limits[0] = JointLimit::FREE;
-    let arm = SrsArm::iiwa7().with_limits(limits).expect("valid");
+    let arm = endless();
     let turn = Pose::new(DMat3::from_rotation_z(1.3), DVec3::ZERO).expect("finite");
-    let turned = |mut q: JointPositions| {
-        q[0] += 1.3;
-        q
+    let turned = |q: JointPositions| {
+        JointPositions(std::array::from_fn(|i| {
+            q[i] + if i == 0 { 1.3 } else { 0.0 }
+        }))
     };
     compare("turn", [&arm, &arm], |pose| turn * *pose, turned);
 }
@@ -102,7 +107,13 @@ fn the_mirror_image_is_reached_by_mirrored_joints() {
 fn lengths_may_be_in_any_unit() {
     let iiwa = *SrsArm::iiwa7().parameters();
     for unit in [1e-2, 25.4, 1e3] {
-        let geometry = geometry(lengths_m(&iiwa.geometry).map(|length_m| unit * length_m));
+        let g = iiwa.geometry;
+        let geometry = SrsGeometry {
+            d_bs_m: unit * g.d_bs_m,
+            d_se_m: unit * g.d_se_m,
+            d_ew_m: unit * g.d_ew_m,
+            d_wf_m: unit * g.d_wf_m,
+        };
         let large = SrsArm::new(SrsParameters { geometry, ..iiwa }).expect("valid");
         let mut sampler = Sampler::new(6);
         for _ in 0..2000 {

@@ -139,7 +139,8 @@ const ROWS: [&str; 6] = [
     "learned with gaze, with feedback",
     "belief, with feedback",
 ];
-/// Rows of the estimator and of the belief, for each predictor: without gaze, with it, and with feedback from this person's earlier touches.
+/// For each predictor, its row for the estimator alone and its row for the belief. The predictors: without gaze, with gaze, and with gaze and
+/// feedback from this person's earlier touches.
 const ROWS_OF: [[usize; 2]; 3] = [[0, 2], [1, 3], [4, 5]];
 /// Side of the panel that is reached, m: a large touch display.
 const PANEL_M: f64 = 0.3;

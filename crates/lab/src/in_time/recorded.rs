@@ -42,7 +42,7 @@ pub struct Request<'a> {
     pub learned: LearnedConfig,
     /// Seed of the arm's sensors.
     pub seed: u64,
-    /// Does the predictor learn from the earlier reaches of the person?
+    /// Does the predictor learn from the earlier reaches of the person? Otherwise each reach is that of a stranger.
     pub with_feedback: bool,
     /// Only this reach, `person/trial`, with the decisions of the policy on standard error.
     pub explain: Option<&'a str>,
@@ -60,6 +60,8 @@ pub struct Row {
 /// The whole study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Results {
+    /// [`Request::with_feedback`].
+    pub with_feedback: bool,
     /// One for each person, and one for all.
     pub rows: Vec<Row>,
     /// Reaches without the board in place, `person/trial (object)` and what stopped the arm, and the reason.
@@ -70,7 +72,7 @@ pub struct Results {
 ///
 /// A reach has the scene of [`panels`](crate::contact::panels), but with an upright panel, because the arm presents walls. All
 /// reaches for an object have the same base pose. The predictor is trained on all other people of the room, in the frame of the room.
-/// Nothing else is learnt from one reach for the next.
+/// With [`Request::with_feedback`], the predictor also learns from the earlier reaches of the same person.
 ///
 /// # Errors
 /// A room with fewer than two people; a head that is never seen, or is exactly above the touch; too little training data; no such reach to
@@ -117,7 +119,11 @@ pub fn run(request: &Request<'_>, progress: impl Fn(&str) + Sync) -> anyhow::Res
         bail!("no reach {name:?} in the recording: PERSON/TRIAL, as in its columns");
     }
     rows.push(row_of("all", &all));
-    Ok(Results { rows, missed })
+    Ok(Results {
+        with_feedback: request.with_feedback,
+        rows,
+        missed,
+    })
 }
 
 fn row_of(person: &str, runs: &[PersonRun]) -> Row {
@@ -197,13 +203,14 @@ impl<'a> Room<'a> {
                 let run = self.run_of(trial, &predictor, request);
                 runs.push((trial, run.with_context(|| trial.reach.name())?));
                 progress(person);
+                if request.explain.is_some() {
+                    break;
+                }
             }
             if request.with_feedback {
-                learn_from(
-                    &mut predictor,
-                    trial,
-                    &self.scene_of(trial, facing(trial)?)?,
-                )?;
+                let scene = self.scene_of(trial, facing(trial)?)?;
+                let learnt = learn_from(&mut predictor, trial, &scene);
+                learnt.with_context(|| trial.reach.name())?;
             }
         }
         Ok(runs)

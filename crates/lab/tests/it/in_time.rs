@@ -79,6 +79,8 @@ fn every_person_has_a_row_even_where_nothing_is_within_reach() {
     let (with_feedback, _) = study_with(&near_and_high(true), None, true).unwrap();
     let in_place = with_feedback.rows[0].summary.in_place;
     assert!(in_place > first.in_place, "{in_place} {first:?}");
+    let text = document::recorded_text(1, &with_feedback).unwrap();
+    assert!(text.contains("learnt from the earlier reaches"), "{text}");
     assert_eq!(results.missed.len(), 27 - results.rows[2].summary.in_place);
     let text = document::recorded_text(1, &results).unwrap();
     let row = text.lines().find(|line| line.starts_with("| k2 "));

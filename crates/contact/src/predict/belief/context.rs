@@ -15,7 +15,7 @@ pub enum EvidenceSource {
     PreviousFixation,
     /// The places this person has touched before.
     TouchedBefore,
-    /// None of the others: anywhere around a resting hand, or the motion with three times its error.
+    /// None of the others: anywhere around a resting hand, or the end of the motion with three times the error that the estimator states.
     Anywhere,
 }
 

@@ -37,8 +37,8 @@ pub use training::{LabelledStream, StreamContact, StreamFilters};
 /// 1. Each [`EvidenceSource`] gives a normal distribution of the contact: the end of the motion by the estimator, a point on the line of sight of
 ///    the present fixation and of the one before it, the places this person has touched, and everywhere else.
 /// 2. The distributions are weighted by how often each source is right in this phase of a reach, at this age of the fixation, and for this
-///    agreement of fixation and motion ([`EvidenceModel`], learned from recordings). Each touch updates how reliable each source is for this
-///    person, and by which angles the gaze is off.
+///    agreement of fixation and motion ([`EvidenceModel`], learned from recordings). Each touch updates the shares of the sources and the
+///    error of the gaze for this person; the z axis must point up.
 /// 3. Each component is divided among the surfaces: density in the plane of a face, times the share of it that straight paths from the hand (or
 ///    from the eyes) meet first, times the sine of the angle of incidence. Untouchable surfaces block paths.
 /// 4. For each surface the components add up to a probability and a covariance; the point is the mean of those that agree with the most probable
@@ -70,6 +70,8 @@ pub struct FusedPredictor<E> {
     person: Person,
     /// The evidence model with the gaze error of this person.
     evidence: EvidenceModel,
+    /// Does the last sample belong to a reach with an estimate of its end?
+    in_reach: bool,
     estimate: Option<ContactEstimate>,
     fallback: DeterministicPredictor,
     /// A reported touch that has not been processed yet.
@@ -91,6 +93,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             fallback: DeterministicPredictor::new(config.fallback)?,
             felt: None,
             evidence: config.evidence,
+            in_reach: false,
             config,
             gaze: GazeMemory::default(),
             side: SideWatch::default(),
@@ -164,9 +167,10 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         let model = self.evidence;
         let sample = Sample::new(hand, &self.stream, &self.gaze, any, &model, settings);
         let Some(sample) = sample else { return false };
+        self.in_reach = sample.motion.is_some();
         let weights = self.person.shares(&sample, &model);
         let sights = sample.dwells.map(|dwell| {
-            let ray = model.corrected(&dwell?.ray);
+            let ray = dwell?.ray;
             scene.ray_cast(ray.origin_m, ray.direction).ok()?
         });
         for (source, weight) in EvidenceSource::ALL.into_iter().zip(weights) {
@@ -176,7 +180,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             let dwell = |i: usize| {
                 let dwell = sample.dwells[i]?;
                 let distance_m = sights[i].map_or(NOMINAL_FIXATION_M, |hit| hit.distance_m);
-                let gaussian = sample.along(&dwell, &model, Some(distance_m))?;
+                let gaussian = sample.along(&dwell, model.on_target_sd_rad, Some(distance_m))?;
                 Some((gaussian, self.seen(scene, hand, side, sights[i])))
             };
             let (gaussian, seen) = match source {
@@ -264,7 +268,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                 source,
                 EvidenceSource::Fixation | EvidenceSource::PreviousFixation
             );
-        let (origin_m, heading) = match self.gaze.now() {
+        let (origin_m, heading) = match sample.dwells[0] {
             Some(dwell) if !by_motion => (dwell.ray.origin_m, Some(dwell.ray.direction)),
             _ => {
                 let slow_m_per_s = self.config.watch.offset_m_per_s;
@@ -281,7 +285,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
 
     /// Is a place within the error of the line of sight?
     fn is_looked_at(&self, ray: &GazeRay, point_m: DVec3) -> bool {
-        let ray = self.evidence.corrected(ray);
+        let ray = gaze_error::without(ray, self.evidence.gaze_bias_rad);
         let angle_rad = ray.direction.angle_between(point_m - ray.origin_m);
         angle_rad <= self.evidence.apart_rad()
     }

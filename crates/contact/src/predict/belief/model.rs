@@ -3,17 +3,15 @@
 use super::super::gaussian::Gaussian;
 use super::super::hand::phase::{PHASES, ReachPhase};
 use super::context::{AGES, COLUMNS, CUES, Context, SOURCES, SourceShares};
-use super::gaze_error;
 use crate::error::ContactError;
 use crate::matrices::isotropic;
 use glam::{DMat3, DVec2, DVec3};
-use hwall_hand::GazeRay;
 use hwall_numeric::check::{all_finite, positive, that};
 
 /// Shares by phase, fixation age and cue.
 pub(super) type Shares = [[[SourceShares; COLUMNS]; AGES]; PHASES];
 
-/// How often each source is right about the next contact, how far a fixation is from its target, and where people touch, relative to their
+/// How often each source is right about the next contact, how the estimator errs, how far a fixation is from its target, and where people touch, relative to their
 /// resting hand. Fit it to recordings of the people and the eye tracker in use ([`EvidenceModel::fit_streams`]).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EvidenceModel {
@@ -26,10 +24,11 @@ pub struct EvidenceModel {
     /// Number of touches in training; 0: untrained.
     pub touches: usize,
     pub(super) shares: Shares,
-    /// Error of the estimator by phase, as a multiple of the standard deviation that it states. The tail of its errors belongs to
-    /// [`EvidenceSource::Anywhere`](super::EvidenceSource::Anywhere), so this is the core.
+    /// Error of the estimator in each phase, as a multiple of the standard deviation that it states. Large errors belong to
+    /// [`EvidenceSource::Anywhere`](super::EvidenceSource::Anywhere) and do not count.
     pub(super) motion_scale: [f64; PHASES],
-    /// Mean angles from the next contact to the line of sight of a person, to the left and upwards in a frame with z up, rad.
+    /// Constant error of a person's line of sight, to the left and upwards (z is up), rad. Zero except in a predictor that has learned from
+    /// touches.
     pub(super) gaze_bias_rad: DVec2,
 }
 
@@ -103,11 +102,6 @@ impl EvidenceModel {
         context.only_those_there(shares)
     }
 
-    /// A line of sight without its mean error.
-    pub(super) fn corrected(&self, ray: &GazeRay) -> GazeRay {
-        gaze_error::without(ray, self.gaze_bias_rad)
-    }
-
     /// Lines of sight that differ by no more than this count as one place, rad.
     pub(in crate::predict) fn apart_rad(&self) -> f64 {
         let [least, most] = APART_RAD;
@@ -117,6 +111,10 @@ impl EvidenceModel {
     pub(in crate::predict) fn validate(&self) -> Result<(), ContactError> {
         positive("on_target_sd_rad", self.on_target_sd_rad)?;
         positive("memory_s", self.memory_s)?;
+        for scale in self.motion_scale {
+            positive("motion_scale", scale)?;
+        }
+        all_finite("gaze_bias_rad", &self.gaze_bias_rad.to_array())?;
         for shares in self.shares.iter().flatten().flatten() {
             for &share in shares {
                 that((0.0..=1.0).contains(&share), "share", share, "in [0, 1]")?;

@@ -49,8 +49,8 @@ impl Person {
         own
     }
 
-    /// Updates the reliability of the sources and the error of the gaze from a touch. `people`: the model of all people; `model`: that of this
-    /// person, which changes.
+    /// Updates the reliability of the sources and the error of the gaze from a touch. `people`: the model of all people; `model`: the model
+    /// of this person, which is updated.
     pub(super) fn touched(
         &mut self,
         contact_m: DVec3,
@@ -85,11 +85,15 @@ impl Person {
                 }
             }
         }
-        self.gaze.fade(FADES);
         if let (Some(dwell), probability) = on_place
             && let Some(error_rad) = gaze_error::from(contact_m, &dwell.ray)
         {
-            self.gaze.add(error_rad, dwell.noise_rad, probability);
+            let (sd_rad, noise_rad) = (people.on_target_sd_rad, dwell.noise_rad);
+            // A noisy fixation says less about the person.
+            let weight = probability * sd_rad.powi(2) / (sd_rad.powi(2) + noise_rad.powi(2));
+            self.gaze.fade(FADES);
+            self.gaze
+                .add(error_rad + model.gaze_bias_rad, noise_rad, weight);
         }
         let (bias_rad, sd_rad) = self.gaze.next(people.on_target_sd_rad, PEOPLE);
         (model.gaze_bias_rad, model.on_target_sd_rad) = (bias_rad, sd_rad);

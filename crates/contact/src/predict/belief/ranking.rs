@@ -71,12 +71,13 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             let Some(best) = of(index).max_by(|a, b| a.mass.total_cmp(&b.mass)) else {
                 continue;
             };
-            // [`EvidenceSource::Anywhere`] does not say where on a surface; during a reach it is the tail of the estimator's errors.
-            let is_anywhere = |f: &Face| f.source == EvidenceSource::Anywhere;
-            let is_of_none = is_anywhere(best);
-            let says_where = |f: &Face| is_of_none || !is_anywhere(f);
-            let counts = |f: &&Face| says_where(f) || self.estimate.is_some();
-            let moments = Moments::of(|| of(index).filter(counts), best, says_where);
+            // Anywhere does not say where on a surface. During a reach, it still holds the tail of the estimator's errors, so it widens the
+            // covariance.
+            let is_vague = |f: &Face| f.source == EvidenceSource::Anywhere;
+            let only_vague = is_vague(best);
+            let says_where = |f: &Face| only_vague || !is_vague(f);
+            let widens = |f: &&Face| self.in_reach || says_where(f);
+            let moments = Moments::of(|| of(index).filter(widens), best, says_where);
             let met = SurfacePlace {
                 surface: face.surface,
                 point_m: best.met_m,

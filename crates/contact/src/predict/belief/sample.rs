@@ -6,15 +6,16 @@ use super::super::hand::phase::ReachPhase;
 use super::super::hand::place::{HandPlace, gaussian_of};
 use super::super::stream::StreamEstimator;
 use super::context::{Context, SourceShares};
+use super::gaze_error;
 use super::model::EvidenceModel;
 use super::places::TouchedPlaces;
 use crate::estimate::ContactEstimator;
 use crate::matrices::{Plane, axes_across, isotropic, square};
 use glam::{DMat3, DVec3};
-use hwall_hand::{GazeRay, HandState, WatchConfig};
+use hwall_hand::{HandState, WatchConfig};
 use std::f64::consts::TAU;
 
-/// Factor on the standard deviation of an estimate that is wrong.
+/// Factor on the stated standard deviation of an estimate that is wrong.
 const ASTRAY: f64 = 3.0;
 /// A fixation this many standard deviations from the predicted end disagrees with the motion.
 const DISAGREES: f64 = 4.0;
@@ -33,7 +34,7 @@ pub(in crate::predict) struct Sample {
     pub(super) context: Context,
     /// Predicted end of the motion as the estimator states it, and the same with the error of a wrong estimate; `None` at rest.
     pub(super) motion: Option<[Gaussian; 2]>,
-    /// The present fixation and the one before.
+    /// The present fixation and the one before, without the constant error of the person's gaze.
     pub(super) dwells: [Option<Dwell>; 2],
     /// Position of the resting hand, or its last rest before it moved, m.
     pub(super) rest_m: DVec3,
@@ -54,23 +55,37 @@ impl Sample {
         let motion = estimate.and_then(|e| gaussian_of(e, default_sd_m));
         let motion = motion.and_then(|g| Some([g, g.stretched(ASTRAY)?]));
         let (now, before) = memory.dwells(hand.t_s, model.memory_s);
+        let corrected = |dwell: &Dwell| {
+            let mut dwell = *dwell;
+            dwell.ray = gaze_error::without(&dwell.ray, model.gaze_bias_rad);
+            dwell
+        };
+        let (now, before) = (
+            now.map(corrected),
+            before.map(|(dwell, ago_s)| (corrected(dwell), ago_s)),
+        );
         let phase = match motion {
             None if place.phase != ReachPhase::Drifting => ReachPhase::Rest,
             _ => place.phase,
         };
-        let cue = now.zip(motion.as_ref()).and_then(|(dwell, [motion, _])| {
-            Some((deviations(motion, dwell, model)? / DISAGREES).min(1.0))
-        });
+        let cue = now
+            .as_ref()
+            .zip(motion.as_ref())
+            .and_then(|(dwell, [motion, _])| {
+                Some((deviations(motion, dwell, model.on_target_sd_rad)? / DISAGREES).min(1.0))
+            });
         place.rest_m.is_finite().then(|| Self {
             context: Context {
                 phase,
-                fixation_age_s: now.map(|dwell| dwell.age_s(hand.t_s)),
-                before_left: before.map_or(0.0, |(_, ago_s)| 1.0 - ago_s / model.memory_s),
+                fixation_age_s: now.as_ref().map(|dwell| dwell.age_s(hand.t_s)),
+                before_left: before
+                    .as_ref()
+                    .map_or(0.0, |(_, ago_s)| 1.0 - ago_s / model.memory_s),
                 has_places,
                 cue,
             },
             motion,
-            dwells: [now.copied(), before.map(|(dwell, _)| *dwell)],
+            dwells: [now, before.map(|(dwell, _)| dwell)],
             rest_m: place.rest_m,
         })
     }
@@ -79,19 +94,16 @@ impl Sample {
     pub(super) fn along(
         &self,
         dwell: &Dwell,
-        model: &EvidenceModel,
+        sd_rad: f64,
         distance_m: Option<f64>,
     ) -> Option<Gaussian> {
+        let (origin_m, sight) = (dwell.ray.origin_m, dwell.ray.direction);
+        let sd_rad = sd_rad.hypot(dwell.noise_rad);
+        let across = DMat3::IDENTITY - square(sight);
         let by_motion = self.motion.as_ref();
-        if let Some(gaussian) = by_motion.and_then(|[_, astray]| on_sight(astray, dwell, model)) {
+        if let Some(gaussian) = by_motion.and_then(|[_, astray]| on_sight(astray, dwell, sd_rad)) {
             return Some(gaussian);
         }
-        let GazeRay {
-            origin_m,
-            direction: sight,
-        } = model.corrected(&dwell.ray);
-        let sd_rad = model.on_target_sd_rad.hypot(dwell.noise_rad);
-        let across = DMat3::IDENTITY - square(sight);
         let distance_m = distance_m?.max(NEAREST_FIXATION_M);
         let sd_m = sd_rad * distance_m;
         let covariance_m2 = square(sight) * (DEPTH_SD_M * DEPTH_SD_M) + across * (sd_m * sd_m);
@@ -101,12 +113,15 @@ impl Sample {
     /// The end of the motion, with the learned error of the estimator.
     pub(super) fn end(&self, model: &EvidenceModel) -> Option<Gaussian> {
         let [motion, _] = self.motion.as_ref()?;
-        motion.stretched(model.motion_scale[self.context.phase as usize])
+        let scale = model.motion_scale[self.context.phase as usize];
+        Gaussian::new(motion.mean_m, motion.covariance_m2 * (scale * scale))
     }
 
     /// The motion's end combined with the line of the present fixation.
     pub(super) fn confirmed(&self, model: &EvidenceModel) -> Option<Gaussian> {
-        on_sight(&self.end(model)?, &self.dwells[0]?, model)
+        let (end, dwell) = (self.end(model)?, self.dwells[0]?);
+        let sd_rad = model.on_target_sd_rad.hypot(dwell.noise_rad);
+        on_sight(&end, &dwell, sd_rad)
     }
 
     /// Contact if no other source is right.
@@ -130,9 +145,9 @@ impl Sample {
         };
         let dwell = |i: usize| {
             self.dwells[i].map_or(f64::NEG_INFINITY, |dwell| {
-                match self.along(&dwell, model, None) {
+                match self.along(&dwell, model.on_target_sd_rad, None) {
                     Some(along) => by(Some(along)),
-                    None => log_along_sight(&dwell, contact_m, model),
+                    None => log_along_sight(&dwell, contact_m, model.on_target_sd_rad),
                 }
             })
         };
@@ -161,12 +176,8 @@ impl Sample {
 }
 
 /// Product of a Gaussian and that about a line of sight.
-fn on_sight(gaussian: &Gaussian, dwell: &Dwell, model: &EvidenceModel) -> Option<Gaussian> {
-    let GazeRay {
-        origin_m,
-        direction: sight,
-    } = model.corrected(&dwell.ray);
-    let sd_rad = model.on_target_sd_rad.hypot(dwell.noise_rad);
+fn on_sight(gaussian: &Gaussian, dwell: &Dwell, sd_rad: f64) -> Option<Gaussian> {
+    let (origin_m, sight) = (dwell.ray.origin_m, dwell.ray.direction);
     let sd_m = sd_rad * (gaussian.mean_m - origin_m).dot(sight);
     let across = DMat3::IDENTITY - square(sight);
     let is_ahead = sd_m > sd_rad * NEAREST_FIXATION_M;
@@ -175,26 +186,25 @@ fn on_sight(gaussian: &Gaussian, dwell: &Dwell, model: &EvidenceModel) -> Option
 
 /// Distance of a fixation from the predicted end, in standard deviations per axis; [`DISAGREES`] for eyes that look away, `None` if it cannot be
 /// computed.
-fn deviations(motion: &Gaussian, dwell: &Dwell, model: &EvidenceModel) -> Option<f64> {
-    let sight = model.corrected(&dwell.ray).direction;
+fn deviations(motion: &Gaussian, dwell: &Dwell, sd_rad: f64) -> Option<f64> {
+    let sight = dwell.ray.direction;
     let to_mean = motion.mean_m - dwell.ray.origin_m;
     let distance_m = to_mean.dot(sight);
     if distance_m < NEAREST_FIXATION_M {
         return Some(DISAGREES);
     }
     let axes = axes_across(sight);
-    let sd_m = distance_m * model.on_target_sd_rad.hypot(dwell.noise_rad);
+    let sd_m = distance_m * sd_rad.hypot(dwell.noise_rad);
     let spread = Plane::of(&motion.covariance_m2, axes).plus(sd_m * sd_m);
     let squared = spread.squared(axes.map(|axis| to_mean.dot(axis)));
     (squared >= 0.0).then(|| (0.5 * squared).sqrt())
 }
 
 /// Log density of a contact on a line of sight at unknown distance, per m³.
-fn log_along_sight(dwell: &Dwell, contact_m: DVec3, model: &EvidenceModel) -> f64 {
+fn log_along_sight(dwell: &Dwell, contact_m: DVec3, sd_rad: f64) -> f64 {
     let to_contact = contact_m - dwell.ray.origin_m;
-    let sight = model.corrected(&dwell.ray).direction;
-    let rad = sight.angle_between(to_contact);
-    let variance = model.on_target_sd_rad.powi(2) + dwell.noise_rad.powi(2);
+    let rad = dwell.ray.direction.angle_between(to_contact);
+    let variance = sd_rad * sd_rad + dwell.noise_rad * dwell.noise_rad;
     let square_m2 = to_contact
         .length_squared()
         .max(NEAREST_FIXATION_M * NEAREST_FIXATION_M);

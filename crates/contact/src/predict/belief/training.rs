@@ -55,6 +55,8 @@ const AWAY_M: f64 = 0.08;
 const DEFAULT_SD_M: f64 = 0.1;
 /// Iterations of expectation maximisation.
 const ROUNDS: usize = 40;
+/// Least factor on the standard deviation that an estimator states; the largest is its inverse.
+const LEAST_SCALE: f64 = 0.05;
 /// Weight with which the shares of a cell are shrunk towards those of its cue, and the shares of the cue towards the prior, in touches.
 const PULL: f64 = 4.0;
 
@@ -98,9 +100,14 @@ impl EvidenceModel {
             });
         }
         weigh(&mut rows);
-        let mut model = Self { touches, ..self };
+        let start = Self {
+            touches,
+            motion_scale: usual_scales(&rows),
+            ..self
+        };
+        let mut model = start;
         for _ in 0..ROUNDS {
-            model = model.improved(&self, &rows);
+            model = model.improved(&start, &rows);
         }
         model.validate()?;
         Ok(model)
@@ -163,8 +170,9 @@ impl EvidenceModel {
         let mut counts = none;
         let (mut dwells, mut squares) = (1.0, start.on_target_sd_rad.powi(2));
         let (mut rested, mut first, mut second) = (0.0, DVec3::ZERO, DMat3::ZERO);
-        // The prior counts as `PULL` touches in each of three directions.
-        let (mut ends, mut end_squares) = ([PULL; PHASES], [PULL; PHASES]);
+        // Of *motion* alone: touches that the gaze confirms do not count. The error of the labels is included.
+        let mut ends = [PULL; PHASES];
+        let mut end_squares = start.motion_scale.map(|scale| PULL * scale * scale);
         for row in rows {
             let Row {
                 sample, contact_m, ..
@@ -175,8 +183,10 @@ impl EvidenceModel {
                 continue;
             };
             let phase = sample.context.phase as usize;
-            if let Some([motion, _]) = &sample.motion {
-                let weight = row.weight * right[EvidenceSource::Motion as usize];
+            let weight = row.weight * right[EvidenceSource::Motion as usize];
+            if let Some([motion, _]) = &sample.motion
+                && weight > 0.0
+            {
                 ends[phase] += weight;
                 end_squares[phase] += weight * motion.mahalanobis_squared(*contact_m) / 3.0;
             }
@@ -215,7 +225,10 @@ impl EvidenceModel {
         Self {
             on_target_sd_rad: (squares / dwells).max(1e-6).sqrt(),
             shares,
-            motion_scale: std::array::from_fn(|i| (end_squares[i] / ends[i]).sqrt()),
+            motion_scale: std::array::from_fn(|i| {
+                let scale = (end_squares[i] / ends[i]).sqrt();
+                scale.clamp(LEAST_SCALE, 1.0 / LEAST_SCALE)
+            }),
             rest: RestingHand {
                 mean_m,
                 covariance_m2: second * total.recip() + square(mean_m) * -1.0,
@@ -223,6 +236,24 @@ impl EvidenceModel {
             ..*self
         }
     }
+}
+
+/// By phase, the median error of the estimator as a multiple of what it states: where expectation maximisation starts.
+fn usual_scales(rows: &[Row]) -> [f64; PHASES] {
+    // The median of a chi-squared variable with three degrees of freedom.
+    const MEDIAN: f64 = 2.366;
+    std::array::from_fn(|phase| {
+        let own = rows
+            .iter()
+            .filter(|row| row.sample.context.phase as usize == phase);
+        let squared = |row: &Row| Some(row.sample.motion?[0].mahalanobis_squared(row.contact_m));
+        let mut squared: Vec<f64> = own.filter_map(squared).collect();
+        squared.sort_by(f64::total_cmp);
+        let median = squared.get(squared.len() / 2).copied().unwrap_or(MEDIAN);
+        (median / MEDIAN)
+            .sqrt()
+            .clamp(LEAST_SCALE, 1.0 / LEAST_SCALE)
+    })
 }
 
 /// Gives all rows of one touch in one cell together the weight of one row.
