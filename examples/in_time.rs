@@ -37,9 +37,6 @@ struct Args {
     /// Trials of the recording: columns person, trial, scene, target, cx, cy, cz, sx, sy, sz, dur, rx, ry, rz, as for contact_study
     #[arg(long, value_name = "FILE", requires = "recordings")]
     panels: Option<PathBuf>,
-    /// The predictor learns from the earlier reaches of the recorded person, as in a session; without it, each reach is that of a stranger
-    #[arg(long, requires = "recordings")]
-    with_feedback: bool,
     /// Only this reach of the recording: prints on standard error why the board is sent or not whenever the choice changes, and writes no document
     #[arg(long, value_name = "PERSON/TRIAL", requires = "recordings", conflicts_with_all = ["docs", "out"])]
     explain: Option<String>,
@@ -88,7 +85,6 @@ fn run_recorded(args: &Args, stream: &Path, trials: &Path) -> anyhow::Result<()>
         trials: &trials,
         learned: LearnedConfig::default(),
         seed: args.request.seed,
-        with_feedback: args.with_feedback,
         explain: args.explain.as_deref(),
     };
     let documents = match args.explain {

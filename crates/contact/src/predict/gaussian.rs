@@ -71,9 +71,11 @@ impl Gaussian {
         }
     }
 
-    /// With standard deviations scaled by `factor`; `None` above the ceiling.
+    /// With standard deviations scaled by `factor`, apart from the floor; `None` above the ceiling.
     pub(super) fn stretched(&self, factor: f64) -> Option<Self> {
-        Self::checked(self.mean_m, self.covariance_m2 * (factor * factor))
+        let floor_m2 = isotropic(FLOOR_M);
+        let scaled_m2 = (self.covariance_m2 - floor_m2) * (factor * factor);
+        Self::checked(self.mean_m, scaled_m2 + floor_m2)
     }
 
     /// With an independent error of this covariance added.

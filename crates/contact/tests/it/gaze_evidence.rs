@@ -274,7 +274,7 @@ fn a_constant_error_of_the_gaze_is_learnt_from_touches() {
     };
     let [first_m, last_m] = errors_m(&mut predictor);
     assert!(
-        first_m > 0.03 && last_m < 0.6 * first_m,
+        first_m > 0.02 && last_m < 0.6 * first_m,
         "{first_m} {last_m}"
     );
     // Another person comes.

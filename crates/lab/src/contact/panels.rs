@@ -363,7 +363,7 @@ impl Senses {
 }
 
 /// Lets a predictor follow a reach to its touch, and learn from that.
-pub(crate) fn learn_from(
+fn learn_from(
     predictor: &mut impl Predictor,
     trial: &Trial,
     scene: &Scene,

@@ -180,11 +180,7 @@ fn parts(documents: &Documents) -> (Option<String>, Option<String>) {
 pub fn recorded_text(seed: u64, results: &recorded::Results) -> anyhow::Result<String> {
     let rows = results.rows.iter();
     let table = summaries("recorded person", rows.map(|r| (&*r.person, &r.summary)));
-    let memory = match results.with_feedback {
-        true => "The predictor has learnt from the earlier reaches of the person.",
-        false => "The predictor knows nothing about the person.",
-    };
-    page(include_str!("recorded.md"), seed).fill(&[("table", &table), ("memory", &memory)])
+    page(include_str!("recorded.md"), seed).fill(&[("table", &table)])
 }
 
 /// Replaces this section in the document, and keeps the rest.

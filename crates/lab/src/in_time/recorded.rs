@@ -1,7 +1,7 @@
 //! Recorded people in front of the simulated arm: each reach of a recording runs in a separate session.
 
 use crate::contact::panels::{
-    Learnt, MOST_OFF_M, PANEL_NAME, Trial, learn_from, objects_of, people_of, rooms_of, scene_of,
+    Learnt, MOST_OFF_M, PANEL_NAME, Trial, objects_of, people_of, rooms_of, scene_of,
 };
 use anyhow::{Context, bail};
 use glam::DVec3;
@@ -42,8 +42,6 @@ pub struct Request<'a> {
     pub learned: LearnedConfig,
     /// Seed of the arm's sensors.
     pub seed: u64,
-    /// Does the predictor learn from the earlier reaches of the person? Otherwise each reach is that of a stranger.
-    pub with_feedback: bool,
     /// Only this reach, `person/trial`, with the decisions of the policy on standard error.
     pub explain: Option<&'a str>,
 }
@@ -60,8 +58,6 @@ pub struct Row {
 /// The whole study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Results {
-    /// [`Request::with_feedback`].
-    pub with_feedback: bool,
     /// One for each person, and one for all.
     pub rows: Vec<Row>,
     /// Reaches without the board in place, `person/trial (object)` and what stopped the arm, and the reason.
@@ -72,7 +68,7 @@ pub struct Results {
 ///
 /// A reach has the scene of [`panels`](crate::contact::panels), but with an upright panel, because the arm presents walls. All
 /// reaches for an object have the same base pose. The predictor is trained on all other people of the room, in the frame of the room.
-/// With [`Request::with_feedback`], the predictor also learns from the earlier reaches of the same person.
+/// Nothing is learnt from one reach for the next.
 ///
 /// # Errors
 /// A room with fewer than two people; a head that is never seen, or is exactly above the touch; too little training data; no such reach to
@@ -119,11 +115,7 @@ pub fn run(request: &Request<'_>, progress: impl Fn(&str) + Sync) -> anyhow::Res
         bail!("no reach {name:?} in the recording: PERSON/TRIAL, as in its columns");
     }
     rows.push(row_of("all", &all));
-    Ok(Results {
-        with_feedback: request.with_feedback,
-        rows,
-        missed,
-    })
+    Ok(Results { rows, missed })
 }
 
 fn row_of(person: &str, runs: &[PersonRun]) -> Row {
@@ -180,11 +172,14 @@ impl<'a> Room<'a> {
         request: &Request<'_>,
         progress: &(impl Fn(&str) + Sync),
     ) -> anyhow::Result<Vec<(&'a Trial, PersonRun)>> {
-        let (own, others): (Vec<&Trial>, Vec<&Trial>) =
+        let (mut own, others): (Vec<&Trial>, Vec<&Trial>) =
             self.trials.iter().partition(|trial| trial.person == person);
-        let is_asked =
-            |trial: &Trial| (request.explain).is_none_or(|name| trial.reach.name() == name);
-        if !own.iter().any(|trial| is_asked(trial)) {
+        own.retain(|trial| {
+            request
+                .explain
+                .is_none_or(|name| trial.reach.name() == name)
+        });
+        if own.is_empty() {
             return Ok(Vec::new());
         }
         let mut frames = others.iter().flat_map(|trial| &trial.frames);
@@ -196,32 +191,13 @@ impl<'a> Room<'a> {
                 ..request.learned
             },
         )?;
-        let mut predictor = learnt.fused()?;
-        let mut runs = Vec::new();
-        for trial in own {
-            if is_asked(trial) {
-                let run = self.run_of(trial, &predictor, request);
-                runs.push((trial, run.with_context(|| trial.reach.name())?));
-                progress(person);
-                if request.explain.is_some() {
-                    break;
-                }
-            }
-            if request.with_feedback {
-                let scene = self.scene_of(trial, facing(trial)?)?;
-                let learnt = learn_from(&mut predictor, trial, &scene);
-                learnt.with_context(|| trial.reach.name())?;
-            }
-        }
-        Ok(runs)
-    }
-
-    /// The scene of a reach, in the frame of the room.
-    fn scene_of(&self, trial: &Trial, normal: DVec3) -> anyhow::Result<Scene> {
-        let across = [DVec3::Z.cross(normal), DVec3::Z];
-        let mut objects = self.objects.clone();
-        objects.retain(|_, of| !holds(of, trial.reach.contact_m));
-        scene_of(trial, &objects, across, MOST_OFF_M)
+        let predictor = learnt.fused()?;
+        let run = |trial: &&'a Trial| {
+            let run = self.run_of(trial, &predictor, request);
+            progress(person);
+            Ok((*trial, run.with_context(|| trial.reach.name())?))
+        };
+        own.iter().map(run).collect()
     }
 
     /// Runs one reach.
@@ -232,7 +208,10 @@ impl<'a> Room<'a> {
         request: &Request<'_>,
     ) -> anyhow::Result<PersonRun> {
         let normal = facing(trial)?;
-        let in_room = self.scene_of(trial, normal)?;
+        let across = [DVec3::Z.cross(normal), DVec3::Z];
+        let mut objects = self.objects.clone();
+        objects.retain(|_, of| !holds(of, trial.reach.contact_m));
+        let in_room = scene_of(trial, &objects, across, MOST_OFF_M)?;
         let base_from_room = self.bases[&*trial.object].outer_from_here().inverse();
         let base_from_room = Pose::from_affine(&base_from_room)?;
         let scene = in_room.placed(&base_from_room);

@@ -113,8 +113,7 @@ impl Sample {
     /// The end of the motion, with the learned error of the estimator.
     pub(super) fn end(&self, model: &EvidenceModel) -> Option<Gaussian> {
         let [motion, _] = self.motion.as_ref()?;
-        let scale = model.motion_scale[self.context.phase as usize];
-        Gaussian::new(motion.mean_m, motion.covariance_m2 * (scale * scale))
+        motion.stretched(model.motion_scale[self.context.phase as usize])
     }
 
     /// The motion's end combined with the line of the present fixation.
