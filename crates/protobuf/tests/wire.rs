@@ -229,7 +229,7 @@ fn values_of_another_type_are_named() {
     };
     assert_eq!(only(&text).to_str(), Err(wrong));
     let odd = written(|w| w.bytes(4, &[0; 9]));
-    let odd = only(&odd).doubles().err().expect("an error");
+    let odd = only(&odd).doubles().expect_err("an error");
     assert!(matches!(odd, ProtobufError::PackedLength { length: 9, .. }));
 }
 
