@@ -363,11 +363,7 @@ impl Senses {
 }
 
 /// Lets a predictor follow a reach to its touch, and learn from that.
-fn learn_from(
-    predictor: &mut impl Predictor,
-    trial: &Trial,
-    scene: &Scene,
-) -> anyhow::Result<()> {
+fn learn_from(predictor: &mut impl Predictor, trial: &Trial, scene: &Scene) -> anyhow::Result<()> {
     let mut senses = Senses::new()?;
     for frame in &trial.frames {
         senses.show(frame, scene, [&mut *predictor]);
