@@ -394,6 +394,7 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
         (self.person, self.evidence) = (Person::default(), self.config.evidence);
         self.fallback.reset();
         self.felt = None;
+        self.in_reach = false;
         self.estimate = None;
         self.ranked.clear();
     }
